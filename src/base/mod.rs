@@ -1,0 +1,13 @@
+//! What every layer stands on: addressed randomness, deterministic mathematics, frames, content keys and
+//! diagnostics. Nothing here knows what a tree is.
+
+mod diagnostic;
+mod frame;
+mod key;
+pub mod math;
+mod seed;
+
+pub use diagnostic::{Diagnostic, Note, Span};
+pub use frame::{Frame, Rotation};
+pub use key::{Key, KeyBuilder};
+pub use seed::{Draws, Seed};

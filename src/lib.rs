@@ -1,0 +1,11 @@
+//! Treewright turns a few source trees into sets of engine-ready tree assets.
+//!
+//! A preset (RON) names sources, grown by guiding-vector synthesis or imported from scans; variants come from blending
+//! them; each is dressed with twigs and leaves, given levels of detail down to a billboard cloud, and written as glTF
+//! with one shared atlas. ARCHITECTURE.md tells the story of the folders; a folder imports from those above it only:
+
+pub mod base;
+pub mod plant;
+pub mod preset;
+pub mod mesh;
+pub mod bake;

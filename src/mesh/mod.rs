@@ -1,0 +1,33 @@
+//! Geometry: from a dressed plant to triangles.
+
+use glam::{Vec2, Vec3};
+
+/// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Metres, Y up.
+    pub positions: Vec<Vec3>,
+    /// Unit vectors.
+    pub normals: Vec<Vec3>,
+    /// Unit tangent x, y, z and the bitangent's sign w (glTF).
+    pub tangents: Vec<[f32; 4]>,
+    /// Texture coordinates, v down (glTF). For leaf meshes they lie in the tile that `tiles` names until the atlas is
+    /// packed.
+    pub uvs: Vec<Vec2>,
+    /// Ambient occlusion, 255 is open sky.
+    pub occlusion: Vec<u8>,
+    /// For leaf meshes the picture that each vertex takes its coordinates from, an index into the set's tiles; empty
+    /// for bark.
+    pub tiles: Vec<u32>,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
+}
+
+/// The two primitives of one level of detail.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TreeMesh {
+    /// Wood; wears the set's tiling bark.
+    pub bark: Mesh,
+    /// Leaves and cards; wear the set's atlas.
+    pub leaf: Mesh,
+}

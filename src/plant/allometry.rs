@@ -1,0 +1,61 @@
+//! Murray's allometric rule: `r_parent^2.5 = Σ r_child^2.5` (Wang et al. 2017, Eq. 3; Murray 1927).
+
+use super::Plant;
+use crate::base::math;
+
+/// The exponent of the rule.
+pub const ALLOMETRIC_EXPONENT: f32 = 2.5;
+
+/// The radius that the rule gives at every point of a plant, from the tips to the base, metres; in the order of
+/// [`Plant::all_points`]. At a tip it is the plant's own radius.
+///
+/// A child counts for every point of its parent at or below the child's location. Linear in points, and n log n in the
+/// children of one chain.
+#[must_use]
+pub fn rule_radii(plant: &Plant) -> Vec<f32> {
+    let power = |r: f32| math::pow64(f64::from(r), f64::from(ALLOMETRIC_EXPONENT));
+    let mut rule = vec![0.0_f32; plant.all_points().len()];
+    // What each chain's children carry: (location, r^2.5 at their base).
+    let mut carried: Vec<Vec<(f32, f64)>> = vec![Vec::new(); plant.chains().len()];
+    for id in plant.chain_ids().rev() {
+        let mut children = std::mem::take(&mut carried[id.index()]);
+        // From the tip down; ties by value keep the sum independent of the order of siblings.
+        children.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
+        let parameters = super::Curve::new(plant.points(id)).parameters();
+        let span = plant.span(id);
+        let radii = plant.radii(id);
+        let mut sum = power(radii[radii.len() - 1]);
+        let mut next = 0;
+        for i in (0..radii.len()).rev() {
+            while next < children.len() && f64::from(children[next].0) >= parameters[i] - 1e-6 {
+                sum += children[next].1;
+                next += 1;
+            }
+            rule[span.start + i] = math::pow64(sum, 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
+        }
+        let chain = plant.chain(id);
+        if let Some(parent) = chain.parent {
+            carried[parent.index()].push((chain.location, sum));
+        }
+    }
+    rule
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::plant::PlantBuilder;
+
+    #[test]
+    fn two_equal_twigs_make_a_stem_of_the_rule() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[1.0, 1.0, 0.1]);
+        builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.5, 0.1]);
+        let rule = rule_radii(&builder.finish().unwrap());
+        let both = math::pow(2.0, 0.4) * 0.1;
+        assert!((rule[0] - both).abs() < 1e-6 && (rule[1] - both).abs() < 1e-6);
+        assert!((rule[2] - 0.1).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,172 @@
+//! `Plant`, the intermediate representation: every source ends in it, every later stage starts from it.
+//!
+//! An arena of chains, parents before children. A chain is a maximal run of one Gravelius order: an axis as a polyline
+//! with radii. Points are relative to the chain's own base, in the frame that [`Pose`] finds on the parent's axis, so no
+//! operation can make a branch that floats, and a child follows when its parent bends.
+
+mod allometry;
+mod builder;
+mod crown;
+mod curve;
+mod dump;
+mod order;
+mod pose;
+mod stats;
+mod validate;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
+pub use builder::PlantBuilder;
+pub use crown::{Crown, DIRECTIONS};
+pub use curve::{Curve, STATIONS};
+pub use dump::{dump, undump};
+pub use order::{Skeleton, SkeletonNode};
+pub use pose::{Pose, Posed};
+pub use stats::{Distribution, OrderStats, PlantStats};
+pub use validate::PlantError;
+
+use crate::base::Rotation;
+
+/// Index of a chain in its plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ChainId(pub u32);
+
+impl ChainId {
+    /// The index as `usize`.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// One axis of a plant, without its points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chain {
+    /// The chain it branches from; none for a stem.
+    pub parent: Option<ChainId>,
+    /// Where on the parent's axis: arc-length parameter, 0 at the parent's base, 1 at its tip.
+    pub location: f32,
+    /// Gravelius order: 1 for a stem, one more than the parent's otherwise.
+    pub order: u16,
+    /// Where a stem stands, metres; zero for every other chain.
+    pub origin: Vec3,
+    first: u32,
+    len: u32,
+}
+
+/// One leaf.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaf {
+    /// The chain that bears it.
+    pub chain: ChainId,
+    /// Where on the chain's axis: arc-length parameter 0..=1.
+    pub location: f32,
+    /// Turns the leaf's own axes (`y` from its base to its tip, `z` out of its upper face) into the frame of the chain's
+    /// axis at `location`.
+    pub orientation: Rotation,
+    /// Length from base to tip, metres.
+    pub size: f32,
+    /// Which leaf picture it wears.
+    pub slot: u16,
+}
+
+/// A tree or shrub: chains with points and radii, and leaves.
+///
+/// Built by [`PlantBuilder`] only; every invariant is stated in `plant/validate.rs`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Plant {
+    chains: Vec<Chain>,
+    points: Vec<Vec3>,
+    radii: Vec<f32>,
+    leaves: Vec<Leaf>,
+}
+
+impl Plant {
+    /// All chains, parents before children.
+    #[must_use]
+    pub fn chains(&self) -> &[Chain] {
+        &self.chains
+    }
+
+    /// The ids of all chains, parents before children.
+    pub fn chain_ids(&self) -> impl DoubleEndedIterator<Item = ChainId> + ExactSizeIterator + use<> {
+        (0..self.chains.len() as u32).map(ChainId)
+    }
+
+    /// One chain.
+    #[must_use]
+    pub fn chain(&self, id: ChainId) -> &Chain {
+        &self.chains[id.index()]
+    }
+
+    /// A chain's axis, base first: metres, relative to its base, in the frame of its parent. The first point is zero.
+    #[must_use]
+    pub fn points(&self, id: ChainId) -> &[Vec3] {
+        &self.points[self.span(id)]
+    }
+
+    /// A chain's radii, metres, one a point.
+    #[must_use]
+    pub fn radii(&self, id: ChainId) -> &[f32] {
+        &self.radii[self.span(id)]
+    }
+
+    /// Where a chain's points and radii lie in [`all_points`](Self::all_points), [`all_radii`](Self::all_radii) and
+    /// in the arrays of a [`Posed`] plant.
+    #[must_use]
+    pub fn span(&self, id: ChainId) -> std::ops::Range<usize> {
+        let chain = &self.chains[id.index()];
+        chain.first as usize..(chain.first + chain.len) as usize
+    }
+
+    /// The points of all chains, chain after chain.
+    #[must_use]
+    pub fn all_points(&self) -> &[Vec3] {
+        &self.points
+    }
+
+    /// The radii of all chains, chain after chain.
+    #[must_use]
+    pub fn all_radii(&self) -> &[f32] {
+        &self.radii
+    }
+
+    /// All leaves.
+    #[must_use]
+    pub fn leaves(&self) -> &[Leaf] {
+        &self.leaves
+    }
+
+    /// The same plant without its leaves.
+    #[must_use]
+    pub fn without_leaves(mut self) -> Self {
+        self.leaves.clear();
+        self
+    }
+
+    /// For each chain its children, in order of id.
+    #[must_use]
+    pub fn children(&self) -> Vec<Vec<ChainId>> {
+        let mut children = vec![Vec::new(); self.chains.len()];
+        for id in self.chain_ids() {
+            if let Some(parent) = self.chain(id).parent {
+                children[parent.index()].push(id);
+            }
+        }
+        children
+    }
+
+    /// World positions and frames.
+    #[must_use]
+    pub fn pose(&self) -> Posed {
+        Posed::of(self)
+    }
+
+    /// Height of the highest point of any axis above the origin, metres.
+    #[must_use]
+    pub fn height(&self) -> f32 {
+        self.pose().positions().iter().fold(0.0, |top, p| top.max(p.y))
+    }
+}

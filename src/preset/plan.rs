@@ -1,0 +1,404 @@
+//! What a preset means, checked and complete: one parameter struct a stage.
+//!
+//! Lengths are metres, angles radians, shares 0..=1. No `Option`, no text left to interpret, no value out of range.
+
+use serde::Serialize;
+
+/// A preset, resolved: everything that a build needs but the bytes of the files it names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// Name of the set: the preset file's stem.
+    pub name: String,
+    /// The preset's seed.
+    pub seed: u64,
+    /// The sources, in the order of their names.
+    pub sources: Vec<Source>,
+    /// One entry for each output variant, numbered from 1 in file names.
+    pub variants: Vec<Variant>,
+    /// Twigs and leaf sites.
+    pub dress: DressParams,
+    /// The pictures of a leaf.
+    pub leaf_art: LeafArt,
+    /// The maps of the bark.
+    pub bark_art: BarkArt,
+    /// Tubes.
+    pub mesh: MeshParams,
+    /// The levels of detail, finest first; never empty, the first is `Full`.
+    pub lods: Vec<Lod>,
+    /// The set's atlas.
+    pub atlas: AtlasParams,
+}
+
+/// A named source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Source {
+    /// The preset's name for it.
+    pub name: String,
+    /// Where it comes from.
+    pub recipe: SourceRecipe,
+}
+
+/// How a source comes about.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum SourceRecipe {
+    /// Guiding-vector synthesis.
+    Grow(GrowParams),
+    /// A file.
+    Import(ImportParams),
+}
+
+/// Parameters of growth, in the words of Xu and Mould 2015.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GrowParams {
+    /// Address of all randomness of this plant.
+    pub seed: u64,
+    /// Height of the finished plant, metres.
+    pub height: f32,
+    /// Nodes of the graph (3.1.1), 500..=400_000.
+    pub nodes: u32,
+    /// Horizontal width of the graph's region over its height.
+    pub width: f32,
+    /// The iterations (3.1.4), in order.
+    pub iterations: Vec<GrowIteration>,
+    /// Radius of a branch tip, metres.
+    pub tip_radius: f32,
+    /// Exponent of the allometric rule for radii.
+    pub allometry: f32,
+}
+
+/// One pass of shortest paths and the branches that it adds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GrowIteration {
+    /// Where the new branches end.
+    pub endpoints: Endpoints,
+    /// How guiding vectors turn from node to node.
+    pub guide: Guide,
+    /// Guiding vectors of the source nodes before the pass.
+    pub start: GuideStart,
+    /// Which endpoints are kept.
+    pub keep: EndpointRule,
+}
+
+/// Endpoint placement (3.2.2, 3.2.3).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Endpoints {
+    /// Early: Poisson-disc samples in a volume.
+    Volume {
+        /// The volume; lengths are shares of the plant's height.
+        shape: Volume,
+        /// How many.
+        count: u32,
+    },
+    /// Late: among the nodes exactly `hops` edges from the structure, the outermost share `proportion` by hops from the
+    /// root.
+    Surface {
+        /// k of the paper, 1..=30.
+        hops: u32,
+        /// t of the paper, 0..=1.
+        proportion: f32,
+        /// How many.
+        count: u32,
+    },
+}
+
+/// A volume for early endpoints, upright about the plant's axis; all lengths in plant heights.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Volume {
+    /// A point on the axis: the tip of a trunk.
+    Point {
+        /// Height.
+        height: f32,
+    },
+    /// An ellipsoid.
+    Ellipsoid {
+        /// Height of its lowest point.
+        bottom: f32,
+        /// Height of its highest point.
+        top: f32,
+        /// Horizontal radius.
+        radius: f32,
+        /// 0 fills it, 0.8 leaves a shell of a fifth of the radius.
+        hollow: f32,
+    },
+    /// The upper half of an ellipsoid.
+    HalfEllipsoid {
+        /// Height of its flat face.
+        bottom: f32,
+        /// Height of its highest point.
+        top: f32,
+        /// Horizontal radius at the flat face.
+        radius: f32,
+        /// As for the ellipsoid.
+        hollow: f32,
+    },
+    /// A cone, tip up.
+    Cone {
+        /// Height of its base.
+        bottom: f32,
+        /// Height of its tip.
+        top: f32,
+        /// Radius of its base.
+        radius: f32,
+    },
+    /// A cylinder.
+    Cylinder {
+        /// Height of its base.
+        bottom: f32,
+        /// Height of its upper face.
+        top: f32,
+        /// Radius.
+        radius: f32,
+    },
+}
+
+/// How a guiding vector turns away from its parent node's (3.2.1). Positive angles turn away from the up vector, that
+/// is outwards and down.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Guide {
+    /// Eq. 1: `first` for the first `switch` hops from the structure, `then` afterwards; radians a hop.
+    Piecewise {
+        /// α1.
+        first: f32,
+        /// α2.
+        then: f32,
+        /// h0.
+        switch: u32,
+    },
+    /// A random angle for each source node, uniform between the two, on the first hop; straight afterwards.
+    Random {
+        /// Smallest angle, radians.
+        low: f32,
+        /// Largest angle, radians.
+        high: f32,
+    },
+    /// Eq. 2: θ·sqrt(β/π), with β the polar angle of the node.
+    Polar {
+        /// θ, radians.
+        theta: f32,
+    },
+}
+
+/// Guiding vectors of the source nodes at the start of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum GuideStart {
+    /// As the pass that made the node left them.
+    Kept,
+    /// Turned from the vertical by an angle that changes with height: `low` at the ground, `high` at the top; radians.
+    ByHeight {
+        /// Angle from the vertical at the ground.
+        low: f32,
+        /// Angle from the vertical at the top.
+        high: f32,
+    },
+}
+
+/// Which endpoints are kept (3.2.3, 4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum EndpointRule {
+    /// All.
+    Any,
+    /// Those lower than the node where their path leaves the structure.
+    Lower,
+    /// Those higher than it.
+    Higher,
+}
+
+/// Parameters of an import.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ImportParams {
+    /// The file, relative to the preset's folder, `/` between folders.
+    pub file: String,
+    /// Which axis of the file points up.
+    pub up: UpAxis,
+    /// Height to scale the plant to.
+    pub height: ImportHeight,
+}
+
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum UpAxis {
+    /// By the data.
+    Detect,
+    /// Y.
+    Y,
+    /// Z.
+    Z,
+}
+
+/// The scale of an imported plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum ImportHeight {
+    /// As the file says.
+    AsIs,
+    /// Scaled to this height, metres.
+    Metres(f32),
+}
+
+/// One output of a set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Variant {
+    /// A source as it is; index into the plan's sources.
+    Source(usize),
+    /// One tree out of a stochastic blending batch.
+    Blend {
+        /// Index of the first source.
+        from: usize,
+        /// Index of the second source.
+        to: usize,
+        /// Weights of the matching cost.
+        matching: MatchParams,
+        /// Which batch of the entry; each has a schedule of its own.
+        batch: u64,
+        /// How far into the batch the tree is taken, 0..=1.
+        progress: f32,
+    },
+}
+
+/// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MatchParams {
+    /// w_M: crown shape.
+    pub crown: f32,
+    /// w_v: branching vector.
+    pub direction: f32,
+    /// w_CR: crown ratio.
+    pub ratio: f32,
+}
+
+/// Twigs and leaves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DressParams {
+    /// Leaves a cubic metre of crown hull are scaled by this; 1 is the species' normal foliage.
+    pub density: f32,
+    /// Most leaves on one plant, whatever the density asks for.
+    pub most_leaves: u32,
+    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture.
+    pub leaf_size: f32,
+    /// How much leaf sizes vary about it, 0..=0.9.
+    pub leaf_spread: f32,
+    /// Angle between a leaf and its twig, radians.
+    pub leaf_angle: f32,
+    /// Length of a twig, metres; twigs grow at most a few of these.
+    pub twig_length: f32,
+    /// How far twigs and leaves droop, 0..=1.
+    pub droop: f32,
+    /// How many pictures of the leaf there are: slots 0..pictures.
+    pub pictures: u16,
+}
+
+/// The pictures of a leaf.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum LeafArt {
+    /// Made by Treewright.
+    Made {
+        /// The outline.
+        shape: LeafShape,
+        /// Colour, linear-light sRGB primaries 0..=1.
+        color: [f32; 3],
+        /// Hue, brightness variation between pictures and over a blade, 0..=1.
+        variation: f32,
+        /// Pixels along an edge of a picture.
+        size: u32,
+    },
+    /// The user's own pictures: paths of colour with alpha and, where not empty, of the normal map.
+    Files {
+        /// Colour with alpha.
+        color: String,
+        /// Normal map, or empty.
+        normal: String,
+    },
+}
+
+/// Outlines of made leaves; each has its own margin, veins and petiole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum LeafShape {
+    /// Rounded lobes.
+    Oak,
+    /// Ovate with a serrate margin.
+    Birch,
+    /// Elliptic with an entire margin.
+    Beech,
+    /// Palmate, pointed lobes.
+    Maple,
+    /// Long and narrow.
+    Willow,
+    /// Leaflets along a rachis.
+    Ash,
+    /// A tuft of needles on a shoot.
+    Pine,
+}
+
+/// The maps of the bark.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BarkArt {
+    /// Made by Treewright.
+    Made {
+        /// The pattern.
+        pattern: BarkPattern,
+        /// Colour of the ridges, linear 0..=1.
+        color: [f32; 3],
+        /// Pixels along an edge.
+        size: u32,
+    },
+    /// The user's own maps, tiling both ways: paths of colour and, where not empty, normal and roughness.
+    Files {
+        /// Colour.
+        color: String,
+        /// Normal map, or empty.
+        normal: String,
+        /// Roughness, or empty.
+        roughness: String,
+    },
+}
+
+/// Patterns of made bark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum BarkPattern {
+    /// Deep, interlaced vertical furrows.
+    Furrowed,
+    /// Smooth and pale with dark lenticels and scars.
+    Papery,
+    /// Plates with cracks between.
+    Plated,
+    /// Nearly smooth, fine wrinkles.
+    Smooth,
+}
+
+/// Tubes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeshParams {
+    /// Sides of the thickest tube at LOD0, 3..=64.
+    pub sides: u32,
+    /// Largest distance between a tube and the smooth branch at LOD0, metres.
+    pub error: f32,
+    /// Height of one bark tile on the trunk, metres.
+    pub bark_tile: f32,
+}
+
+/// A level of detail.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Lod {
+    /// Everything.
+    Full,
+    /// About this share of the full level's triangles.
+    Thinned {
+        /// 0..1.
+        triangles: f32,
+    },
+    /// Leaves and thin branches as at most this many textured cards.
+    BillboardCloud {
+        /// 4..=512.
+        cards: u32,
+    },
+    /// Two crossed quads.
+    CrossedQuads,
+}
+
+/// The set's atlas.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AtlasParams {
+    /// Pixels along an edge, a power of two in 256..=8192.
+    pub size: u32,
+    /// Pixels between two pictures.
+    pub gutter: u32,
+}
