@@ -1,6 +1,12 @@
 //! Geometry: from a dressed plant to triangles.
 
+#[cfg(feature = "lightmap")]
+mod lightmap;
+
 use glam::{Vec2, Vec3};
+
+#[cfg(feature = "lightmap")]
+pub use lightmap::{LightmapError, unwrap_lightmap};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +20,9 @@ pub struct Mesh {
     /// Texture coordinates, v down (glTF). For leaf meshes they lie in the tile that `tiles` names until the atlas is
     /// packed.
     pub uvs: Vec<Vec2>,
+    /// Coordinates of the second set, overlap-free in 0..=1 over both primitives of a level; empty unless the preset asks
+    /// for light maps.
+    pub lightmap: Vec<Vec2>,
     /// Ambient occlusion, 255 is open sky.
     pub occlusion: Vec<u8>,
     /// For leaf meshes the picture that each vertex takes its coordinates from, an index into the set's tiles; empty
