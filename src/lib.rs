@@ -7,5 +7,6 @@
 pub mod base;
 pub mod plant;
 pub mod preset;
+pub mod source;
 pub mod mesh;
 pub mod bake;
