@@ -10,3 +10,5 @@ pub mod mesh;
 pub mod plant;
 pub mod preset;
 pub mod source;
+pub mod mesh;
+pub mod bake;
