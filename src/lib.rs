@@ -6,9 +6,8 @@
 
 pub mod bake;
 pub mod base;
+pub mod dress;
 pub mod mesh;
 pub mod plant;
 pub mod preset;
 pub mod source;
-pub mod mesh;
-pub mod bake;

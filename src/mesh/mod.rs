@@ -1,12 +1,26 @@
 //! Geometry: from a dressed plant to triangles.
 
+mod card;
+mod check;
+mod crown_light;
+mod gate;
 #[cfg(feature = "lightmap")]
 mod lightmap;
+mod rings;
+mod sides;
+mod tangent;
+mod tube;
 
 use glam::{Vec2, Vec3};
 
+pub use card::{CardShape, LeafCard, all_cards, leaf_cards};
+pub use check::problems;
+pub use crown_light::CrownLight;
+pub use gate::{MeshError, check_indices, optimize};
 #[cfg(feature = "lightmap")]
 pub use lightmap::{LightmapError, unwrap_lightmap};
+pub use tangent::add_tangents;
+pub use tube::{TubeDetail, tubes};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
