@@ -7,5 +7,7 @@
 pub mod base;
 pub mod plant;
 pub mod preset;
+pub mod relate;
+pub mod blend;
 pub mod mesh;
 pub mod bake;
