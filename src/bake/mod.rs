@@ -1,5 +1,13 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod picture;
+mod raster;
+mod shade;
+
+pub use picture::{Picture, Repeat};
+pub use raster::{Surface, Target, View, rasterize};
+pub use shade::{Light, Shading};
+
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Maps {
