@@ -6,12 +6,18 @@ mod leaf_art;
 mod leaf_outline;
 mod leaf_veins;
 mod noise;
+mod picture;
+mod raster;
+mod shade;
 mod spray;
 mod srgb;
 
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use spray::spray_span;
+pub use picture::{Picture, Repeat};
+pub use raster::{Surface, Target, View, rasterize};
+pub use shade::{Light, Shading};
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
