@@ -13,12 +13,14 @@ use glam::DVec3;
 
 use super::mend::{self, Children};
 use super::nearest::Nearest;
-use super::piece::{Piece, count};
+use super::piece::{Piece, Shape, count};
 
 /// The share of a named parent's gap below which other wood is believed instead.
 const BETTER: f64 = 0.25;
 /// Cost of a bridge to wood that holds the point, as a share of the distance to its axis.
 const INSIDE: f64 = 0.1;
+/// How far a lower order is looked for, as a share of the extent.
+const REACH: f64 = 0.05;
 /// Most fragments of a ring that look for a way out.
 const MOST_TRIES: usize = 8;
 
@@ -37,6 +39,8 @@ pub(super) struct Joined {
     farthest: f64,
     /// Branches whose parent's axis passes nearer elsewhere.
     moved: usize,
+    /// Branches of nodes that ran inside their parent's wood.
+    inside: usize,
 }
 
 impl Joined {
@@ -60,6 +64,12 @@ impl Joined {
                 count(self.moved, "branch", "branches")
             ));
         }
+        if self.inside > 0 {
+            notes.push(format!(
+                "{} along the inside of the parent's wood: now from where its axis is nearest",
+                count(self.inside, "branch ran", "branches ran")
+            ));
+        }
         if self.scraps.0 > 0 {
             notes.push(format!(
                 "{} ({}) dropped, up to {:.2} m from the tree",
@@ -73,10 +83,14 @@ impl Joined {
 
 /// Joins all pieces; `order` lists them parents first, and so does the result, without what was dropped. The base of the
 /// main stem comes to the origin.
-pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>) -> (Vec<u32>, Joined) {
-    let mut joined = Joined { moved: move_along_axes(pieces), ..Joined::default() };
+pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (Vec<u32>, Joined) {
+    let mut joined = Joined::default();
+    match shape {
+        Shape::Cylinders => joined.moved = move_along_axes(pieces),
+        Shape::Nodes => joined.inside = leave_siblings(pieces, &order),
+    }
     let extent = Extent::of(pieces);
-    let order = if joined.moved > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
+    let order = if joined.moved + joined.inside > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
     let standing = stems(pieces, &order, &extent);
     joined.stems = standing.len() - 1;
 
@@ -116,7 +130,7 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>) -> (Vec<u32>, Joine
 
     let nearest = Nearest::new(pieces);
     for (f, head) in heads.iter_mut().enumerate().skip(standing.len()) {
-        let found = choose(pieces, &nearest, head.piece, |i| fragment[i as usize] != f as u32);
+        let found = choose(pieces, &nearest, head.piece, extent.size * REACH, |i| fragment[i as usize] != f as u32);
         match (head.named, found) {
             (Some((parent, gap)), found) if found.is_none_or(|(_, cost)| cost > gap * BETTER) => {
                 (head.target, head.cost) = (Some(parent), gap);
@@ -129,7 +143,7 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>) -> (Vec<u32>, Joine
             (_, None) => {}
         }
     }
-    open_rings(pieces, &nearest, &fragment, &mut heads);
+    open_rings(pieces, &nearest, &fragment, &mut heads, extent.size * REACH);
     drop_scraps(pieces, &fragment, &mut heads, &extent, &mut joined);
     for head in &heads {
         pieces[head.piece as usize].parent = head.target;
@@ -198,6 +212,35 @@ fn move_along_axes(pieces: &mut [Piece]) -> usize {
     moves.len()
 }
 
+/// A branch's first node often lies on its parent's axis, between two nodes, and hangs on the lower or on the upper one:
+/// the way between runs inside the wood. Such a piece is made to start at the nearest place of the axis.
+fn leave_siblings(pieces: &mut [Piece], order: &[u32]) -> usize {
+    let children = Children::of(pieces);
+    let mut moves = Vec::new();
+    for &i in order {
+        let by_radius = |a: u32, b: u32| if pieces[b as usize].radius > pieces[a as usize].radius { b } else { a };
+        let Some(sibling) = children.get(i).iter().copied().reduce(by_radius) else { continue };
+        for &c in children.get(i).iter().filter(|&&c| c != sibling) {
+            let child = &pieces[c as usize];
+            let held = |&other: &u32| {
+                let wood = &pieces[other as usize];
+                let t = wood.nearest(child.end);
+                let foot = wood.start.lerp(wood.end, t);
+                let within = if other == i { t > 0.0 && t < 1.0 } else { t > 0.0 };
+                (within && foot.distance(child.end) < wood.radius * 0.5).then_some((c, other, foot))
+            };
+            if child.length() > 0.0 {
+                moves.extend([sibling, i].iter().find_map(held));
+            }
+        }
+    }
+    for &(c, other, foot) in &moves {
+        pieces[c as usize].parent = Some(other);
+        pieces[c as usize].start = foot;
+    }
+    moves.len()
+}
+
 /// The roots that stand on the ground, the main stem first: of the low ones that with the most wood.
 fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
     // Wood and top of all that hangs on a root.
@@ -238,8 +281,28 @@ fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
 }
 
 /// The most suitable wood for a fragment's first piece, and its cost: the distance to its surface, more for wood that
-/// is thinner than the fragment, of no lower branch order, above it, or on the side that it grows towards.
-fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+/// is thinner than the fragment, above it, or on the side that it grows towards.
+///
+/// Where the file tells branch orders, wood of a lower order is looked for first, within `reach`: shoots that leave
+/// one place would otherwise be joined to one another.
+fn choose(
+    pieces: &[Piece],
+    nearest: &Nearest,
+    head: u32,
+    reach: f64,
+    allowed: impl Fn(u32) -> bool,
+) -> Option<(u32, f64)> {
+    let order = pieces[head as usize].order;
+    let lower = |i: u32| pieces[i as usize].order < order && pieces[i as usize].order != Piece::NONE;
+    if order != Piece::NONE
+        && let Some(found) = weigh(pieces, nearest, head, |i| allowed(i) && lower(i)).filter(|f| f.1 <= reach)
+    {
+        return Some(found);
+    }
+    weigh(pieces, nearest, head, allowed)
+}
+
+fn weigh(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
     let piece = &pieces[head as usize];
     let along = piece.end - piece.start;
     nearest.find(piece.start, INSIDE, |i| {
@@ -254,9 +317,6 @@ fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) 
         if other.radius < piece.radius * 0.7 {
             cost *= 1.5;
         }
-        if piece.order != Piece::NONE && other.order != Piece::NONE && other.order >= piece.order {
-            cost *= 3.0;
-        }
         if distance > other.radius {
             if way.y < 0.0 {
                 cost *= 1.25;
@@ -270,7 +330,7 @@ fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) 
 }
 
 /// Makes every fragment lead to a stem.
-fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut [Head]) {
+fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut [Head], reach: f64) {
     const UNSEEN: u32 = u32::MAX;
     loop {
         // For each fragment the ring that it leads to, numbered from 1, or 0 where it leads to a stem.
@@ -316,7 +376,7 @@ fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut
             let found = tries
                 .iter()
                 .filter_map(|&f| {
-                    choose(pieces, nearest, heads[f as usize].piece, outside).map(|(t, cost)| (f, t, cost))
+                    choose(pieces, nearest, heads[f as usize].piece, reach, outside).map(|(t, cost)| (f, t, cost))
                 })
                 .min_by(|a, b| a.2.total_cmp(&b.2));
             changes.push((members[0], found));

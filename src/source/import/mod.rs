@@ -96,7 +96,7 @@ pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Importe
     upright::stand(&mut read.pieces, params.up, &mut notes);
     let order = mend::cut_cycles(&mut read, &mut notes);
     mend::radii(&mut read.pieces, &order, &mut notes);
-    let (order, joined) = connect::connect(&mut read.pieces, order);
+    let (order, joined) = connect::connect(&mut read.pieces, order, read.shape);
     let (mut nodes, gaps) = trace::trace(&read.pieces, &order, read.shape);
     let factor = upright::scale(&mut nodes, params.height, &mut notes)
         .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;
