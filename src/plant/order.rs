@@ -94,15 +94,13 @@ impl Skeleton {
         }
         let forks = Forks::new(&nodes, children);
         let mut builder = PlantBuilder::new();
-        // (first node of the chain after its base, base node, parent chain, location, frame of the base)
-        let mut work: Vec<(Vec<u32>, Option<(ChainId, f32, Frame)>)> = Vec::new();
+        let mut work: Vec<Start> = Vec::new();
         for &root in roots.iter().rev() {
             if !forks.children[root as usize].is_empty() {
-                work.push((vec![root], None));
+                work.push(Start { path: vec![root], attach: None });
             }
         }
-        while let Some((start, attach)) = work.pop() {
-            let mut path = start;
+        while let Some(Start { mut path, attach }) = work.pop() {
             while let Some(next) = forks.carry_on(&nodes, &path) {
                 path.push(next);
             }
@@ -130,13 +128,22 @@ impl Skeleton {
                 for &child in forks.children[node as usize].iter().rev() {
                     if Some(child) != on_path {
                         let location = (parameters[k] as f32).clamp(0.0, 1.0);
-                        work.push((vec![node, child], Some((id, location, frame_at(&frames, location)))));
+                        let attach = Some((id, location, frame_at(&frames, location)));
+                        work.push(Start { path: vec![node, child], attach });
                     }
                 }
             }
         }
         builder.finish()
     }
+}
+
+/// A chain that is yet to be followed.
+struct Start {
+    /// Its first nodes: a root, or a node of its parent's chain and the first of its own.
+    path: Vec<u32>,
+    /// The parent chain, the location on it, and the frame there.
+    attach: Option<(ChainId, f32, Frame)>,
 }
 
 /// What is above each node.
@@ -179,8 +186,8 @@ impl Forks {
         let grown = || options.iter().copied().filter(|&c| way(c) >= longest * STUB);
         let thickest = grown().fold(0.0_f32, |r, c| r.max(nodes[c as usize].radius));
         let span = (nodes[here].radius * 3.0).max(longest * SPAN).max(1e-6);
-        let back = path.iter().rev().take(MOST_STEPS).map(|&n| nodes[n as usize].position);
-        let from = back.clone().find(|p| p.distance(position) >= span).or_else(|| back.last());
+        let mut back = path.iter().rev().take(MOST_STEPS).map(|&n| nodes[n as usize].position);
+        let from = back.clone().find(|p| p.distance(position) >= span).or_else(|| back.next_back());
         let incoming = match from {
             Some(p) if p != position => (position - p).normalize_or(Vec3::Y),
             _ => Vec3::Y,
