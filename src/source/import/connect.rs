@@ -11,7 +11,8 @@
 
 use glam::DVec3;
 
-use super::mend::{self, Children};
+use super::foothold;
+use super::mend;
 use super::nearest::Nearest;
 use super::piece::{Piece, Shape, count};
 
@@ -86,8 +87,8 @@ impl Joined {
 pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (Vec<u32>, Joined) {
     let mut joined = Joined::default();
     match shape {
-        Shape::Cylinders => joined.moved = move_along_axes(pieces),
-        Shape::Nodes => joined.inside = leave_siblings(pieces, &order),
+        Shape::Cylinders => joined.moved = foothold::move_along_axes(pieces),
+        Shape::Nodes => joined.inside = foothold::out_of_wood(pieces, &order),
     }
     let extent = Extent::of(pieces);
     let order = if joined.moved + joined.inside > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
@@ -95,18 +96,17 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (V
     joined.stems = standing.len() - 1;
 
     // Fragments: what hangs together by links that are not in doubt.
-    let mut heads: Vec<Head> =
-        standing.iter().map(|&i| Head { piece: i, named: None, target: None, cost: 0.0 }).collect();
+    let mut heads: Vec<Head> = standing.iter().map(|&i| Head { piece: i, named: None, target: None }).collect();
     for &i in &order {
         let piece = &pieces[i as usize];
         match piece.parent {
             None if standing.contains(&i) => {}
-            None => heads.push(Head { piece: i, named: None, target: None, cost: 0.0 }),
+            None => heads.push(Head { piece: i, named: None, target: None }),
             Some(parent) => {
                 let p = &pieces[parent as usize];
                 let gap = p.distance(piece.start) - p.radius;
                 if gap > (3.0 * (p.radius + piece.radius)).max(0.02 * extent.size) {
-                    heads.push(Head { piece: i, named: Some((parent, gap)), target: None, cost: 0.0 });
+                    heads.push(Head { piece: i, named: Some((parent, gap)), target: None });
                 }
             }
         }
@@ -131,22 +131,18 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (V
     let nearest = Nearest::new(pieces);
     for (f, head) in heads.iter_mut().enumerate().skip(standing.len()) {
         let found = choose(pieces, &nearest, head.piece, extent.size * REACH, |i| fragment[i as usize] != f as u32);
-        match (head.named, found) {
-            (Some((parent, gap)), found) if found.is_none_or(|(_, cost)| cost > gap * BETTER) => {
-                (head.target, head.cost) = (Some(parent), gap);
-            }
-            (_, Some((target, cost))) => {
-                joined.links += usize::from(head.named.is_some());
-                joined.roots += usize::from(head.named.is_none());
-                (head.target, head.cost, head.named) = (Some(target), cost, None);
-            }
-            (_, None) => {}
-        }
+        head.target = match (head.named, found) {
+            (Some((parent, gap)), found) if found.is_none_or(|(_, cost)| cost > gap * BETTER) => Some(parent),
+            (_, found) => found.map(|(target, _)| target),
+        };
     }
     open_rings(pieces, &nearest, &fragment, &mut heads, extent.size * REACH);
     drop_scraps(pieces, &fragment, &mut heads, &extent, &mut joined);
     for head in &heads {
         pieces[head.piece as usize].parent = head.target;
+        let moved = head.target.is_some() && !head.as_named();
+        joined.links += usize::from(moved && head.named.is_some());
+        joined.roots += usize::from(moved && head.named.is_none());
     }
     base_at_origin(pieces, standing[0]);
     (mend::order(pieces, &standing), joined)
@@ -160,7 +156,13 @@ struct Head {
     named: Option<(u32, f64)>,
     /// The piece it is joined to; none for stems, and for what is dropped.
     target: Option<u32>,
-    cost: f64,
+}
+
+impl Head {
+    /// Whether it is joined to what the file names.
+    fn as_named(&self) -> bool {
+        self.named.is_some_and(|(parent, _)| self.target == Some(parent))
+    }
 }
 
 /// Where the wood is.
@@ -180,65 +182,6 @@ impl Extent {
         }
         Self { low: low.y, height: high.y - low.y, size: low.distance(high) }
     }
-}
-
-/// Moves branches along their parent's axis, where the file tells axes, to the piece that is nearest to their start.
-/// Links from one piece of an axis to the next stay, so no ring can arise.
-fn move_along_axes(pieces: &mut [Piece]) -> usize {
-    const MOST_STEPS: usize = 16;
-    let children = Children::of(pieces);
-    let mut moves = Vec::new();
-    for (i, piece) in pieces.iter().enumerate() {
-        let Some(parent) = piece.parent.filter(|&p| !piece.carries_on(&pieces[p as usize])) else { continue };
-        let gap = |p: u32| pieces[p as usize].distance(piece.start) - pieces[p as usize].radius;
-        let (mut at, mut least) = (parent, gap(parent));
-        for _ in 0..MOST_STEPS {
-            let here = &pieces[at as usize];
-            let down = here.parent.filter(|&p| here.carries_on(&pieces[p as usize]));
-            let up = children.get(at).iter().copied().take(64).find(|&c| pieces[c as usize].carries_on(here));
-            let next = [down, up].into_iter().flatten().map(|n| (gap(n), n)).min_by(|a, b| a.0.total_cmp(&b.0));
-            match next {
-                Some((gap, n)) if least > 0.0 && gap < least => (at, least) = (n, gap),
-                _ => break,
-            }
-        }
-        if at != parent {
-            moves.push((i, at));
-        }
-    }
-    for &(i, at) in &moves {
-        pieces[i].parent = Some(at);
-    }
-    moves.len()
-}
-
-/// A branch's first node often lies on its parent's axis, between two nodes, and hangs on the lower or on the upper one:
-/// the way between runs inside the wood. Such a piece is made to start at the nearest place of the axis.
-fn leave_siblings(pieces: &mut [Piece], order: &[u32]) -> usize {
-    let children = Children::of(pieces);
-    let mut moves = Vec::new();
-    for &i in order {
-        let by_radius = |a: u32, b: u32| if pieces[b as usize].radius > pieces[a as usize].radius { b } else { a };
-        let Some(sibling) = children.get(i).iter().copied().reduce(by_radius) else { continue };
-        for &c in children.get(i).iter().filter(|&&c| c != sibling) {
-            let child = &pieces[c as usize];
-            let held = |&other: &u32| {
-                let wood = &pieces[other as usize];
-                let t = wood.nearest(child.end);
-                let foot = wood.start.lerp(wood.end, t);
-                let within = if other == i { t > 0.0 && t < 1.0 } else { t > 0.0 };
-                (within && foot.distance(child.end) < wood.radius * 0.5).then_some((c, other, foot))
-            };
-            if child.length() > 0.0 {
-                moves.extend([sibling, i].iter().find_map(held));
-            }
-        }
-    }
-    for &(c, other, foot) in &moves {
-        pieces[c as usize].parent = Some(other);
-        pieces[c as usize].start = foot;
-    }
-    moves.len()
 }
 
 /// The roots that stand on the ground, the main stem first: of the low ones that with the most wood.
@@ -383,9 +326,8 @@ fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut
         }
         for (first, found) in changes {
             // There is always wood outside: the main stem's. Were there none, the ring is left out whole.
-            let (f, target, cost) = found.map_or((first, None, 0.0), |(f, t, cost)| (f, Some(t), cost));
-            let head = &mut heads[f as usize];
-            (head.target, head.cost, head.named) = (target, cost, None);
+            let (f, target) = found.map_or((first, None), |(f, t, _)| (f, Some(t)));
+            heads[f as usize].target = target;
         }
     }
 }
@@ -406,14 +348,13 @@ fn drop_scraps(pieces: &[Piece], fragment: &[u32], heads: &mut [Head], extent: &
         }
     }
     for (f, head) in heads.iter_mut().enumerate() {
-        let Some(target) = head.target.filter(|_| head.named.is_none() && !bears[f]) else { continue };
+        let Some(target) = head.target.filter(|_| !head.as_named() && !bears[f]) else { continue };
         let gap = pieces[target as usize].distance(pieces[head.piece as usize].start) - pieces[target as usize].radius;
         if gap > (length[f] * 2.0).max(extent.size * 0.1) {
             head.target = None;
             joined.scraps.0 += 1;
             joined.scraps.1 += rows[f];
             joined.farthest = joined.farthest.max(gap);
-            joined.roots = joined.roots.saturating_sub(1);
         }
     }
 }

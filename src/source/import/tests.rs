@@ -99,6 +99,34 @@ fn a_further_root_on_the_ground_is_a_stem_of_its_own() {
 }
 
 #[test]
+fn a_parent_metres_away_is_not_believed_when_there_is_wood_at_hand() {
+    // The second branch names the tip of the first, as a writer does that takes the row before for the parent.
+    let tree = rows(
+        "1,0,0,0,0,0,0,1,4,0.1\n2,1,0,0,4,0,0,1,4,0.1\n3,1,0,0,2,1,0,0,3,0.02\n4,3,3,0,2,1,0,0,3,0.02\n\
+         5,4,0,0,6,0,1,0,3,0.02\n",
+    );
+    assert!(noted(&tree, "1 branch far from the row named as parent"), "{:?}", tree.notes);
+    assert_eq!(tips(&tree), [[0, 800, 0], [600, 200, 0], [0, 600, -300]]);
+    assert!(tree.plant.chains().iter().all(|c| c.order <= 2));
+}
+
+#[test]
+fn a_parent_far_away_is_believed_when_nothing_else_is_near() {
+    let tree = rows("1,0,0,0,0,0,0,1,8,0.1\n2,1,2,0,4,1,0,0,3,0.05\n");
+    assert!(!noted(&tree, "named"), "{:?}", tree.notes);
+    assert!(noted(&tree, "the largest 1.900 m"), "{:?}", tree.notes);
+}
+
+#[test]
+fn fragments_that_are_nearest_to_each_other_are_joined_to_the_tree() {
+    let tree = rows("1,0,0,0,0,0,0,1,8,0.2\n2,0,1,0,3,1,0,0,2,0.05\n3,0,1,0.1,3,0,1,0,2,0.04\n");
+    assert!(noted(&tree, "2 further roots bridged"), "{:?}", tree.notes);
+    let orders: Vec<u16> = tree.plant.chains().iter().map(|c| c.order).collect();
+    assert_eq!(orders, [1, 2, 3]);
+    assert_eq!(PlantStats::of(&tree.plant).topology_continuity, 1.0);
+}
+
+#[test]
 fn a_scrap_far_away_is_dropped() {
     let tree = rows("1,0,0,0,0,0,0,1,4,0.1\n2,0,9,0,3,0,0,1,0.1,0.1\n");
     assert_eq!(tree.plant.chains().len(), 1);
@@ -336,13 +364,25 @@ fn mutated_files_never_panic_and_give_a_sound_plant_or_errors() {
     assert!(sound > 300 && refused > 300, "{sound} {refused}");
 }
 
+#[test]
+fn more_rows_than_the_limit_are_refused_whole() {
+    let list = errors(&format!("{HEADER}{}", "1\n".repeat(MOST_ROWS + 1)));
+    assert_eq!(list[0].message, "the file has more than 10000000 rows");
+    assert_eq!(list.len(), 1);
+}
+
 /// The folder of real models, or none where the checkout has none; on CI it must be there.
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 fn real_models() -> Option<PathBuf> {
     let data = std::env::var_os("TREEWRIGHT_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
     let folder = data.join("skeleton");
     assert!(folder.is_dir() || std::env::var_os("CI").is_none(), "no data at {}", folder.display());
-    folder.is_dir().then_some(folder)
+    if !folder.is_dir() {
+        eprintln!("skipped: no data at {}", folder.display());
+        return None;
+    }
+    Some(folder)
 }
 
 #[test]
@@ -350,7 +390,7 @@ fn real_models_are_upright_connected_and_as_high_as_measured() {
     let Some(folder) = real_models() else {
         return;
     };
-    // Name, format, height in metres, chains of order 1.
+    // Name, format, height in metres.
     let models = [
         ("itsme_buttressed_1.csv", Format::TreeQsmCsv, 23.6),
         ("itsme_tree_1.csv", Format::TreeQsmCsv, 20.9),
