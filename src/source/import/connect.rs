@@ -86,10 +86,12 @@ impl Joined {
 /// main stem comes to the origin.
 pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (Vec<u32>, Joined) {
     let mut joined = Joined::default();
+    let mut moved = Vec::new();
     match shape {
-        Shape::Cylinders => joined.moved = foothold::move_along_axes(pieces),
+        Shape::Cylinders => moved = foothold::move_along_axes(pieces),
         Shape::Nodes => joined.inside = foothold::out_of_wood(pieces, &order),
     }
+    joined.moved = moved.len();
     let extent = Extent::of(pieces);
     let order = if joined.moved + joined.inside > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
     let standing = stems(pieces, &order, &extent);
@@ -144,6 +146,8 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (V
         joined.links += usize::from(moved && head.named.is_some());
         joined.roots += usize::from(moved && head.named.is_none());
     }
+    // Of a parent that wasn't believed, it doesn't matter where on its axis it was.
+    joined.moved = moved.iter().filter(|&&(i, at)| pieces[i].parent == Some(at)).count();
     base_at_origin(pieces, standing[0]);
     (mend::order(pieces, &standing), joined)
 }

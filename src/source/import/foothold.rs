@@ -4,8 +4,9 @@ use super::mend::Children;
 use super::piece::Piece;
 
 /// Moves branches along their parent's axis, where the file tells axes, to the piece that is nearest to their start.
-/// Links from one piece of an axis to the next stay, so no ring can arise.
-pub(super) fn move_along_axes(pieces: &mut [Piece]) -> usize {
+/// Links from one piece of an axis to the next stay, so no ring can arise. Returns each piece
+/// that was moved, and where to.
+pub(super) fn move_along_axes(pieces: &mut [Piece]) -> Vec<(usize, u32)> {
     const MOST_STEPS: usize = 16;
     let children = Children::of(pieces);
     let mut moves = Vec::new();
@@ -30,7 +31,7 @@ pub(super) fn move_along_axes(pieces: &mut [Piece]) -> usize {
     for &(i, at) in &moves {
         pieces[i].parent = Some(at);
     }
-    moves.len()
+    moves
 }
 
 /// A branch's first node often lies on its parent's axis, between two nodes, and hangs on the lower or on the upper one:
