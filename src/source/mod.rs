@@ -2,3 +2,4 @@
 //! apart.
 
 pub mod grow;
+pub mod import;
