@@ -69,8 +69,7 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
             notes.push(format!("iteration {}: {note}", i + 1));
         });
     }
-    let skeleton =
-        skeleton::skeleton(&structure, &nodes, params.height, params.crookedness, params.tip_radius, params.allometry);
+    let skeleton = skeleton::skeleton(&structure, &nodes, params);
     Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
 }
 

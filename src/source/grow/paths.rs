@@ -16,6 +16,9 @@ use super::yao::{Graph, NONE};
 use crate::base::Seed;
 use crate::preset::plan::Guide;
 
+/// What a unit of length costs on a path that follows its guiding vectors.
+const LENGTH: f32 = 0.15;
+
 /// A node of the structure so far, with the guiding vector it starts with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathSource {
@@ -139,9 +142,9 @@ impl Paths {
     }
 }
 
-/// `d (1 - e·v)`, with rounding kept from going below zero.
+/// `d (1 + LENGTH - e·v)`, with rounding kept from going below zero.
 fn weight(edge: Vec3, vector: Vec3) -> f32 {
-    (edge.length() - edge.dot(vector)).max(0.0)
+    (edge.length() * (1.0 + LENGTH) - edge.dot(vector)).max(0.0)
 }
 
 /// Orders by cost, then by node.
