@@ -1,5 +1,7 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod bark_art;
+mod bark_height;
 mod coverage;
 mod dilate;
 mod leaf_art;
@@ -9,6 +11,7 @@ mod noise;
 mod spray;
 mod srgb;
 
+pub use bark_art::bark_maps;
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use spray::spray_span;

@@ -146,19 +146,22 @@ pub(super) fn spray(shape: LeafShape, seed: Seed, enlarge: f32) -> Spray {
 }
 
 /// Scales all parts so that they fill the picture, the origin staying at bottom centre.
-fn fit(parts: &mut [Part]) {
+fn fit(parts: &mut Vec<Part>) {
     let (mut top, mut wide, mut low) = (1e-3_f32, 1e-3_f32, 0.0_f32);
     for p in parts.iter().flat_map(|p| &p.outline) {
         top = top.max(p.y);
         low = low.min(p.y);
         wide = wide.max(p.x.abs());
     }
-    // Leaves that hang below the twig's base would be cut off: the base then rises with a longer twig end.
+    // Leaves that hang below the twig's base would be cut off: the twig then starts lower.
     let lift = Vec2::new(0.0, -low);
-    let scale_y = (1.0 - 2.0 * MARGIN) / (top - low);
-    let scale = scale_y.min((0.5 - MARGIN) / wide);
-    // A narrow spray fills the height; a wide one is let grow a tenth taller than its shape to fill it better.
-    let map = |p: Vec2| (p + lift) * scale + Vec2::new(0.0, 0.0);
+    if low < -1e-4 {
+        let radius = parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
+        let foot = Vec2::new(0.0, low);
+        parts.push(rod(Tissue::Wood, foot, 0.0, -low * 1.02, 0.0, [radius; 2], 0.44, Seed::new(0)));
+    }
+    let scale = ((1.0 - 2.0 * MARGIN) / (top - low)).min((0.5 - MARGIN) / wide);
+    let map = |p: Vec2| (p + lift) * scale;
     for part in parts {
         part.place.origin = map(part.place.origin);
         part.place.length *= scale;
