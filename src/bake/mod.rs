@@ -10,11 +10,13 @@ mod leaf_veins;
 mod noise;
 mod spray;
 mod srgb;
+mod user_art;
 
 pub use bark_art::bark_maps;
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use spray::spray_span;
+pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
