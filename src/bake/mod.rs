@@ -1,5 +1,18 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod coverage;
+mod dilate;
+mod leaf_art;
+mod leaf_outline;
+mod leaf_veins;
+mod noise;
+mod spray;
+mod srgb;
+
+pub use dilate::dilate;
+pub use leaf_art::leaf_maps;
+pub use spray::spray_span;
+
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Maps {
