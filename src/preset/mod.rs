@@ -1,8 +1,27 @@
 //! Presets: the RON text that a designer writes, and the checked [`Plan`] that it means.
 //!
-//! `schema` is exactly the text; `resolve` lowers it once to `plan`, whose parameter structs hold no `Option` and no
-//! value out of range. Every later stage reads its own struct from `plan` and nothing else.
+//! A text becomes tokens (`token`), a tree of values with places (`syntax`), and values checked by tables (`schema`,
+//! `reader`); `set`, `look`, `output` and `species` hold the tables and lower them once to `plan`, whose parameter
+//! structs hold no `Option` and no value out of range. Every later stage reads its own struct from `plan` and nothing
+//! else.
 
+mod look;
+mod nearest;
+mod output;
+mod path;
 pub mod plan;
+mod reader;
+mod report;
+mod schema;
+mod set;
+mod species;
+mod syntax;
+mod token;
 
 pub use plan::Plan;
+pub use schema::describe;
+pub use set::load;
+pub use species::species;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,266 @@
+//! How a set's leaves and bark look: the `foliage` and `bark` of a preset, and the defaults of each leaf.
+//!
+//! The leaf's name decides what is not given: [`LEAVES`] is the one table of sizes, angles, colours and barks by leaf.
+//! Sizes are typical of the grown tree in summer, from botanical descriptions of the genera.
+
+use super::path::relative;
+use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape};
+use super::reader::{Reader, linear};
+use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::syntax::Value;
+
+/// What a leaf's name stands for.
+struct LeafKind {
+    shape: LeafShape,
+    /// Length, metres; of the whole picture for `ash` and `pine`.
+    size: f32,
+    /// Angle to the twig, degrees.
+    angle: f32,
+    droop: f32,
+    /// Length of a twig, metres.
+    twig: f32,
+    color: &'static str,
+    bark: BarkPattern,
+}
+
+const LEAF_NAMES: &[&str] = &["oak", "birch", "beech", "maple", "willow", "ash", "pine"];
+
+/// In the order of [`LEAF_NAMES`].
+#[rustfmt::skip]
+static LEAVES: [LeafKind; 7] = [
+    LeafKind { shape: LeafShape::Oak,    size: 0.11, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.06, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.08, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.13, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.10, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.26, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.16, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", bark: BarkPattern::Plated },
+];
+
+const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth"];
+
+/// In the order of [`BARK_NAMES`]: the pattern and its colour.
+static BARKS: [(BarkPattern, &str); 4] = [
+    (BarkPattern::Furrowed, "#6b5a48"),
+    (BarkPattern::Papery, "#d9d4c7"),
+    (BarkPattern::Plated, "#7d5a42"),
+    (BarkPattern::Smooth, "#8a8378"),
+];
+
+const BY_LEAF: Default = Default::Else("as the leaf");
+const PIXELS: Kind = Kind::Integer { low: 64, high: 4096, unit: "pixels" };
+
+/// `foliage`.
+pub(super) static FOLIAGE: Record = Record {
+    title: "Foliage",
+    about: "Twigs and leaves of the whole set. The leaf's name decides what is not given.",
+    fields: &[
+        Field {
+            name: "leaf",
+            kind: Kind::WordOrChoice(LEAF_NAMES, &LEAF_FILES),
+            default: Default::Is("\"oak\""),
+            about: "a leaf made by Treewright, or pictures of your own",
+        },
+        Field {
+            name: "density",
+            kind: Kind::Number { low: 0.0, high: 4.0, unit: "" },
+            default: Default::Is("1.0"),
+            about: "leaves in the crown; 1 is full summer foliage, 0 none",
+        },
+        Field {
+            name: "most",
+            kind: Kind::Integer { low: 0, high: 200_000, unit: "leaves" },
+            default: Default::Is("20000"),
+            about: "most leaves on one tree, whatever the density asks for",
+        },
+        Field {
+            name: "size",
+            kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
+            default: BY_LEAF,
+            about: "length of a leaf; for ash and pine of the whole picture",
+        },
+        Field {
+            name: "spread",
+            kind: Kind::Number { low: 0.0, high: 0.9, unit: "" },
+            default: Default::Is("0.25"),
+            about: "how much leaf sizes vary, as a share of the size",
+        },
+        Field {
+            name: "angle",
+            kind: Kind::Number { low: 0.0, high: 180.0, unit: "degrees" },
+            default: BY_LEAF,
+            about: "between a leaf and its twig",
+        },
+        Field {
+            name: "droop",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: BY_LEAF,
+            about: "how far twigs and leaves hang",
+        },
+        Field {
+            name: "twig",
+            kind: Kind::Number { low: 0.02, high: 3.0, unit: "m" },
+            default: BY_LEAF,
+            about: "length of a twig",
+        },
+        Field { name: "color", kind: Kind::Color, default: BY_LEAF, about: "of a made leaf" },
+        Field {
+            name: "variation",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.3"),
+            about: "how much the colour of made leaves varies",
+        },
+        Field {
+            name: "pictures",
+            kind: Kind::Integer { low: 1, high: 16, unit: "pictures" },
+            default: Default::Is("4"),
+            about: "how many different made leaves there are",
+        },
+        Field { name: "resolution", kind: PIXELS, default: Default::Is("256"), about: "edge of a made leaf's picture" },
+    ],
+};
+
+static LEAF_FILES: Choice = Choice {
+    title: "Leaf pictures",
+    kinds: &[KindOf { name: "Files", form: Form::Fields(&LEAF_FILE_FIELDS), about: "pictures of your own" }],
+};
+
+static LEAF_FILE_FIELDS: Record = Record {
+    title: "Files of a leaf",
+    about: "The leaf's base is at the middle of the picture's lower edge, its tip up.",
+    fields: &[
+        Field {
+            name: "color",
+            kind: Kind::Text("a path"),
+            default: Default::Required,
+            about: "colour, with alpha where there is no leaf",
+        },
+        NORMAL,
+    ],
+};
+
+const NORMAL: Field = Field {
+    name: "normal",
+    kind: Kind::Text("a path"),
+    default: Default::Else("flat"),
+    about: "tangent-space normal map, green up",
+};
+
+/// `bark`.
+pub(super) static BARK: Record = Record {
+    title: "Bark",
+    about: "The bark of the whole set.",
+    fields: &[
+        Field {
+            name: "texture",
+            kind: Kind::WordOrChoice(BARK_NAMES, &BARK_FILES),
+            default: BY_LEAF,
+            about: "a bark made by Treewright, or maps of your own",
+        },
+        Field {
+            name: "tiling",
+            kind: Kind::Number { low: 0.05, high: 50.0, unit: "m" },
+            default: Default::Is("1.5"),
+            about: "height of one tile on the trunk",
+        },
+        Field {
+            name: "color",
+            kind: Kind::Color,
+            default: Default::Else("as the texture"),
+            about: "of made bark's ridges",
+        },
+        Field { name: "resolution", kind: PIXELS, default: Default::Is("1024"), about: "edge of made bark's maps" },
+    ],
+};
+
+static BARK_FILES: Choice = Choice {
+    title: "Bark maps",
+    kinds: &[KindOf { name: "Files", form: Form::Fields(&BARK_FILE_FIELDS), about: "maps of your own" }],
+};
+
+static BARK_FILE_FIELDS: Record = Record {
+    title: "Files of a bark",
+    about: "Maps that tile both ways.",
+    fields: &[
+        Field { name: "color", kind: Kind::Text("a path"), default: Default::Required, about: "colour" },
+        NORMAL,
+        Field {
+            name: "roughness",
+            kind: Kind::Text("a path"),
+            default: Default::Else("rough all over"),
+            about: "roughness, grey",
+        },
+    ],
+};
+
+/// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
+pub(super) fn foliage(fields: &Reader<'_, '_>) -> Option<(DressParams, LeafArt, BarkPattern)> {
+    let item = fields.item("leaf")?;
+    let (art, leaf) = if matches!(item.node.value, Value::Text(_)) {
+        let leaf = &LEAVES[fields.word(LEAF_NAMES, &item)?];
+        let art = LeafArt::Made {
+            shape: leaf.shape,
+            color: fields.color("color").or(linear(leaf.color))?,
+            variation: fields.number("variation"),
+            size: fields.count("resolution"),
+        };
+        (art, leaf)
+    } else {
+        made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf");
+        let art = fields.kind(&LEAF_FILES, &item, |_, files| {
+            Some(LeafArt::Files { color: path(files, "color"), normal: path(files, "normal") })
+        })?;
+        (art, &LEAVES[0])
+    };
+    let made = matches!(art, LeafArt::Made { .. });
+    let dress = DressParams {
+        density: fields.number("density"),
+        most_leaves: fields.count("most"),
+        leaf_size: fields.number_or("size", leaf.size),
+        leaf_spread: fields.number("spread"),
+        leaf_angle: fields.number_or("angle", leaf.angle).to_radians(),
+        twig_length: fields.number_or("twig", leaf.twig),
+        droop: fields.number_or("droop", leaf.droop),
+        pictures: if made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
+    };
+    Some((dress, art, leaf.bark))
+}
+
+/// The bark's maps and the height of a tile.
+pub(super) fn bark(fields: &Reader<'_, '_>, of_leaf: BarkPattern) -> Option<(BarkArt, f32)> {
+    let tiling = fields.number("tiling");
+    let made = |pattern: usize| {
+        let (pattern, color) = BARKS[pattern];
+        let color = fields.color("color").or(linear(color))?;
+        Some(BarkArt::Made { pattern, color, size: fields.count("resolution") })
+    };
+    let art = match fields.item("texture") {
+        None => made(BARKS.iter().position(|&(pattern, _)| pattern == of_leaf)?),
+        Some(item) if matches!(item.node.value, Value::Text(_)) => made(fields.word(BARK_NAMES, &item)?),
+        Some(item) => {
+            made_only(fields, &["color", "resolution"], "texture");
+            fields.kind(&BARK_FILES, &item, |_, files| {
+                let (color, normal, roughness) =
+                    (path(files, "color"), path(files, "normal"), path(files, "roughness"));
+                Some(BarkArt::Files { color, normal, roughness })
+            })
+        }
+    };
+    Some((art?, tiling))
+}
+
+/// Reports fields that mean nothing beside the user's own pictures.
+fn made_only(fields: &Reader<'_, '_>, names: &[&str], art: &str) {
+    for name in names.iter().filter(|name| fields.has(name)) {
+        fields.fault(name, format!("has no meaning when `{art}` is Files"), "leave it out");
+    }
+}
+
+/// A path relative to the preset's folder; empty where it is absent or wrong.
+pub(super) fn path(fields: &Reader<'_, '_>, name: &str) -> String {
+    let Some((text, item)) = fields.text(name) else { return String::new() };
+    relative(&text).unwrap_or_else(|(message, hint)| {
+        fields.report().at(item.span(), &item.path, message, hint);
+        String::new()
+    })
+}

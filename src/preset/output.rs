@@ -1,0 +1,164 @@
+//! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
+
+use super::plan::{AtlasParams, Lod};
+use super::reader::{Item, Reader};
+use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+
+/// `mesh`.
+pub(super) static MESH: Record = Record {
+    title: "Mesh",
+    about: "Branches at the full level of detail.",
+    fields: &[
+        Field {
+            name: "sides",
+            kind: Kind::Integer { low: 3, high: 64, unit: "sides" },
+            default: Default::Is("12"),
+            about: "of the thickest tube",
+        },
+        Field {
+            name: "error",
+            kind: Kind::Number { low: 0.0005, high: 0.5, unit: "m" },
+            default: Default::Is("0.01"),
+            about: "largest distance between a tube and the smooth branch",
+        },
+    ],
+};
+
+/// `atlas`.
+pub(super) static ATLAS: Record = Record {
+    title: "Atlas",
+    about: "The set's one picture of leaves and cards.",
+    fields: &[
+        Field {
+            name: "size",
+            kind: Kind::Integer { low: 256, high: 8192, unit: "pixels, a power of two" },
+            default: Default::Is("2048"),
+            about: "along an edge",
+        },
+        Field {
+            name: "gutter",
+            kind: Kind::Integer { low: 1, high: 64, unit: "pixels" },
+            default: Default::Is("8"),
+            about: "between two pictures; more keeps them apart in smaller mips",
+        },
+    ],
+};
+
+/// The levels of detail.
+pub(super) static LODS: Choice = Choice {
+    title: "Levels of detail",
+    kinds: &[
+        KindOf { name: "Full", form: Form::Plain, about: "everything; the first level, and only that" },
+        KindOf { name: "Thinned", form: Form::Fields(&THINNED), about: "coarser branches, fewer and larger leaves" },
+        KindOf {
+            name: "BillboardCloud",
+            form: Form::Fields(&CLOUD),
+            about: "leaves and thin branches as textured cards",
+        },
+        KindOf { name: "CrossedQuads", form: Form::Plain, about: "two crossed quads; the last level" },
+    ],
+};
+
+static THINNED: Record = Record {
+    title: "Thinned",
+    about: "Meshed again, and leaves thinned in a fixed order.",
+    fields: &[Field {
+        name: "triangles",
+        kind: Kind::Number { low: 0.01, high: 0.95, unit: "" },
+        default: Default::Required,
+        about: "share of the full level's triangles",
+    }],
+};
+
+static CLOUD: Record = Record {
+    title: "BillboardCloud",
+    about: "Cards fitted to groups of leaves.",
+    fields: &[Field {
+        name: "cards",
+        kind: Kind::Integer { low: 4, high: 512, unit: "cards" },
+        default: Default::Is("48"),
+        about: "at most",
+    }],
+};
+
+/// The engine profiles.
+pub(super) static ENGINES: Choice = Choice {
+    title: "Engines",
+    kinds: &[KindOf {
+        name: "Generic",
+        form: Form::Plain,
+        about: "glTF 2.0 with MSFT_lod, for any engine that reads it",
+    }],
+};
+
+/// The ladder: `Full` first, then ever coarser.
+pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<Lod> {
+    let items = set.list("lods");
+    let mut levels: Vec<Lod> = Vec::new();
+    for item in &items {
+        let level = set.kind(&LODS, item, |kind, fields| {
+            Some(match kind {
+                "Full" => Lod::Full,
+                "Thinned" => Lod::Thinned { triangles: fields.number("triangles") },
+                "BillboardCloud" => Lod::BillboardCloud { cards: fields.count("cards") },
+                _ => Lod::CrossedQuads,
+            })
+        });
+        let Some(level) = level else { return vec![Lod::Full] };
+        order(set, levels.last(), &level, item);
+        levels.push(level);
+    }
+    if levels.is_empty() { vec![Lod::Full] } else { levels }
+}
+
+/// Reports a level that is not coarser than the one before it.
+fn order(set: &Reader<'_, '_>, before: Option<&Lod>, level: &Lod, item: &Item<'_>) {
+    let fault = |message: &str, hint: &str| set.report().at(item.span(), &item.path, message, hint);
+    let rank = |level: &Lod| match level {
+        Lod::Full => 0,
+        Lod::Thinned { .. } => 1,
+        Lod::BillboardCloud { .. } => 2,
+        Lod::CrossedQuads => 3,
+    };
+    match (before, level) {
+        (None, Lod::Full) => {}
+        (None, _) => fault("the first level is not Full", "start the list with Full"),
+        (Some(_), Lod::Full) => fault("Full is the first level only", "leave it out here"),
+        (Some(Lod::Thinned { triangles: before }), Lod::Thinned { triangles }) if triangles >= before => {
+            fault("has no fewer triangles than the level before it", "go from fine to coarse");
+        }
+        (Some(Lod::BillboardCloud { cards: before }), Lod::BillboardCloud { cards }) if cards >= before => {
+            fault("has no fewer cards than the level before it", "go from fine to coarse");
+        }
+        (Some(Lod::CrossedQuads), Lod::CrossedQuads) => {
+            fault("CrossedQuads is the last level only", "leave it out here")
+        }
+        (Some(before), level) if rank(before) > rank(level) => {
+            fault("is finer than the level before it", "the order is Full, Thinned, BillboardCloud, CrossedQuads");
+        }
+        _ => {}
+    }
+}
+
+/// The atlas; its size is a power of two.
+pub(super) fn atlas(fields: &Reader<'_, '_>) -> AtlasParams {
+    let size = fields.count("size");
+    if !size.is_power_of_two() {
+        let (below, above) = (1_u32 << size.ilog2(), 2_u32 << size.ilog2());
+        fields.fault("size", format!("{size} is no power of two"), format!("take {below} or {above}"));
+    }
+    AtlasParams { size, gutter: fields.count("gutter") }
+}
+
+/// Checks the engines: there is one profile so far, so the plan holds nothing of it.
+pub(super) fn engines(set: &Reader<'_, '_>) {
+    let mut named = Vec::new();
+    for item in set.list("engines") {
+        if let Some(engine) = set.kind(&ENGINES, &item, |engine, _| Some(engine)) {
+            if named.contains(&engine) {
+                set.report().at(item.span(), &item.path, format!("`{engine}` is in the list twice"), "leave one out");
+            }
+            named.push(engine);
+        }
+    }
+}

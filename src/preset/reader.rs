@@ -1,0 +1,433 @@
+//! Reads checked values out of a tree, by the tables of the schema.
+//!
+//! Every getter gives a usable value, whatever the text says: what is wrong goes to the report, and the default (or the
+//! low end of the range) stands in, so that reading goes on and finds the next error. A plan made of stand-ins is
+//! never handed out: the caller asks the report.
+
+use std::borrow::Cow;
+
+use super::nearest::nearest;
+use super::report::Report;
+use super::schema::{Choice, Default, Field, Form, Kind, NOTHING, Record};
+use super::syntax::{Name, Node, Value, tree};
+use crate::base::Span;
+
+/// A group of fields that is being read.
+pub(super) struct Reader<'t, 'r> {
+    report: &'r Report<'r>,
+    record: &'static Record,
+    /// Path of the group, as `variants[2]`; empty at the top.
+    path: String,
+    /// Place of the group; none for one that is absent and read from defaults.
+    span: Option<Span>,
+    fields: &'t [(Name, Node)],
+}
+
+/// A value at hand: where it stands, what it is called.
+pub(super) struct Item<'t> {
+    /// The value, or its default.
+    pub(super) node: Cow<'t, Node>,
+    /// Path of the field.
+    pub(super) path: String,
+    /// Whether the text holds it; a default has no place in it.
+    pub(super) given: bool,
+}
+
+impl Item<'_> {
+    /// The place in the text, if it is there.
+    pub(super) fn span(&self) -> Option<Span> {
+        self.given.then_some(self.node.span)
+    }
+}
+
+impl<'t, 'r> Reader<'t, 'r> {
+    /// Reads the fields of `node`, and reports those that the record doesn't know and those that stand twice.
+    pub(super) fn new(report: &'r Report<'r>, record: &'static Record, item: &'t Item<'_>) -> Self {
+        let fields: &[_] = match &item.node.value {
+            Value::Record(None, fields) => fields,
+            Value::Record(Some(name), fields) => {
+                let message = format!("expected fields in ( ), found the kind `{}`", clip(&name.text));
+                report.at(item.span(), &item.path, message, "leave the name before the bracket out");
+                fields
+            }
+            other => {
+                let message = format!("expected fields in ( ), found {}", other.is_called());
+                report.at(item.span(), &item.path, message, names_hint(record));
+                // Nothing of it can be read; its required fields would only be missed on top.
+                return Self { report, record, path: item.path.clone(), span: None, fields: &[] };
+            }
+        };
+        Self::of_fields(report, record, item.path.clone(), item.span(), fields)
+    }
+
+    /// Reads fields that stand behind a kind's name.
+    pub(super) fn of_fields(
+        report: &'r Report<'r>,
+        record: &'static Record,
+        path: String,
+        span: Option<Span>,
+        fields: &'t [(Name, Node)],
+    ) -> Self {
+        let reader = Self { report, record, path, span, fields };
+        for (i, (name, _)) in fields.iter().enumerate() {
+            let path = reader.path_of(&clip(&name.text));
+            if record.field(&name.text).is_none() {
+                let hint = match nearest(&name.text, record.names()) {
+                    Some(meant) => format!("did you mean `{meant}`? {}", names_hint(record)),
+                    None => names_hint(record),
+                };
+                report.at(name.span, &path, "unknown field", hint);
+            } else if let Some((first, _)) =
+                fields[..i.min(record.fields.len() * 4)].iter().find(|f| f.0.text == name.text)
+            {
+                let message = format!("given twice; first on line {}", first.span.line);
+                report.at(name.span, &path, message, "leave one of the two out");
+            }
+        }
+        reader
+    }
+
+    pub(super) fn report(&self) -> &'r Report<'r> {
+        self.report
+    }
+
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Place of the group.
+    pub(super) fn span(&self) -> Option<Span> {
+        self.span
+    }
+
+    fn path_of(&self, name: &str) -> String {
+        if self.path.is_empty() { name.to_string() } else { format!("{}.{name}", self.path) }
+    }
+
+    fn schema(&self, name: &str) -> &'static Field {
+        self.record.field(name).expect("resolvers ask for fields of their own record")
+    }
+
+    /// Whether the text gives the field.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.fields.iter().any(|(key, _)| key.text == name)
+    }
+
+    /// Reports an error about a field of this group.
+    pub(super) fn fault(&self, name: &str, message: impl Into<String>, hint: impl Into<String>) {
+        let span = self.fields.iter().find(|(key, _)| key.text == name).map(|(_, node)| node.span).or(self.span);
+        self.report.at(span, &self.path_of(name), message, hint);
+    }
+
+    /// The field's value or its default; none when it is required and missing (reported), or when something else
+    /// decides.
+    pub(super) fn item(&self, name: &str) -> Option<Item<'t>> {
+        let path = self.path_of(name);
+        if let Some((_, node)) = self.fields.iter().find(|(key, _)| key.text == name) {
+            let given = |node| Some(Item { node: Cow::Borrowed(node), path: path.clone(), given: true });
+            return match &node.value {
+                // What people who know RON's Option write.
+                Value::Tuple(Some(some), items) if some.text == "Some" && items.len() == 1 => {
+                    self.report.at(some.span, &path, "`Some` has no meaning here", "write the value alone");
+                    given(&items[0])
+                }
+                _ => given(node),
+            };
+        }
+        match self.schema(name).default {
+            Default::Is(text) => {
+                let node = tree(text, self.report)?;
+                Some(Item { node: Cow::Owned(node), path, given: false })
+            }
+            Default::Else(_) => None,
+            Default::Required => {
+                // An unreadable group is reported once, not for every field.
+                if self.span.is_some() {
+                    self.report.at(self.span, &path, "missing", format!("give {}", self.schema(name).kind.told()));
+                }
+                None
+            }
+        }
+    }
+
+    /// A number in its range.
+    pub(super) fn number(&self, name: &str) -> f32 {
+        let Kind::Number { low, .. } = self.schema(name).kind else { return 0.0 };
+        self.number_or(name, low)
+    }
+
+    /// A number in its range; `other` where the field is absent and has no default of its own.
+    pub(super) fn number_or(&self, name: &str, other: f32) -> f32 {
+        let kind = self.schema(name).kind;
+        let Kind::Number { low, high, unit } = kind else { return other };
+        let Some(item) = self.item(name) else { return other };
+        let value = match item.node.value {
+            Value::Integer(value) => value as f64,
+            Value::Float(value) => value,
+            _ => {
+                self.mistyped(&item, kind);
+                return other;
+            }
+        };
+        // Compared in single precision, so that the ends of the range as written are inside; NaN is never written.
+        let single = value as f32;
+        if (low..=high).contains(&single) {
+            // -0.0 would be another hash for the same preset.
+            single + 0.0
+        } else {
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let shown = if value.abs() > 1e9 { "the number".to_string() } else { value.to_string() };
+            let message = format!("{shown} is out of range: {low} to {high}{unit}");
+            self.report.at(item.span(), &item.path, message, "");
+            other
+        }
+    }
+
+    /// A whole number in its range.
+    pub(super) fn integer(&self, name: &str) -> u64 {
+        let Kind::Integer { low, .. } = self.schema(name).kind else { return 0 };
+        self.integer_or(name, low)
+    }
+
+    /// A whole number in its range; `other` where the field is absent and has no default of its own.
+    pub(super) fn integer_or(&self, name: &str, other: u64) -> u64 {
+        let kind = self.schema(name).kind;
+        let Kind::Integer { low, high, unit } = kind else { return other };
+        let Some(item) = self.item(name) else { return other };
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        match item.node.value {
+            Value::Integer(value) => match u64::try_from(value) {
+                Ok(value) if (low..=high).contains(&value) => return value,
+                _ if high == u64::MAX => {
+                    self.report.at(
+                        item.span(),
+                        &item.path,
+                        format!("{value} is out of range: {low} or more{unit}"),
+                        "",
+                    );
+                }
+                _ => {
+                    let message = format!("{value} is out of range: {low} to {high}{unit}");
+                    self.report.at(item.span(), &item.path, message, "");
+                }
+            },
+            _ => self.mistyped(&item, kind),
+        }
+        other
+    }
+
+    /// As [`integer`](Self::integer), for ranges within 32 bits.
+    pub(super) fn count(&self, name: &str) -> u32 {
+        u32::try_from(self.integer(name)).unwrap_or(u32::MAX)
+    }
+
+    /// A quoted text.
+    pub(super) fn text(&self, name: &str) -> Option<(String, Item<'t>)> {
+        let item = self.item(name)?;
+        match &item.node.value {
+            Value::Text(text) => Some((text.clone(), item)),
+            _ => {
+                self.mistyped(&item, self.schema(name).kind);
+                None
+            }
+        }
+    }
+
+    /// A colour as linear light, 0..=1; none where the field is absent or wrong.
+    pub(super) fn color(&self, name: &str) -> Option<[f32; 3]> {
+        let (text, item) = self.text(name)?;
+        let color = linear(&text);
+        if color.is_none() {
+            let message = format!("\"{}\" is no colour", clip(&text));
+            self.report.at(item.span(), &item.path, message, "six hexadecimal digits behind #, as \"#4a6b2c\"");
+        }
+        color
+    }
+
+    /// Which of the field's words is given; none where it is absent or wrong.
+    pub(super) fn word(&self, words: &'static [&'static str], item: &Item<'_>) -> Option<usize> {
+        let Value::Text(text) = &item.node.value else { return None };
+        let found = words.iter().position(|word| word == text);
+        if found.is_none() {
+            let all = words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
+            let hint = match nearest(text, words.iter().copied()) {
+                Some(meant) => format!("did you mean \"{meant}\"? There are {all}"),
+                None => format!("there are {all}"),
+            };
+            self.report.at(item.span(), &item.path, format!("there is no \"{}\"", clip(text)), hint);
+        }
+        found
+    }
+
+    /// A kind and a reader of its fields, handed to `read`; none where it is absent or wrong.
+    pub(super) fn choice<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&'static str, &Reader<'_, 'r>) -> Option<T>,
+    ) -> Option<T> {
+        let kind = self.schema(name).kind;
+        let (Kind::Choice(choice) | Kind::WordOrChoice(_, choice)) = kind else { return None };
+        let item = self.item(name)?;
+        self.kind(choice, &item, read)
+    }
+
+    /// As [`choice`](Self::choice), for a value at hand.
+    pub(super) fn kind<T>(
+        &self,
+        choice: &'static Choice,
+        item: &Item<'_>,
+        read: impl FnOnce(&'static str, &Reader<'_, 'r>) -> Option<T>,
+    ) -> Option<T> {
+        let node = &*item.node;
+        let (name, span) = match &node.value {
+            Value::Name(name) => (name, node.span),
+            Value::Record(Some(name), _) | Value::Tuple(Some(name), _) => (&name.text, name.span),
+            other => {
+                let all = choice.names().collect::<Vec<_>>().join(", ");
+                let message = format!("expected a kind, found {}", other.is_called());
+                self.report.at(item.span(), &item.path, message, format!("one of {all}"));
+                return None;
+            }
+        };
+        let Some(kind) = choice.kinds.iter().find(|kind| kind.name == name) else {
+            let all = choice.names().collect::<Vec<_>>().join(", ");
+            let hint = match nearest(name, choice.names()) {
+                Some(meant) => format!("did you mean `{meant}`? There are {all}"),
+                None => format!("there are {all}"),
+            };
+            self.report.at(item.given.then_some(span), &item.path, format!("there is no kind `{}`", clip(name)), hint);
+            return None;
+        };
+        let record = match kind.form {
+            Form::Plain => &NOTHING,
+            Form::One(record) | Form::Fields(record) => record,
+        };
+        let mut one = Vec::new();
+        let fields: &[(Name, Node)] = match &node.value {
+            Value::Record(_, fields) => fields,
+            Value::Tuple(_, items) => {
+                if let (Form::One(record), [only]) = (kind.form, &items[..]) {
+                    one.push((Name { span: only.span, text: record.fields[0].name.to_string() }, only.clone()));
+                } else {
+                    let message = format!("`{name}` takes named fields, found values without names");
+                    self.report.at(item.span(), &item.path, message, names_hint(record));
+                    return None;
+                }
+                &one
+            }
+            _ => &[],
+        };
+        let reader = Reader::of_fields(self.report, record, item.path.clone(), item.span(), fields);
+        read(kind.name, &reader)
+    }
+
+    /// A group of fields, handed to `read`; an absent one is read from the defaults of its fields.
+    pub(super) fn group<T>(&self, name: &str, read: impl FnOnce(&Reader<'_, 'r>) -> T) -> Option<T> {
+        let Kind::Fields(record) = self.schema(name).kind else { return None };
+        let item = self.item(name)?;
+        Some(read(&Reader::new(self.report, record, &item)))
+    }
+
+    /// The items of a list, between `low` and `high` of them; none where it is absent or no list.
+    pub(super) fn list(&self, name: &str) -> Vec<Item<'t>> {
+        let kind = self.schema(name).kind;
+        let (Kind::ListOf { low, high, .. } | Kind::Rows { low, high, .. } | Kind::Texts { low, high, .. }) = kind
+        else {
+            return Vec::new();
+        };
+        let Some(item) = self.item(name) else { return Vec::new() };
+        let Item { node, path, given } = item;
+        let called = node.value.is_called();
+        let span = given.then_some(node.span);
+        let items: Vec<Item<'t>> = match node {
+            Cow::Borrowed(Node { value: Value::List(items), .. }) => {
+                items.iter().map(Cow::Borrowed).collect::<Vec<_>>()
+            }
+            Cow::Owned(Node { value: Value::List(items), .. }) => items.into_iter().map(Cow::Owned).collect(),
+            _ => {
+                let hint = format!("expected {}", kind.told());
+                self.report.at(span, &path, format!("expected a list in [ ], found {called}"), hint);
+                return Vec::new();
+            }
+        }
+        .into_iter()
+        .enumerate()
+        .map(|(i, node)| Item { node, path: format!("{path}[{i}]"), given })
+        .collect();
+        if !(low..=high).contains(&items.len()) {
+            let message = format!("{} entries; expected {}", items.len(), kind.told());
+            self.report.at(span, &path, message, "");
+            return items.into_iter().take(high).collect();
+        }
+        items
+    }
+
+    /// The entries of a map from names, with the place of each name.
+    pub(super) fn map(&self, name: &str) -> Vec<(Name, Item<'t>)> {
+        let kind = self.schema(name).kind;
+        let Kind::Named { high, .. } = kind else { return Vec::new() };
+        let Some(item) = self.item(name) else { return Vec::new() };
+        let Cow::Borrowed(Node { value: Value::Map(entries), .. }) = item.node else {
+            let message = format!("expected a map in {{ }}, found {}", item.node.value.is_called());
+            self.report.at(item.span(), &item.path, message, "write {\"name\": …}");
+            return Vec::new();
+        };
+        if !(1..=high).contains(&entries.len()) {
+            let message = format!("{} entries; expected {}", entries.len(), kind.told());
+            self.report.at(item.span(), &item.path, message, "");
+        }
+        let mut found = Vec::new();
+        for (key, node) in entries.iter().take(high) {
+            let Value::Text(text) = &key.value else {
+                let message = format!("expected a name in quotes, found {}", key.value.is_called());
+                self.report.at(key.span, &item.path, message, "write {\"name\": …}");
+                continue;
+            };
+            let path = format!("{}[\"{}\"]", item.path, clip(text));
+            let name = Name { span: key.span, text: text.clone() };
+            found.push((name, Item { node: Cow::Borrowed(node), path, given: true }));
+        }
+        found
+    }
+
+    fn mistyped(&self, item: &Item<'_>, kind: Kind) {
+        let found = match &item.node.value {
+            Value::Name(name) if matches!(name.as_str(), "NaN" | "inf") => {
+                let message = format!("`{name}` is no number that a tree can have");
+                self.report.at(item.span(), &item.path, message, format!("give {}", kind.told()));
+                return;
+            }
+            Value::Name(name) => format!("the name `{}`", clip(name)),
+            other => other.is_called().to_string(),
+        };
+        self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), "");
+    }
+}
+
+/// A user's word for a message: of bounded length, on one line.
+pub(super) fn clip(text: &str) -> String {
+    let mut shown: String = text.chars().take(40).flat_map(char::escape_debug).collect();
+    if text.chars().nth(40).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+fn names_hint(record: &Record) -> String {
+    if record.fields.is_empty() {
+        "it takes no fields".to_string()
+    } else {
+        format!("its fields are {}", record.names().collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// `#rrggbb` in sRGB as linear light (IEC 61966-2-1).
+pub(super) fn linear(text: &str) -> Option<[f32; 3]> {
+    let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let channel = |i: usize| {
+        let value = u8::from_str_radix(&digits[i..i + 2], 16).ok()?;
+        let c = f32::from(value) / 255.0;
+        Some(if c <= 0.04045 { c / 12.92 } else { crate::base::math::pow((c + 0.055) / 1.055, 2.4) })
+    };
+    Some([channel(0)?, channel(2)?, channel(4)?])
+}

@@ -1,0 +1,446 @@
+//! The preset of a set: sources, variants and what they share, resolved into a [`Plan`].
+//!
+//! Seeds: a `Grow` source has its own, so the same species and seed is the same tree in every set; the set's seed drives
+//! all else. A `Blend` of `count` trees takes tree i at a point of the van der Corput sequence between `from` and `to`,
+//! which spreads any count evenly and leaves the first trees where they were when the count is raised. Each tree has
+//! a batch (a schedule of which branch grows, wilts or moves when) of its own, unless `batches` says how many share
+//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::look::{self, BARK, FOLIAGE, path};
+use super::nearest::nearest;
+use super::output::{self, ATLAS, ENGINES, LODS, MESH};
+use super::path::{folder, is_new, joined, name_fault, stem};
+use super::plan::{
+    GrowParams, ImportHeight, ImportParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis, Variant,
+};
+use super::reader::{Item, Reader, clip};
+use super::report::Report;
+use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::species::{HEIGHT, species};
+use super::syntax::{Value, tree};
+use crate::base::Diagnostic;
+
+/// Most variants of a set.
+const MOST_VARIANTS: usize = 4096;
+/// Most trees of one blend.
+const MOST_TREES: u64 = 256;
+
+const BY_DEFAULTS: Default = Default::Is("()");
+
+/// The preset of a set.
+pub(super) static SET: Record = Record {
+    title: "Preset of a set",
+    about: "Sources and variants must be given, everything else has a default.",
+    fields: &[
+        Field {
+            name: "seed",
+            kind: Kind::Integer { low: 0, high: u64::MAX, unit: "" },
+            default: Default::Is("1"),
+            about: "another one gives other blends and leaves from the same sources",
+        },
+        Field {
+            name: "sources",
+            kind: Kind::Named { choice: &SOURCE, high: 64 },
+            default: Default::Required,
+            about: "the trees that variants are made from",
+        },
+        Field {
+            name: "variants",
+            kind: Kind::ListOf { choice: &VARIANT, low: 1, high: MOST_VARIANTS },
+            default: Default::Required,
+            about: "the trees that are written; 4096 in all",
+        },
+        Field { name: "foliage", kind: Kind::Fields(&FOLIAGE), default: BY_DEFAULTS, about: "twigs and leaves" },
+        Field { name: "bark", kind: Kind::Fields(&BARK), default: BY_DEFAULTS, about: "bark" },
+        Field {
+            name: "mesh",
+            kind: Kind::Fields(&MESH),
+            default: BY_DEFAULTS,
+            about: "how finely branches are meshed",
+        },
+        Field {
+            name: "lods",
+            kind: Kind::ListOf { choice: &LODS, low: 1, high: 8 },
+            default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads]"),
+            about: "levels of detail, from fine to coarse",
+        },
+        Field {
+            name: "atlas",
+            kind: Kind::Fields(&ATLAS),
+            default: BY_DEFAULTS,
+            about: "the picture that leaves share",
+        },
+        Field {
+            name: "engines",
+            kind: Kind::ListOf { choice: &ENGINES, low: 1, high: 8 },
+            default: Default::Is("[Generic]"),
+            about: "whom the files are written for",
+        },
+    ],
+};
+
+static SOURCE: Choice = Choice {
+    title: "Sources",
+    kinds: &[
+        KindOf { name: "Grow", form: Form::Fields(&GROW), about: "a tree grown from a species file" },
+        KindOf { name: "Import", form: Form::Fields(&IMPORT), about: "a tree from a scan, a mesh or a skeleton" },
+    ],
+};
+
+static GROW: Record = Record {
+    title: "Grow",
+    about: "The same species, seed and height give the same tree in every set.",
+    fields: &[
+        Field {
+            name: "species",
+            kind: Kind::Text("the path of a species file"),
+            default: Default::Required,
+            about: "relative to the preset's folder",
+        },
+        Field {
+            name: "seed",
+            kind: Kind::Integer { low: 0, high: u64::MAX, unit: "" },
+            default: Default::Is("1"),
+            about: "another one gives another tree of the species",
+        },
+        Field { name: "height", kind: HEIGHT, default: Default::Else("as the species"), about: "height of this tree" },
+    ],
+};
+
+static IMPORT: Record = Record {
+    title: "Import",
+    about: "What the file holds is told by its contents.",
+    fields: &[
+        Field {
+            name: "file",
+            kind: Kind::Text("the path of a file"),
+            default: Default::Required,
+            about: "relative to the preset's folder",
+        },
+        Field { name: "up", kind: Kind::Choice(&UP), default: Default::Is("Detect"), about: "which axis points up" },
+        Field { name: "height", kind: HEIGHT, default: Default::Else("as the file"), about: "scales the tree to it" },
+    ],
+};
+
+static UP: Choice = Choice {
+    title: "Up",
+    kinds: &[
+        KindOf { name: "Detect", form: Form::Plain, about: "found from the data" },
+        KindOf { name: "Y", form: Form::Plain, about: "as most meshes" },
+        KindOf { name: "Z", form: Form::Plain, about: "as most scans" },
+    ],
+};
+
+static VARIANT: Choice = Choice {
+    title: "Variants",
+    kinds: &[
+        KindOf { name: "Source", form: Form::One(&AS_IS), about: "a source as it is" },
+        KindOf { name: "Blend", form: Form::Fields(&BLEND), about: "trees between two sources" },
+    ],
+};
+
+static AS_IS: Record = Record {
+    title: "Source",
+    about: "`Source(\"oak\")` or `Source(of: \"oak\")`.",
+    fields: &[Field {
+        name: "of",
+        kind: Kind::Text("a source's name"),
+        default: Default::Required,
+        about: "which one",
+    }],
+};
+
+static BLEND: Record = Record {
+    title: "Blend",
+    about: "Stochastic blending (Wang et al. 2017): branches of one source grow, wilt or turn into those of the other.",
+    fields: &[
+        Field {
+            name: "of",
+            kind: Kind::Texts { what: "sources' names", low: 2, high: 2 },
+            default: Default::Required,
+            about: "from the first to the second",
+        },
+        Field {
+            name: "count",
+            kind: Kind::Integer { low: 1, high: MOST_TREES, unit: "trees" },
+            default: Default::Required,
+            about: "how many variants it gives",
+        },
+        Field {
+            name: "from",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.15"),
+            about: "least progress; 0 is the first source",
+        },
+        Field {
+            name: "to",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.85"),
+            about: "most progress; 1 is the second source",
+        },
+        Field {
+            name: "batches",
+            kind: Kind::Integer { low: 1, high: MOST_TREES, unit: "" },
+            default: Default::Else("one a tree"),
+            about: "how many schedules the trees share; 1 puts them all on one way from source to source",
+        },
+        Field {
+            name: "seed",
+            kind: Kind::Integer { low: 0, high: 1_000_000, unit: "" },
+            default: Default::Is("0"),
+            about: "another one gives other trees of the same two sources",
+        },
+        Field {
+            name: "matching",
+            kind: Kind::Fields(&MATCHING),
+            default: BY_DEFAULTS,
+            about: "what makes two branches alike",
+        },
+    ],
+};
+
+const fn weight(name: &'static str, default: &'static str, about: &'static str) -> Field {
+    Field { name, kind: Kind::Number { low: 0.0, high: 100.0, unit: "" }, default: Default::Is(default), about }
+}
+
+static MATCHING: Record = Record {
+    title: "Matching",
+    about: "Weights against each other; only their ratios count.",
+    fields: &[
+        weight("crown", "0.4", "shape of the crown that a branch bears"),
+        weight("direction", "0.3", "direction in which it branches off"),
+        weight("ratio", "0.3", "share of it that bears branches"),
+    ],
+};
+
+/// Reads a preset and the species files it names. `file` is the preset's path as the user knows it, with `/` between
+/// folders; its stem is the set's name. `read` gives the text of a file by its path relative to the preset's folder,
+/// or says why it can't; it is asked once a file, in the order of the text. Other files (scans, pictures) are not read.
+///
+/// # Errors
+///
+/// All that is wrong with the preset and its species files, at most 65 errors a file: those of the preset first, in the
+/// order of its text.
+pub fn load(
+    file: &str,
+    text: &str,
+    read: &mut dyn FnMut(&str) -> Result<String, String>,
+) -> Result<Plan, Vec<Diagnostic>> {
+    let report = Report::new(file);
+    let mut files = SpeciesFiles { folder: folder(file), read, known: BTreeMap::new() };
+    let plan = tree(text, &report).filter(|_| report.is_clean()).and_then(|node| {
+        let top = Item { node: Cow::Owned(node), path: String::new(), given: true };
+        plan(stem(file), &Reader::new(&report, &SET, &top), &mut files)
+    });
+    match plan {
+        Some(plan) if report.is_clean() => Ok(plan),
+        _ => Err(report.into_diagnostics()),
+    }
+}
+
+fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<Plan> {
+    if let Some((message, hint)) = name_fault(name) {
+        let message = format!("the preset's file name names its set, and {message}");
+        set.report().whole(message, hint);
+    }
+    let seed = set.integer("seed");
+    let (sources, names) = sources(set, files);
+    let variants = variants(set, &names);
+    let foliage = set.group("foliage", look::foliage).flatten();
+    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |&(_, _, bark)| bark);
+    let bark = set.group("bark", |fields| look::bark(fields, of_leaf)).flatten();
+    let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error")));
+    let lods = output::lods(set);
+    let atlas = set.group("atlas", output::atlas);
+    output::engines(set);
+    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error)) = (foliage?, bark?, mesh?);
+    Some(Plan {
+        name: name.to_string(),
+        seed,
+        sources,
+        variants,
+        dress,
+        leaf_art,
+        bark_art,
+        mesh: MeshParams { sides, error, bark_tile },
+        lods,
+        atlas: atlas?,
+    })
+}
+
+/// The species files of a preset, each read once.
+struct SpeciesFiles<'f> {
+    folder: &'f str,
+    read: &'f mut dyn FnMut(&str) -> Result<String, String>,
+    /// By path: the species, or none when it is unreadable or wrong (the first source that named it said so).
+    known: BTreeMap<String, Option<GrowParams>>,
+}
+
+impl SpeciesFiles<'_> {
+    fn get(&mut self, path: &str, item: &Item<'_>, report: &Report<'_>) -> Option<GrowParams> {
+        if let Some(known) = self.known.get(path) {
+            return known.clone();
+        }
+        let found = match (self.read)(path) {
+            Ok(text) => species(&joined(self.folder, path), &text).map_err(|found| report.adopt(found)).ok(),
+            Err(reason) => {
+                report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), "");
+                None
+            }
+        };
+        self.known.insert(path.to_string(), found.clone());
+        found
+    }
+}
+
+/// The sources in the order of their names, and all names that the preset gives, with the index of those that are
+/// sound.
+fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, BTreeMap<String, usize>) {
+    let mut seen = BTreeSet::new();
+    let mut found: BTreeMap<String, Option<SourceRecipe>> = BTreeMap::new();
+    for (name, item) in set.map("sources") {
+        if let Some((message, hint)) = name_fault(&name.text) {
+            set.report().at(name.span, &item.path, message, hint);
+        } else if !is_new(&mut seen, &name.text) {
+            let message = format!("there is a source \"{}\" already", clip(&name.text));
+            set.report().at(name.span, &item.path, message, "upper and lower case count as the same");
+            continue;
+        }
+        let recipe = set.kind(&SOURCE, &item, |kind, fields| match kind {
+            "Grow" => grow(fields, files).map(SourceRecipe::Grow),
+            _ => Some(SourceRecipe::Import(import(fields))),
+        });
+        found.insert(name.text, recipe);
+    }
+    let names = found.keys().cloned().zip(0..).collect();
+    // A source that is wrong keeps its index; the plan is not handed out then.
+    let sources = found.into_iter().filter_map(|(name, recipe)| Some(Source { name, recipe: recipe? })).collect();
+    (sources, names)
+}
+
+fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
+    let seed = fields.integer("seed");
+    let height = fields.number_or("height", 0.0);
+    let path = path(fields, "species");
+    if path.is_empty() {
+        return None;
+    }
+    let item = fields.item("species")?;
+    let species = files.get(&path, &item, fields.report())?;
+    let height = if fields.has("height") { height } else { species.height };
+    Some(GrowParams { seed, height, ..species })
+}
+
+fn import(fields: &Reader<'_, '_>) -> ImportParams {
+    let up = fields.choice("up", |kind, _| {
+        Some(match kind {
+            "Y" => UpAxis::Y,
+            "Z" => UpAxis::Z,
+            _ => UpAxis::Detect,
+        })
+    });
+    let height = fields.number_or("height", 1.0);
+    ImportParams {
+        file: path(fields, "file"),
+        up: up.unwrap_or(UpAxis::Detect),
+        height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
+    }
+}
+
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {
+    let mut variants = Vec::new();
+    // What an entry makes, as text, and where it stood first.
+    let mut made: BTreeMap<String, String> = BTreeMap::new();
+    for item in set.list("variants") {
+        let Some((trees, key)) = set.kind(&VARIANT, &item, |kind, fields| match kind {
+            "Source" => as_is(fields, names),
+            _ => blend(fields, names),
+        }) else {
+            continue;
+        };
+        if let Some(first) = made.get(&key) {
+            let hint = "raise its count, or give a Blend another `seed`";
+            set.report().at(item.span(), &item.path, format!("makes the same trees as {first}"), hint);
+            continue;
+        }
+        made.insert(key, item.path.clone());
+        if variants.len() + trees.len() > MOST_VARIANTS {
+            let message = format!("more than {MOST_VARIANTS} variants in all");
+            set.report().at(item.span(), &item.path, message, "split the set");
+            break;
+        }
+        variants.extend(trees);
+    }
+    variants
+}
+
+fn as_is(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<(Vec<Variant>, String)> {
+    let source = source(fields, &fields.item("of")?, names)?;
+    Some((vec![Variant::Source(source)], format!("source {source}")))
+}
+
+fn blend(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<(Vec<Variant>, String)> {
+    let items = fields.list("of");
+    let of: Vec<Option<usize>> = items.iter().map(|item| source(fields, item, names)).collect();
+    let count = fields.integer("count");
+    let batches = fields.integer_or("batches", count);
+    let seed = fields.integer("seed");
+    let (low, high) = (fields.number("from"), fields.number("to"));
+    if low > high {
+        fields.fault("from", format!("`from` {low} is above `to` {high}"), "swap the two");
+    }
+    if batches > count {
+        let message = format!("{batches} batches for {count} trees");
+        fields.fault("batches", message, "leave it out for a batch a tree");
+    }
+    let matching = fields.group("matching", matching)?;
+    let [Some(from), Some(to)] = of[..] else { return None };
+    if from == to {
+        fields.fault("of", "blends a source with itself", "name two different sources");
+        return None;
+    }
+    let trees = (0..count).map(|i| {
+        let progress = low + (high - low) * radical_inverse(i + 1);
+        Variant::Blend { from, to, matching, batch: (seed << 32) | (i % batches.max(1)), progress }
+    });
+    let key = format!("blend {from} {to} {seed} {batches} {low} {high} {matching:?}");
+    Some((trees.collect(), key))
+}
+
+fn matching(fields: &Reader<'_, '_>) -> MatchParams {
+    let (crown, direction, ratio) = (fields.number("crown"), fields.number("direction"), fields.number("ratio"));
+    let sum = crown + direction + ratio;
+    if sum < 1e-3 {
+        fields.report().at(fields.span(), fields.path(), "all weights are zero", "give one of them");
+        return MatchParams { crown: 1.0, direction: 0.0, ratio: 0.0 };
+    }
+    MatchParams { crown: crown / sum, direction: direction / sum, ratio: ratio / sum }
+}
+
+/// The index of the source that `item` names.
+fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &BTreeMap<String, usize>) -> Option<usize> {
+    let Value::Text(name) = &item.node.value else {
+        let message = format!("expected a source's name in quotes, found {}", item.node.value.is_called());
+        fields.report().at(item.span(), &item.path, message, "");
+        return None;
+    };
+    let found = names.get(name).copied();
+    if found.is_none() {
+        let all = names.keys().take(16).map(|name| format!("\"{}\"", clip(name))).collect::<Vec<_>>().join(", ");
+        let hint = match nearest(name, names.keys().map(String::as_str)) {
+            Some(meant) => format!("did you mean \"{}\"? There are {all}", clip(meant)),
+            None if all.is_empty() => "`sources` names none".to_string(),
+            None => format!("there are {all}"),
+        };
+        fields.report().at(item.span(), &item.path, format!("there is no source \"{}\"", clip(name)), hint);
+    }
+    found
+}
+
+/// The i-th number of the van der Corput sequence, 0..1: 1/2, 1/4, 3/4, 1/8, …
+fn radical_inverse(i: u64) -> f32 {
+    ((i.reverse_bits() >> 40) as f32) / 16_777_216.0
+}

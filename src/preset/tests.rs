@@ -1,0 +1,45 @@
+//! Tests of the whole folder: presets in, plans or diagnostics out.
+
+use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
+use super::*;
+use crate::base::Diagnostic;
+
+const OAK: &str = r#"(
+    height: 12.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5,
+    iterations: [
+        (endpoints: Volume(shape: Point(height: 0.4), count: 1), guide: Piecewise(first: 0.0, then: 0.0, switch: 1)),
+        (endpoints: Volume(shape: HalfEllipsoid(bottom: 0.3, top: 1.0, radius: 0.5, hollow: 0.3), count: 30), guide: Piecewise(first: 30.0, then: -3.0, switch: 3), start: Kept, keep: Any),
+        (endpoints: Surface(hops: 4, proportion: 0.6, count: 300), guide: Random(low: 30.0, high: 120.0)),
+    ],
+)"#;
+
+fn load_with_oak(text: &str) -> Result<Plan, Vec<Diagnostic>> {
+    load("presets/avenue.ron", text, &mut |path| match path {
+        "species/oak.ron" => Ok(OAK.to_string()),
+        _ => Err("no such file".to_string()),
+    })
+}
+
+#[test]
+fn the_avenue_is_what_its_comments_say() {
+    let plan = load_with_oak(include_str!("../../presets/avenue.ron")).expect("loads");
+    assert_eq!((plan.name.as_str(), plan.seed, plan.sources.len(), plan.variants.len()), ("avenue", 41, 2, 8));
+    let heights = plan.sources.iter().map(|source| match &source.recipe {
+        SourceRecipe::Grow(grow) => (source.name.as_str(), grow.seed, grow.height),
+        SourceRecipe::Import(_) => ("", 0, 0.0),
+    });
+    assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 14.0)]);
+    assert_eq!(plan.variants[0], Variant::Source(0));
+    assert!(matches!(plan.variants[2], Variant::Blend { from: 0, to: 1, batch: 0, progress: 0.5, .. }));
+    assert!(matches!(plan.leaf_art, LeafArt::Made { shape: LeafShape::Oak, .. }));
+    assert!(matches!(plan.bark_art, BarkArt::Made { pattern: BarkPattern::Furrowed, .. }));
+    assert_eq!((plan.lods.len(), plan.mesh.bark_tile, plan.dress.density), (5, 2.0, 0.8));
+}
+
+#[test]
+fn degrees_become_radians() {
+    let oak = species("oak.ron", OAK).expect("loads");
+    assert_eq!(oak.iterations[0].start, GuideStart::Kept);
+    let plan::Guide::Random { low, high } = oak.iterations[2].guide else { panic!("{oak:?}") };
+    assert!((low - std::f32::consts::FRAC_PI_6).abs() < 1e-6 && (high - 2.094_395).abs() < 1e-6);
+}
