@@ -192,6 +192,23 @@ static BARK_FILE_FIELDS: Record = Record {
     ],
 };
 
+/// The defaults of each leaf and bark, as Markdown.
+pub(super) fn describe_leaves() -> String {
+    let mut out = String::from(
+        "# Leaves and barks\n\n| leaf | size, m | angle, degrees | droop | twig, m | color | bark |\n|---|---|---|---|---|---|---|\n",
+    );
+    let named = |pattern| BARKS.iter().zip(BARK_NAMES).find(|(bark, _)| bark.0 == pattern).map_or("", |(_, name)| name);
+    for (leaf, name) in LEAVES.iter().zip(LEAF_NAMES) {
+        let LeafKind { shape: _, size, angle, droop, twig, color, bark } = leaf;
+        out.push_str(&format!("| {name} | {size} | {angle} | {droop} | {twig} | `{color}` | {} |\n", named(*bark)));
+    }
+    out.push_str("\n| bark | color |\n|---|---|\n");
+    for ((_, color), name) in BARKS.iter().zip(BARK_NAMES) {
+        out.push_str(&format!("| {name} | `{color}` |\n"));
+    }
+    out
+}
+
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
 pub(super) fn foliage(fields: &Reader<'_, '_>) -> Option<(DressParams, LeafArt, BarkPattern)> {
     let item = fields.item("leaf")?;

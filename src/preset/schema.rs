@@ -108,7 +108,9 @@ impl Choice {
 /// A record that holds no field.
 pub(super) static NOTHING: Record = Record { title: "", about: "", fields: &[] };
 
-/// The schema of presets and species for people, as Markdown.
+/// The schema of presets and species for people, as Markdown:
+///
+#[doc = include_str!("schema.md")]
 #[must_use]
 pub fn describe() -> String {
     let mut out = String::new();
@@ -117,6 +119,7 @@ pub fn describe() -> String {
         let mut told: Vec<&'static str> = Vec::new();
         describe_record(record, &mut told, &mut out);
     }
+    out.push_str(&super::look::describe_leaves());
     out
 }
 

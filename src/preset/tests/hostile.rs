@@ -62,16 +62,12 @@ fn mutated_presets_are_answered_with_places_inside_the_text() {
     let mut sound = 0;
     for _ in 0..3000 {
         let text = mutant(&mut draws);
-        let read = &mut |path: &str| match path {
-            "species/oak.ron" => Ok(text.clone()),
-            "species/birch.ron" => Ok(OAK.to_string()),
-            _ => Err("no such file".to_string()),
-        };
+        let read = &mut |_: &str| Ok(OAK.to_string());
         for result in [load("a.ron", &text, read).map(drop), species("a.ron", &text).map(drop)] {
             sound += usize::from(result.is_ok());
             let Err(found) = result else { continue };
-            assert!(!found.is_empty() && found.len() <= 200, "{text}");
-            for diagnostic in found.iter().filter(|diagnostic| diagnostic.file != "species/birch.ron") {
+            assert!(!found.is_empty() && found.len() <= 65, "{text}");
+            for diagnostic in found {
                 let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
                 assert!(!diagnostic.message.is_empty());
                 assert!(diagnostic.span.is_none_or(|span| is_inside(span, text)), "{diagnostic}\n{text}");
@@ -121,7 +117,7 @@ fn deep_nesting_is_an_error_and_overflows_nothing() {
     for open in ["(", "[", "{", "(a:", "A(", "[(", "{1:"] {
         let found = load("a.ron", &open.repeat(100_000), &mut |_| Err(String::new())).unwrap_err();
         assert!(found[0].message.contains("deeper than 64"), "{open}: {:?}", found[0]);
-        assert!(found.len() < 3, "{open}: {found:?}");
+        assert!(found.len() < 3, "{open}: {} errors", found.len());
     }
     let report = Report::new("a.ron");
     assert!(tree(&format!("{}{}", "[".repeat(64), "]".repeat(64)), &report).is_some() && report.is_clean());
