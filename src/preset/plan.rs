@@ -64,6 +64,10 @@ pub struct GrowParams {
     pub tip_radius: f32,
     /// Exponent of the allometric rule for radii.
     pub allometry: f32,
+    /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
+    pub crookedness: f32,
+    /// Clear bole: no branch of a later iteration leaves the structure below this height, in plant heights, 0..=1.
+    pub bole: f32,
 }
 
 /// One pass of shortest paths and the branches that it adds.

@@ -454,7 +454,9 @@ impl<'t, 'r> Reader<'t, 'r> {
             Value::Name(name) => format!("the name `{}`", clip(name)),
             other => other.is_called().to_string(),
         };
-        self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), "");
+        // What people who know RON's Option write.
+        let hint = if found == "the name `None`" { "leave the field out" } else { "" };
+        self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), hint);
     }
 }
 

@@ -209,9 +209,9 @@ static MATCHING: Record = Record {
     title: "Matching",
     about: "Weights against each other; only their ratios count.",
     fields: &[
-        weight("crown", "0.4", "shape of the crown that a branch bears"),
+        weight("crown", "0.5", "shape of the crown that a branch bears"),
         weight("direction", "0.3", "direction in which it branches off"),
-        weight("ratio", "0.3", "share of it that bears branches"),
+        weight("ratio", "0.2", "share of it that bears branches"),
     ],
 };
 

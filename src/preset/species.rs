@@ -46,6 +46,13 @@ pub(super) static SPECIES: Record = Record {
             about: "exponent of the radius rule, parent^x = sum of children^x; larger gives a thinner trunk",
         },
         Field {
+            name: "crookedness",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.2"),
+            about: "0 for smooth curves, 1 for branches as crooked as the graph's paths",
+        },
+        share("bole", 1.0, Default::Is("0.0"), "clear bole: no later branch leaves the plant below this height"),
+        Field {
             name: "iterations",
             kind: Kind::Rows { record: &ITERATION, low: 1, high: 16 },
             default: Default::Required,
@@ -277,6 +284,8 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
             .collect(),
         tip_radius: species.number("tip_radius"),
         allometry: species.number("allometry"),
+        crookedness: species.number("crookedness"),
+        bole: species.number("bole"),
     }
 }
 

@@ -17,7 +17,7 @@ const SPELLED_OUT: &str = r##"(
     variants: [
         Blend(
             of: ["oak", "scan"], count: 3, from: 0.15, to: 0.85, batches: 3, seed: 0,
-            matching: (crown: 0.4, direction: 0.3, ratio: 0.3),
+            matching: (crown: 0.5, direction: 0.3, ratio: 0.2),
         ),
     ],
     foliage: (
@@ -54,7 +54,7 @@ fn what_is_left_out_has_the_documented_default() {
 #[test]
 fn species_defaults_are_the_documented_ones() {
     let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
-    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, iterations: [(
+    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.2, bole: 0, iterations: [(
         endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
         guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
     )])";

@@ -3,6 +3,7 @@
 mod broken;
 mod defaults;
 mod hostile;
+mod shipped;
 
 use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
 use super::*;
