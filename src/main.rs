@@ -1,1 +1,7 @@
-fn main() {}
+//! The command `treewright`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    treewright::cli::run()
+}

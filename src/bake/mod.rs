@@ -1,5 +1,24 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod coverage;
+mod dilate;
+mod leaf_art;
+mod leaf_outline;
+mod leaf_veins;
+mod noise;
+mod picture;
+mod raster;
+mod shade;
+mod spray;
+mod srgb;
+
+pub use dilate::dilate;
+pub use leaf_art::leaf_maps;
+pub use spray::spray_span;
+pub use picture::{Picture, Repeat};
+pub use raster::{Surface, Target, View, rasterize};
+pub use shade::{Light, Shading};
+
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Maps {

@@ -27,6 +27,12 @@ impl Key {
         KeyBuilder { hasher }
     }
 
+    /// The key that [`to_hex`](Self::to_hex) wrote.
+    #[must_use]
+    pub fn from_hex(text: &str) -> Option<Self> {
+        blake3::Hash::from_hex(text).ok().map(|hash| Self(*hash.as_bytes()))
+    }
+
     /// The key as 64 hexadecimal digits.
     #[must_use]
     pub fn to_hex(self) -> String {

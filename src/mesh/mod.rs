@@ -1,6 +1,26 @@
 //! Geometry: from a dressed plant to triangles.
 
+mod card;
+mod check;
+mod crown_light;
+mod gate;
+#[cfg(feature = "lightmap")]
+mod lightmap;
+mod rings;
+mod sides;
+mod tangent;
+mod tube;
+
 use glam::{Vec2, Vec3};
+
+pub use card::{CardShape, LeafCard, all_cards, leaf_cards};
+pub use check::problems;
+pub use crown_light::CrownLight;
+pub use gate::{MeshError, check_indices, optimize};
+#[cfg(feature = "lightmap")]
+pub use lightmap::{LightmapError, unwrap_lightmap};
+pub use tangent::add_tangents;
+pub use tube::{TubeDetail, tubes};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +34,9 @@ pub struct Mesh {
     /// Texture coordinates, v down (glTF). For leaf meshes they lie in the tile that `tiles` names until the atlas is
     /// packed.
     pub uvs: Vec<Vec2>,
+    /// Coordinates of the second set, overlap-free in 0..=1 over both primitives of a level; empty unless the preset asks
+    /// for light maps.
+    pub lightmap: Vec<Vec2>,
     /// Ambient occlusion, 255 is open sky.
     pub occlusion: Vec<u8>,
     /// For leaf meshes the picture that each vertex takes its coordinates from, an index into the set's tiles; empty

@@ -71,6 +71,14 @@ impl Crown {
         moved
     }
 
+    /// The same hull `factor` times as large about its anchor.
+    #[must_use]
+    pub fn scaled(&self, factor: f32) -> Self {
+        let mut scaled = self.clone();
+        scaled.support.iter_mut().for_each(|h| *h *= factor);
+        scaled
+    }
+
     /// Whether no point was added.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -209,7 +217,9 @@ mod tests {
         assert!(crown.contains(Vec3::new(0.0, 5.0, 1.9)));
         assert!(!crown.contains(Vec3::new(0.0, 5.0, 2.1)));
         let (low, high) = crown.bounds();
-        assert!(low.cmple(Vec3::new(-2.0, 3.0, -2.0) + 0.01).all() && high.cmpge(Vec3::new(2.0, 7.0, 2.0) - 0.01).all());
+        assert!(
+            low.cmple(Vec3::new(-2.0, 3.0, -2.0) + 0.01).all() && high.cmpge(Vec3::new(2.0, 7.0, 2.0) - 0.01).all()
+        );
         assert!(high.y < 9.5 && low.y > 0.5, "{low} {high}");
     }
 

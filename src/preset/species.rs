@@ -48,10 +48,15 @@ pub(super) static SPECIES: Record = Record {
         Field {
             name: "crookedness",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-            default: Default::Is("0.2"),
-            about: "0 for smooth curves, 1 for branches as crooked as the graph's paths",
+            default: Default::Is("0.3"),
+            about: "how much of the graph's crookedness stays: 0 for smooth curves, 1 for the paths as they are",
         },
-        share("bole", 1.0, Default::Is("0.0"), "clear bole: no later branch leaves the plant below this height"),
+        Field {
+            name: "bole",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "heights" },
+            default: Default::Is("0.0"),
+            about: "clear bole: nothing forks below this height; what would are stems of their own",
+        },
         Field {
             name: "iterations",
             kind: Kind::Rows { record: &ITERATION, low: 1, high: 16 },

@@ -54,7 +54,7 @@ fn what_is_left_out_has_the_documented_default() {
 #[test]
 fn species_defaults_are_the_documented_ones() {
     let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
-    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.2, bole: 0, iterations: [(
+    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, iterations: [(
         endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
         guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
     )])";

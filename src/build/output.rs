@@ -1,0 +1,253 @@
+//! Sets of files that land whole or not at all.
+//!
+//! New and changed files are first written beside their targets under names of their own (`.treewright-NNN.part`), then
+//! a journal that lists every step is renamed into place: that rename is the commit. Then the parts are renamed over
+//! their targets, files that the set no longer has are removed, and the journal goes. A build that is killed before the
+//! commit leaves the old set untouched; one that is killed after it is finished by whoever opens the folder next
+//! ([`recover`]). Files whose bytes do not change are not written, so engines do not reload them.
+//!
+//! What belongs to Treewright is what the set's last record (the manifest's list of files and hashes) names. A file with
+//! a target's name that is not on that list is somebody else's: the commit is refused before anything is written. A file
+//! that is on the list but was changed since is never removed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::base::Key;
+
+const JOURNAL: &str = ".treewright-commit.json";
+const PART_PREFIX: &str = ".treewright-";
+const PART_SUFFIX: &str = ".part";
+
+/// The steps of a commit that are still to be done.
+#[derive(Debug, Serialize, Deserialize)]
+struct Journal {
+    /// (part, target)
+    rename: Vec<(String, String)>,
+    remove: Vec<String>,
+}
+
+/// What a commit did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Committed {
+    /// Files written because they are new or changed.
+    pub written: Vec<String>,
+    /// Files left as they were.
+    pub unchanged: usize,
+    /// Files removed because the set has them no longer.
+    pub removed: Vec<String>,
+}
+
+/// Why a set could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The file system refused.
+    #[error("can't write {path}: {source}")]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// A file with a target's name that Treewright did not write.
+    #[error("{path} is in the way: Treewright did not write it, so it will not replace it")]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// The files that a set owns: name and hash, from its last record.
+pub type Owned = BTreeMap<String, Key>;
+
+/// Ends a commit that was cut off after its journal was in place, and clears parts of one that was cut off before.
+///
+/// # Errors
+///
+/// When the file system refuses.
+pub fn recover(folder: &Path) -> Result<(), OutputError> {
+    let journal = folder.join(JOURNAL);
+    match fs::read(&journal) {
+        Ok(bytes) => {
+            // A journal is renamed into place whole; one that can't be read isn't ours to act on.
+            if let Ok(journal) = serde_json::from_slice::<Journal>(&bytes) {
+                carry_out(folder, &journal)?;
+            }
+            remove(&journal)?;
+        }
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {}
+        Err(source) => return Err(OutputError::Io { path: journal, source }),
+    }
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(PART_PREFIX) && name.ends_with(PART_SUFFIX) {
+            remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Makes `folder` hold exactly `files` of the set, as one commit.
+///
+/// # Errors
+///
+/// When a file that Treewright did not write is in the way or the file system refuses; the old set is then complete.
+pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
+    fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
+    recover(folder)?;
+    let mut committed = Committed::default();
+    let mut journal = Journal { rename: Vec::new(), remove: Vec::new() };
+    let mut changed = Vec::new();
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        match fs::read(&path) {
+            Ok(old) if old == *bytes => committed.unchanged += 1,
+            Ok(_) if !owned.contains_key(name) => return Err(OutputError::Foreign { path }),
+            Ok(_) => changed.push((name, bytes)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => changed.push((name, bytes)),
+            Err(source) => return Err(OutputError::Io { path, source }),
+        }
+    }
+    for (name, key) in owned {
+        let stale = !files.iter().any(|(kept, _)| kept == name);
+        if stale && fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
+            journal.remove.push(name.clone());
+        }
+    }
+    let result = (|| {
+        for (i, (name, bytes)) in changed.iter().enumerate() {
+            let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
+            write(&folder.join(&part), bytes)?;
+            journal.rename.push((part, (*name).clone()));
+        }
+        if journal.rename.is_empty() && journal.remove.is_empty() {
+            return Ok(());
+        }
+        let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
+        let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
+        write(&part, &text)?;
+        rename(&part, &folder.join(JOURNAL))
+    })();
+    if let Err(error) = result {
+        // Best effort: the next build clears what is left.
+        let _ = recover(folder);
+        return Err(error);
+    }
+    carry_out(folder, &journal)?;
+    if !(journal.rename.is_empty() && journal.remove.is_empty()) {
+        remove(&folder.join(JOURNAL))?;
+    }
+    committed.written = journal.rename.into_iter().map(|(_, target)| target).collect();
+    committed.removed = journal.remove;
+    Ok(committed)
+}
+
+/// Does what is left of a journal; every step may have been done already.
+fn carry_out(folder: &Path, journal: &Journal) -> Result<(), OutputError> {
+    for (part, target) in &journal.rename {
+        let (Some(part), Some(target)) = (inside(folder, part), inside(folder, target)) else { continue };
+        if part.exists() {
+            rename(&part, &target)?;
+        }
+    }
+    for name in &journal.remove {
+        if let Some(path) = inside(folder, name) {
+            remove(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// A plain file name's path; none for a name that would lead out of the folder.
+fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
+    let plain = !name.is_empty() && name != "." && name != ".." && !name.contains(['/', '\\', ':']);
+    plain.then(|| folder.join(name))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    fs::write(path, bytes).map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), OutputError> {
+    fs::rename(from, to).map_err(|source| OutputError::Io { path: to.to_path_buf(), source })
+}
+
+fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(OutputError::Io { path: path.to_path_buf(), source: e }),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(list: &[(&str, &str)]) -> Vec<(String, Vec<u8>)> {
+        list.iter().map(|(n, b)| ((*n).to_owned(), b.as_bytes().to_vec())).collect()
+    }
+
+    fn owned(list: &[(&str, &str)]) -> Owned {
+        list.iter().map(|(n, b)| ((*n).to_owned(), Key::of_bytes(b.as_bytes()))).collect()
+    }
+
+    fn listing(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn only_changed_files_are_written_and_stale_ones_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = [("a", "1"), ("b", "2"), ("c", "3")];
+        commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
+        let committed = commit(folder.path(), &owned(&old), &files(&[("a", "1"), ("b", "new")])).unwrap();
+        assert_eq!(committed, Committed { written: vec!["b".into()], unchanged: 1, removed: vec!["c".into()] });
+        assert_eq!(listing(folder.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn a_file_of_the_users_is_neither_replaced_nor_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("b"), "mine").unwrap();
+        let error = commit(folder.path(), &Owned::new(), &files(&[("a", "1"), ("b", "2")])).unwrap_err();
+        assert!(matches!(error, OutputError::Foreign { .. }), "{error}");
+        assert_eq!(listing(folder.path()), ["b"]);
+        // On the list, but changed since: kept as well.
+        commit(folder.path(), &owned(&[("b", "ours")]), &files(&[("a", "1")])).unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("b")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn a_commit_that_was_cut_off_is_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a"), "old").unwrap();
+        fs::write(at("stale"), "old").unwrap();
+        fs::write(at(".treewright-0000.part"), "new").unwrap();
+        let journal =
+            r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
+        fs::write(at(JOURNAL), journal).unwrap();
+        recover(folder.path()).unwrap();
+        assert_eq!(listing(folder.path()), ["a"]);
+        assert_eq!(fs::read_to_string(at("a")).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_commit_that_was_cut_off_before_its_journal_leaves_the_old_set() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a"), "old").unwrap();
+        fs::write(folder.path().join(".treewright-0000.part"), "half").unwrap();
+        recover(folder.path()).unwrap();
+        assert_eq!(listing(folder.path()), ["a"]);
+        assert_eq!(fs::read_to_string(folder.path().join("a")).unwrap(), "old");
+    }
+}

@@ -1,0 +1,124 @@
+//! The file system as a build sees it: bytes come in here and nowhere else, and what was read is remembered.
+//!
+//! The record is what a watcher listens to and what a dependency file lists; it holds missing files too, since making
+//! them changes the outcome.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use crate::base::Key;
+
+/// Largest file that is read, bytes: 1 GiB.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Reads files relative to one folder and remembers each.
+#[derive(Debug)]
+pub struct World {
+    folder: PathBuf,
+    reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
+}
+
+impl World {
+    /// A world whose relative paths start at `folder`.
+    #[must_use]
+    pub fn at(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into(), reads: Mutex::new(BTreeMap::new()) }
+    }
+
+    /// The file's bytes; `relative` has `/` between folders.
+    ///
+    /// # Errors
+    ///
+    /// One sentence for people, without the file's name.
+    pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
+        let path = self.path(relative);
+        let result = read_bounded(&path);
+        let key = result.as_ref().ok().map(|bytes| Key::of_bytes(bytes));
+        self.reads.lock().expect("no reader panics while it holds the lock").insert(path, key);
+        result
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read), and when the file is no UTF-8.
+    pub fn read_text(&self, relative: &str) -> Result<String, String> {
+        let bytes = self.read(relative)?;
+        String::from_utf8(bytes).map_err(|e| {
+            let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;
+            format!("it is not UTF-8 text (line {line})")
+        })
+    }
+
+    /// Where a relative path lies.
+    #[must_use]
+    pub fn path(&self, relative: &str) -> PathBuf {
+        relative.split('/').fold(self.folder.clone(), |path, part| match part {
+            "" | "." => path,
+            ".." => climb(&path),
+            part => path.join(part),
+        })
+    }
+
+    /// Every file that was asked for, with the key of what it held; none for one that could not be read.
+    #[must_use]
+    pub fn reads(&self) -> BTreeMap<PathBuf, Option<Key>> {
+        self.reads.lock().expect("no reader panics while it holds the lock").clone()
+    }
+}
+
+/// A folder's parent, by name where the name says it, so that shown paths stay short.
+fn climb(path: &Path) -> PathBuf {
+    match path.file_name() {
+        Some(_) if !path.ends_with("..") => path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
+        _ => path.join(".."),
+    }
+}
+
+fn read_bounded(path: &Path) -> Result<Vec<u8>, String> {
+    let explain = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
+        _ => e.to_string(),
+    };
+    let file = fs::File::open(path).map_err(explain)?;
+    let metadata = file.metadata().map_err(explain)?;
+    if !metadata.is_file() {
+        return Err("it is not a file".to_owned());
+    }
+    let mut bytes = Vec::new();
+    // Read at most one byte more than allowed: a file may grow while it is read.
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(explain)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(format!("it is larger than {} MiB", MOST_BYTES >> 20));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_are_remembered_also_the_failed_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.txt"), "text").unwrap();
+        let world = World::at(folder.path());
+        assert_eq!(world.read_text("./a.txt").unwrap(), "text");
+        assert_eq!(world.read("sub/../b.txt").unwrap_err(), "there is no such file");
+        let reads = world.reads();
+        assert_eq!(reads[&folder.path().join("a.txt")], Some(Key::of_bytes(b"text")));
+        assert_eq!(reads[&folder.path().join("b.txt")], None);
+    }
+
+    #[test]
+    fn climbing_leaves_the_folder_by_name() {
+        assert_eq!(World::at("a/b").path("../c.ron"), Path::new("a/c.ron"));
+        assert_eq!(World::at("").path("../c.ron"), Path::new("../c.ron"));
+        assert_eq!(World::at("..").path("../c.ron"), Path::new("../../c.ron").to_path_buf());
+    }
+}

@@ -1,0 +1,72 @@
+//! The arguments.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Turns a few source trees and a preset into a set of engine-ready tree variants.
+#[derive(Debug, Parser)]
+#[command(name = "treewright", version, max_term_width = 100)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Builds presets into sets of assets.
+    Build(BuildArguments),
+    /// Reads presets and what they name, and reports every error, without building.
+    Check(CheckArguments),
+    /// Tells what a plant, a source or an asset holds.
+    Inspect(InspectArguments),
+    /// Builds, then rebuilds the sets that a saved file touches, until interrupted.
+    Watch(WatchArguments),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct BuildArguments {
+    /// Preset files, or folders whose *.ron files are presets (folders inside them are not searched).
+    #[arg(required = true, value_name = "PRESET|DIR")]
+    pub(super) presets: Vec<PathBuf>,
+    /// The folder that the sets are written to, each into a folder of its own name.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// Builds sets also when nothing that they depend on has changed.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// How many threads to use; all cores unless RAYON_NUM_THREADS says otherwise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) jobs: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArguments {
+    /// Preset files, or folders whose *.ron files are presets.
+    #[arg(required = true, value_name = "PRESET|DIR")]
+    pub(super) presets: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct InspectArguments {
+    /// A scan or skeleton (TreeQSM CSV or text, SWC, …), a plant dump, a species file or a GLB.
+    pub(super) file: PathBuf,
+    /// Prints JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Also writes the plant as readable RON.
+    #[arg(long, value_name = "FILE")]
+    pub(super) dump: Option<PathBuf>,
+    /// Seed that a species file is grown with.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct WatchArguments {
+    /// The folder whose *.ron files are presets.
+    pub(super) folder: PathBuf,
+    /// The folder that the sets are written to.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+}

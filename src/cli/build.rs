@@ -1,0 +1,36 @@
+//! `treewright build` and `treewright check`.
+
+use super::args::{BuildArguments, CheckArguments};
+use super::report::{Failure, Meter};
+use crate::build::{BuildOptions, Builder, find_presets, load_preset};
+
+/// Builds every preset that was named; a set that fails does not keep the others from being built.
+pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
+    if let Some(jobs) = arguments.jobs {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(jobs))
+            .build_global()
+            .map_err(|e| Failure::Other(e.to_string()))?;
+    }
+    let presets = find_presets(&arguments.presets)?;
+    let meter = Meter::new();
+    let builder = Builder::new(BuildOptions { out: arguments.out.clone(), force: arguments.force });
+    let result = builder.build(&presets, &|progress| meter.take(&progress));
+    meter.finish();
+    result.map(drop).map_err(Failure::from)
+}
+
+/// Resolves every preset that was named and reports all errors.
+pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
+    let presets = find_presets(&arguments.presets)?;
+    let mut good = 0;
+    let mut diagnostics = Vec::new();
+    for preset in &presets {
+        match load_preset(preset) {
+            Ok(_) => good += 1,
+            Err(mut found) => diagnostics.append(&mut found),
+        }
+    }
+    Meter::plain().line(&format!("{good} of {} presets are good", presets.len()));
+    if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Diagnostics(diagnostics)) }
+}

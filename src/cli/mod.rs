@@ -1,0 +1,36 @@
+//! The command line: what is asked, what is said, and the exit code.
+//!
+//! Exit codes: 0 done, 1 a preset, an input or the output folder is wrong, 2 wrong usage. Progress goes to standard
+//! error, as bars on a terminal and as plain lines elsewhere; results go to standard output.
+
+mod args;
+mod build;
+mod inspect;
+mod report;
+mod watch;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn run() -> ExitCode {
+    // clap ends the process with 2 on wrong usage, with 0 on --help and --version.
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Build(build) => build::run(&build),
+        Command::Check(check) => build::check(&check),
+        Command::Inspect(inspect) => inspect::run(&inspect),
+        Command::Watch(watch) => watch::run(&watch),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            report::failure(&failure);
+            ExitCode::from(1)
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! What people read: errors with their line and a hint, progress, summaries.
+
+#![expect(clippy::print_stderr, reason = "this is where the command talks to people")]
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::base::{Diagnostic, Span};
+use crate::build::{BuildError, Progress};
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Failure {
+    /// Wrong presets or inputs, all of them.
+    #[error("{} errors", .0.len())]
+    Diagnostics(Vec<Diagnostic>),
+    /// Anything else, one sentence.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Input(diagnostics) => Self::Diagnostics(diagnostics),
+            other => Self::Other(other.to_string()),
+        }
+    }
+}
+
+/// Prints a failure to standard error.
+pub(super) fn failure(failure: &Failure) {
+    match failure {
+        Failure::Diagnostics(diagnostics) => {
+            for diagnostic in diagnostics {
+                eprintln!("{}\n", rendered(diagnostic));
+            }
+            let files = diagnostics.iter().map(|d| &d.file).collect::<std::collections::BTreeSet<_>>().len();
+            let plural = |n: usize| if n == 1 { "" } else { "s" };
+            let count = diagnostics.len();
+            eprintln!("{count} error{} in {files} file{}", plural(count), plural(files));
+        }
+        Failure::Other(message) => eprintln!("error: {message}"),
+    }
+}
+
+/// A diagnostic with the line it is about, where the file can still be read.
+pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
+    let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let title = if diagnostic.field.is_empty() {
+        diagnostic.message.clone()
+    } else {
+        format!("{}: {}", diagnostic.field, diagnostic.message)
+    };
+    let mut group = Group::with_title(Level::ERROR.primary_title(&title));
+    let text = std::fs::read(&diagnostic.file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    match diagnostic.span.and_then(|span| byte_range(&text, span)) {
+        Some(range) if text.len() < 4 << 20 => {
+            group = group.element(
+                Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)),
+            );
+        }
+        _ => {
+            let mut origin = annotate_snippets::Origin::path(&diagnostic.file);
+            if let Some(span) = diagnostic.span {
+                origin = origin.line(span.line as usize).char_column(span.column as usize);
+            }
+            group = group.element(origin);
+        }
+    }
+    if !diagnostic.hint.is_empty() {
+        group = group.element(Level::HELP.message(&diagnostic.hint));
+    }
+    renderer.render(&[group]).to_string()
+}
+
+/// The bytes of a span; none when the text has no such place.
+fn byte_range(text: &str, span: Span) -> Option<std::ops::Range<usize>> {
+    let offset = |line: u32, column: u32| {
+        let start: usize = text.split_inclusive('\n').take(line as usize - 1).map(str::len).sum();
+        let rest = text.get(start..)?;
+        let end = rest.find('\n').unwrap_or(rest.len());
+        let within = rest[..end].char_indices().nth(column as usize - 1).map_or(end, |(i, _)| i);
+        Some(start + within)
+    };
+    (span.line >= 1 && span.column >= 1 && span.line as usize <= text.lines().count().max(1)).then_some(())?;
+    let (start, end) = (offset(span.line, span.column)?, offset(span.end_line.max(1), span.end_column.max(1))?);
+    Some(start..end.max(start))
+}
+
+/// Shows a build's progress: one bar over all steps on a terminal, a line a set elsewhere.
+pub(super) struct Meter {
+    bar: Option<ProgressBar>,
+    sets: Mutex<()>,
+}
+
+impl Meter {
+    /// A meter for a build with no steps known yet.
+    pub(super) fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let style = ProgressStyle::with_template("{spinner} [{bar:32}] {pos}/{len} {msg}")
+                .expect("the template is well-formed")
+                .progress_chars("=> ");
+            let bar = ProgressBar::new(0).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(120));
+            bar
+        });
+        Self { bar, sets: Mutex::new(()) }
+    }
+
+    /// A meter that only prints lines.
+    pub(super) fn plain() -> Self {
+        Self { bar: None, sets: Mutex::new(()) }
+    }
+
+    /// Takes one event.
+    pub(super) fn take(&self, progress: &Progress<'_>) {
+        match (&self.bar, progress) {
+            (Some(bar), Progress::Steps(count)) => bar.inc_length(*count as u64),
+            (Some(bar), Progress::Step { set, what }) => {
+                bar.inc(1);
+                bar.set_message(format!("{set}: {what}"));
+            }
+            (_, Progress::Set { outcome, folder }) => self.line(&summary(folder, outcome)),
+            (None, _) => {}
+        }
+    }
+
+    /// Prints a line above the bar.
+    pub(super) fn line(&self, text: &str) {
+        let _one_at_a_time = self.sets.lock();
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+            None => eprintln!("{text}"),
+        }
+    }
+
+    /// Clears the bar.
+    pub(super) fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
+    let mut text = format!("{}: {} variants in {}", outcome.set, outcome.variants, folder.display());
+    if outcome.current {
+        text += ", nothing had changed";
+    } else {
+        let c = &outcome.committed;
+        text += &format!(", {} files written, {} unchanged, {} removed", c.written.len(), c.unchanged, c.removed.len());
+    }
+    for note in &outcome.notes {
+        text += &format!("\n  note: {}: {}", note.about, note.message);
+    }
+    text
+}

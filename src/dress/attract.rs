@@ -1,0 +1,48 @@
+//! Leaf points: candidate places for foliage, seeded in the volume of the crown (2017 TVCG, 4.3).
+//!
+//! The volume is the convex hull of the crown, a little swollen. Points are denser towards its outer shell, where a
+//! crown's light and leaves are, and those that no twig could reach are dropped; so the convex hull's empty corners stay
+//! empty, and a crown of several limbs keeps its gaps.
+
+use glam::Vec3;
+
+use super::grid::Grid;
+use super::twig::Wood;
+use crate::base::{Seed, math};
+
+/// Most candidates that are drawn, kept or not.
+const MOST_DRAWN: usize = 600_000;
+/// Share of the candidates kept deep inside, of 1 at the hull.
+const INSIDE: f32 = 0.22;
+
+/// Points in the crown within reach of the wood, in addressed order; about one for each `spacing³` of the shell.
+pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
+    let (low, high) = wood.crown.bounds();
+    let (low, high) = (low - wood.swell, high + wood.swell);
+    let size = high - low;
+    let volume = size.x * size.y * size.z;
+    let want = volume / (wood.spacing * wood.spacing * wood.spacing);
+    let drawn = (want.clamp(64.0, MOST_DRAWN as f32)) as usize;
+    let centre = (wood.crown.bounds().0 + wood.crown.bounds().1) * 0.5;
+    let deepest = wood.crown.depth(centre).max(1e-6);
+    let grid = Grid::new(&wood.near, wood.reach * 0.5);
+    (0..drawn)
+        .filter_map(|i| {
+            let s = seed.at(i as u64);
+            let p = low + size * Vec3::new(s.at(0).unit(), s.at(1).unit(), s.at(2).unit());
+            let depth = wood.crown.depth(p);
+            if depth < -wood.swell || p.y < wood.floor {
+                return None;
+            }
+            let inside = (depth / deepest).clamp(0.0, 1.0);
+            if s.at(3).unit() > 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside) {
+                return None;
+            }
+            // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
+            let mut nearest = f32::INFINITY;
+            grid.near(p, wood.reach, |j| nearest = nearest.min(wood.near[j as usize].distance_squared(p)));
+            let far = nearest.sqrt() / wood.reach;
+            (s.at(4).unit() >= far * far && far < 1.0).then_some(p)
+        })
+        .collect()
+}

@@ -1,0 +1,109 @@
+//! Space colonization (Runions, Lane and Prusinkiewicz 2007): twigs grow step by step towards the leaf points that are
+//! nearest to them, and a point is gone when a twig comes near it.
+//!
+//! Each point keeps the nearest node so far and only new nodes are offered to it, so that the work is linear in nodes
+//! times the points within their influence. Two remedies for what the paper's rule does on its own: a node never grows
+//! twice the same way (two points in balance would hold it there for ever), and a twig is at most a fixed number of
+//! steps long.
+
+use glam::Vec3;
+
+use super::grid::Grid;
+use super::twig::Wood;
+use crate::base::Seed;
+
+/// Rounds, and so the longest twig in steps.
+const ROUNDS: u16 = 9;
+/// Twigs that may leave one place on the wood, and one node of a twig.
+const FORKS_WOOD: u8 = 2;
+const FORKS_TWIG: u8 = 2;
+
+/// A node of a twig or a place on the wood where twigs can start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shoot {
+    /// World, metres.
+    pub(super) position: Vec3,
+    /// Earlier shoot that it grew from; none for a place on the wood.
+    pub(super) parent: Option<u32>,
+    /// Unit direction of growth.
+    pub(super) direction: Vec3,
+    /// Steps from the wood.
+    pub(super) depth: u16,
+    children: u8,
+}
+
+/// Grows twigs. The first of the result are the wood's `starts`, in order.
+pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
+    let (influence, kill, step) = (wood.reach, wood.step * 0.9, wood.step);
+    let mut shoots: Vec<Shoot> = wood
+        .starts
+        .iter()
+        .map(|s| Shoot { position: s.position, parent: None, direction: s.direction, depth: 0, children: 0 })
+        .collect();
+    let most = shoots.len() + points.len() * usize::from(ROUNDS);
+    let grid = Grid::new(points, influence * 0.5);
+    // For each point the nearest shoot and its squared distance; reached points are done.
+    let mut nearest = vec![(f32::INFINITY, u32::MAX); points.len()];
+    let mut done = vec![false; points.len()];
+    let mut fresh = 0;
+    for _ in 0..ROUNDS {
+        for (i, shoot) in shoots.iter().enumerate().skip(fresh) {
+            grid.near(shoot.position, influence, |p| {
+                let p = p as usize;
+                let distance = points[p].distance_squared(shoot.position);
+                if !done[p] && distance < influence * influence && distance < nearest[p].0 {
+                    nearest[p] = (distance, i as u32);
+                }
+                if distance < kill * kill && shoot.parent.is_some() {
+                    done[p] = true;
+                }
+            });
+        }
+        fresh = shoots.len();
+        let mut pulls: Vec<(u32, u32)> = (0..points.len() as u32)
+            .filter(|&p| !done[p as usize] && nearest[p as usize].1 != u32::MAX)
+            .map(|p| (nearest[p as usize].1, p))
+            .collect();
+        pulls.sort_unstable();
+        let mut grew = false;
+        for group in pulls.chunk_by(|a, b| a.0 == b.0) {
+            let from = group[0].0;
+            let shoot = shoots[from as usize];
+            let forks = if shoot.parent.is_some() { FORKS_TWIG } else { FORKS_WOOD };
+            if shoot.children >= forks || shoot.depth >= ROUNDS || shoots.len() >= most {
+                continue;
+            }
+            let pull: Vec3 =
+                group.iter().map(|&(_, p)| (points[p as usize] - shoot.position).normalize_or_zero()).sum();
+            // Twigs keep some of their way, lean to the light, and no two are alike.
+            let wander = seed.at(u64::from(from)).direction();
+            let direction = (pull.normalize_or_zero() + shoot.direction * 0.55 + wander * 0.22 + Vec3::Y * 0.12)
+                .normalize_or(shoot.direction);
+            let start = wood.starts.get(from as usize).map_or(0.0, |s| s.radius);
+            let position = shoot.position + direction * (step.max(start + step * 0.5));
+            let crowded = shoot.children > 0
+                && shoots[fresh.min(shoots.len())..]
+                    .iter()
+                    .rev()
+                    .take(1)
+                    .any(|s| s.position.distance(position) < step * 0.3);
+            // The same way again: the first child's direction is kept in the parent's, see below.
+            if crowded || (shoot.children > 0 && direction.dot(shoot.direction) > 0.8) {
+                group.iter().for_each(|&(_, p)| done[p as usize] = true);
+                continue;
+            }
+            let parent = &mut shoots[from as usize];
+            parent.children += 1;
+            if parent.parent.is_some() {
+                parent.direction = direction;
+            }
+            let depth = shoot.depth + 1;
+            shoots.push(Shoot { position, parent: Some(from), direction, depth, children: 0 });
+            grew = true;
+        }
+        if !grew {
+            break;
+        }
+    }
+    shoots
+}

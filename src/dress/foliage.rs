@@ -1,0 +1,145 @@
+//! Leaves along the twigs.
+//!
+//! Sites follow each other along a twig by the golden angle, with one at its end. Each site has a place in one fixed,
+//! seeded order in which outer and terminal sites come early; the density says how far down the order leaves are put.
+//! Their number follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean
+//! area of the crown's shadows from three sides, whatever the size of the tree.
+
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+
+use super::twig::Wood;
+use crate::base::{Frame, Rotation, Seed, math};
+use crate::plant::{ChainId, Leaf, Plant, PlantBuilder, Posed};
+use crate::preset::plan::DressParams;
+
+/// Card area over shadow area at density 1.
+const INDEX: f32 = 3.6;
+/// Golden angle, radians.
+const GOLDEN: f32 = 2.399_963;
+/// Largest factor by which leaves are enlarged when there may not be enough of them.
+const LARGEST: f32 = 2.0;
+
+struct Site {
+    chain: ChainId,
+    location: f32,
+    /// Number along its chain; the phyllotactic angle.
+    number: u32,
+    terminal: bool,
+}
+
+/// Puts leaves on a plant with twigs, whose first chains are `bare`'s.
+pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams, seed: Seed) -> Plant {
+    let posed = plant.pose();
+    let sites = sites(bare, &plant, &posed, wood, params);
+    let card = params.leaf_size * params.leaf_size;
+    let area = params.density * INDEX * shadow(&posed, wood);
+    let want = (area / card.max(1e-8)).min(4e6);
+    let allowed = want.min(params.most_leaves as f32).min(sites.len() as f32).max(1.0);
+    let scale = (want / allowed).sqrt().clamp(1.0, LARGEST);
+    // The fixed order: weighted sampling without replacement (Efraimidis and Spirakis 2006), the smallest keys first.
+    let (low, high) = wood.crown.bounds();
+    let deepest = wood.crown.depth((low + high) * 0.5).max(1e-6);
+    let mut order: Vec<(f32, u32)> = sites
+        .iter()
+        .enumerate()
+        .map(|(i, site)| {
+            let depth = wood.crown.depth(posed.curve(&plant, site.chain).point(f64::from(site.location)));
+            let inside = math::smoothstep(0.1, 0.9, depth / deepest);
+            let weight = (1.0 - 0.75 * inside) * if site.terminal { 4.0 } else { 1.0 };
+            let u = address(seed, site).child("order").unit();
+            (-math::ln((u + 1e-7).min(1.0)) / weight, i as u32)
+        })
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.truncate(allowed as usize);
+    let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
+    chosen.sort_unstable();
+    let leaves: Vec<Leaf> =
+        chosen.iter().map(|&i| leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed)).collect();
+    let mut builder = PlantBuilder::from_plant(plant.clone());
+    leaves.into_iter().for_each(|l| builder.leaf(l));
+    builder.finish().unwrap_or(plant)
+}
+
+fn address(seed: Seed, site: &Site) -> Seed {
+    seed.at(u64::from(site.chain.0)).at(u64::from(site.number))
+}
+
+/// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
+fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
+    let gap = (params.leaf_size * 0.3).max(wood.step * 0.2);
+    let mut sites = Vec::new();
+    for id in plant.chain_ids() {
+        let own = id.index() < bare.chains().len();
+        let length = posed.curve(plant, id).length();
+        if !(length > 0.0) {
+            continue;
+        }
+        let tip = plant.radii(id)[plant.radii(id).len() - 1];
+        if own && (tip > wood.thin || posed.chain(plant, id).last().is_none_or(|p| p.y < wood.floor)) {
+            continue;
+        }
+        let leafy =
+            if own { (params.twig_length * 1.2).min(length * 0.8) } else { length - (gap * 0.4).min(length * 0.4) };
+        let count = (leafy / gap) as u32;
+        sites.push(Site { chain: id, location: 1.0, number: 0, terminal: true });
+        for k in 1..=count {
+            let location = 1.0 - k as f32 * gap / length;
+            if location > 0.0 {
+                sites.push(Site { chain: id, location, number: k, terminal: false });
+            }
+        }
+    }
+    sites
+}
+
+/// Mean area of the crown's shadows along x, y and z, square metres, by cells of the reach of a twig.
+fn shadow(posed: &Posed, wood: &Wood) -> f32 {
+    let cell = (wood.reach * 0.4).max(1e-4);
+    let mut total = 0.0;
+    for (a, b) in [(0, 2), (0, 1), (1, 2)] {
+        let mut cells: Vec<(i32, i32)> = posed
+            .positions()
+            .iter()
+            .filter(|p| p.y >= wood.floor)
+            .map(|p| ((p[a] / cell).floor() as i32, (p[b] / cell).floor() as i32))
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        total += cells.len() as f32 * cell * cell;
+    }
+    total / 3.0
+}
+
+fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressParams, scale: f32, seed: Seed) -> Leaf {
+    let s = address(seed, site);
+    let pose = posed.at(plant, site.chain, site.location);
+    let axis = pose.frame.y;
+    let turn = s.child("turn").range(-0.35, 0.35);
+    let around = site.number as f32 * GOLDEN + seed.at(u64::from(site.chain.0)).child("start").unit() * TAU + turn;
+    let (sin, cos) = math::sin_cos(around);
+    let radial = pose.frame.x * cos + pose.frame.z * sin;
+    let angle = if site.terminal {
+        s.child("angle").range(0.0, 0.25)
+    } else {
+        params.leaf_angle * s.child("angle").range(0.75, 1.2)
+    };
+    let (sin, cos) = math::sin_cos(angle);
+    let y = axis * cos + radial * sin;
+    let droop = params.droop * s.child("droop").range(0.4, 1.0);
+    let y = (y - Vec3::Y * droop).normalize_or(axis);
+    // The upper face looks up and out of the crown, with some disorder.
+    let (low, high) = wood.crown.bounds();
+    let out = (pose.position - (low + high) * 0.5).normalize_or(Vec3::Y);
+    let face = out * 0.6 + Vec3::Y * 0.5 + s.child("face").direction() * 0.55;
+    let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
+    let x = y.cross(z);
+    let local = |v| pose.frame.to_local(v);
+    let orientation = Rotation::from_axes(local(x), local(y), local(z));
+    let spread = params.leaf_spread.clamp(0.0, 0.9);
+    let size = params.leaf_size * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
+    let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
+    Leaf { chain: site.chain, location: site.location, orientation, size, slot }
+}

@@ -1,0 +1,77 @@
+//! A uniform grid over points: the points near a place without looking at the others.
+
+use glam::Vec3;
+
+/// Most cells a grid has; a larger box gets larger cells.
+const MOST_CELLS: f32 = 2_000_000.0;
+
+/// Points sorted by cell.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    low: Vec3,
+    cell: f32,
+    size: [usize; 3],
+    /// Where each cell's points start in `items`; one more than cells.
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Grid {
+    /// Sorts points into cells of about `cell` metres. Linear in points and cells.
+    pub(super) fn new(points: &[Vec3], cell: f32) -> Self {
+        let (mut low, mut high) = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
+        for &p in points {
+            (low, high) = (low.min(p), high.max(p));
+        }
+        if points.is_empty() {
+            (low, high) = (Vec3::ZERO, Vec3::ZERO);
+        }
+        let extent = high - low;
+        let mut cell = cell.max(extent.max_element() * 1e-3).max(1e-6);
+        let most = MOST_CELLS.min(points.len() as f32 * 16.0 + 64.0);
+        let cells = |c: f32| (extent.x / c + 1.0) * (extent.y / c + 1.0) * (extent.z / c + 1.0);
+        while cells(cell) > most {
+            cell *= 1.3;
+        }
+        let size = [0, 1, 2].map(|a| (extent[a] / cell) as usize + 1);
+        let mut grid =
+            Self { low, cell, size, starts: vec![0; size[0] * size[1] * size[2] + 1], items: vec![0; points.len()] };
+        for &p in points {
+            let at = grid.index(grid.place(p));
+            grid.starts[at + 1] += 1;
+        }
+        for i in 1..grid.starts.len() {
+            grid.starts[i] += grid.starts[i - 1];
+        }
+        let mut next = grid.starts.clone();
+        for (i, &p) in points.iter().enumerate() {
+            let at = grid.index(grid.place(p));
+            grid.items[next[at] as usize] = i as u32;
+            next[at] += 1;
+        }
+        grid
+    }
+
+    /// Calls `visit` for every point in the cells that a ball touches: all points of the ball, and some beyond it.
+    pub(super) fn near(&self, centre: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
+        let (low, high) = (self.place(centre - radius), self.place(centre + radius));
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                // A row of cells lies together.
+                let from = self.starts[self.index([low[0], y, z])] as usize;
+                let to = self.starts[self.index([high[0], y, z]) + 1] as usize;
+                self.items[from..to].iter().for_each(|&i| visit(i));
+            }
+        }
+    }
+
+    fn place(&self, p: Vec3) -> [usize; 3] {
+        let q = (p - self.low) / self.cell;
+        // A cast saturates: below zero is 0.
+        [0, 1, 2].map(|a| (q[a] as usize).min(self.size[a] - 1))
+    }
+
+    fn index(&self, place: [usize; 3]) -> usize {
+        (place[2] * self.size[1] + place[1]) * self.size[0] + place[0]
+    }
+}

@@ -1,0 +1,195 @@
+//! Where twigs start on the wood, and how shoots become chains.
+
+use glam::Vec3;
+
+use super::colonize::Shoot;
+use crate::base::math;
+use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Crown, Curve, Plant, PlantBuilder, Posed};
+use crate::preset::plan::DressParams;
+
+/// Share of the thickest radius up to which wood bears twigs.
+const THIN: f32 = 0.22;
+
+/// A place on the wood where a twig can start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    pub(super) chain: ChainId,
+    pub(super) location: f32,
+    pub(super) position: Vec3,
+    /// Direction of the wood.
+    pub(super) direction: Vec3,
+    /// Radius of the wood.
+    pub(super) radius: f32,
+}
+
+/// What dressing has to know of a bare plant.
+#[derive(Clone, Debug)]
+pub(super) struct Wood {
+    /// Hull of the first-scale crown.
+    pub(super) crown: Crown,
+    /// How far the crown's foliage swells beyond its branches, metres.
+    pub(super) swell: f32,
+    /// No foliage below this height.
+    pub(super) floor: f32,
+    /// A twig's step.
+    pub(super) step: f32,
+    /// How far from the wood a leaf point may lie.
+    pub(super) reach: f32,
+    /// Distance between leaf points at the hull.
+    pub(super) spacing: f32,
+    /// Places where twigs can start.
+    pub(super) starts: Vec<Start>,
+    /// The same places' positions.
+    pub(super) near: Vec<Vec3>,
+    /// Radius of a twig's tip.
+    pub(super) tip: f32,
+    /// Up to this radius wood bears twigs.
+    pub(super) thin: f32,
+}
+
+impl Wood {
+    /// Reads a plant; none if it has no crown to speak of.
+    pub(super) fn of(plant: &Plant, posed: &Posed, params: &DressParams) -> Option<Self> {
+        let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
+        let (mut low, mut high) = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
+        for &p in posed.positions() {
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let extent = (high - low).max_element();
+        if !(extent > 1e-4 && extent < 1e5) {
+            return None;
+        }
+        let step = (params.twig_length * 0.4).clamp(extent * 0.004, extent * 0.1);
+        let base = crown_base(plant, posed, low.y, high.y);
+        let mut crown = Crown::new(Vec3::new((low.x + high.x) * 0.5, base, (low.z + high.z) * 0.5));
+        for &p in posed.positions().iter().filter(|p| p.y >= base) {
+            crown.add(p);
+        }
+        let reach = (params.twig_length * 2.2).clamp(step * 3.0, extent * 0.3);
+        let swell = params.twig_length.min(extent * 0.1) * 0.6;
+        let mut thin = thickest * THIN;
+        let mut starts = Vec::new();
+        for _ in 0..4 {
+            starts = places(plant, posed, thin, base - swell, step);
+            let bearing = starts.len() as f32 * step;
+            if bearing > extent * 2.0 {
+                break;
+            }
+            // A scan stops at thick wood: let that bear twigs too.
+            thin *= 1.6;
+        }
+        if starts.is_empty() {
+            return None;
+        }
+        let near = starts.iter().map(|s| s.position).collect();
+        let tip = (params.leaf_size * 0.006).clamp(extent * 1e-4, extent * 1e-3);
+        Some(Self { crown, swell, floor: base - swell, step, reach, spacing: step * 1.25, starts, near, tip, thin })
+    }
+}
+
+/// Height below which no twig starts: where the lowest limbs leave the stems.
+fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
+    let mut tips: Vec<f32> = plant
+        .chain_ids()
+        .filter(|&id| plant.chain(id).parent.is_some())
+        .filter_map(|id| posed.chain(plant, id).iter().map(|p| p.y).min_by(f32::total_cmp))
+        .collect();
+    tips.sort_by(f32::total_cmp);
+    let lowest = tips.get(tips.len() / 50).copied().unwrap_or(low + (high - low) * 0.3);
+    lowest.max(low + (high - low) * 0.08)
+}
+
+/// Places along wood up to radius `thin` and above `floor`, `step` metres from each other.
+fn places(plant: &Plant, posed: &Posed, thin: f32, floor: f32, step: f32) -> Vec<Start> {
+    let mut starts = Vec::new();
+    for id in plant.chain_ids() {
+        let curve = posed.curve(plant, id);
+        let length = curve.length();
+        let count = ((length / step + 0.5) as usize).clamp(1, 100_000);
+        for k in 1..=count {
+            let t = k as f64 / count as f64;
+            let radius = curve.value(plant.radii(id), t);
+            let position = curve.point(t);
+            if radius <= thin && position.y >= floor {
+                let direction = posed.frame(id, t as f32).y;
+                starts.push(Start { chain: id, location: t as f32, position, direction, radius });
+            }
+        }
+    }
+    starts
+}
+
+/// The plant with the shoots as chains after its own; radii by the rule from the tips.
+pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -> Plant {
+    let first = wood.starts.len();
+    let mut children: Vec<Vec<u32>> = vec![Vec::new(); shoots.len()];
+    let mut load = vec![0.0_f64; shoots.len()];
+    let power = |r: f32| math::pow64(f64::from(r), f64::from(ALLOMETRIC_EXPONENT));
+    let tip = power(wood.tip);
+    for i in (first..shoots.len()).rev() {
+        if load[i] == 0.0 {
+            load[i] = tip;
+        }
+        if let Some(parent) = shoots[i].parent {
+            load[parent as usize] += load[i];
+        }
+    }
+    for (i, shoot) in shoots.iter().enumerate() {
+        if let Some(parent) = shoot.parent {
+            children[parent as usize].push(i as u32);
+        }
+    }
+    let radius = |i: u32| math::pow64(load[i as usize], 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
+    let mut builder = PlantBuilder::from_plant(plant.clone());
+    // Chains to be made, parents first: (first node, base, parent chain, location, frame there, most radius).
+    let mut work = Vec::new();
+    for (i, start) in wood.starts.iter().enumerate() {
+        for &child in &children[i] {
+            let frame = posed.frame(start.chain, start.location);
+            work.push((child, start.position, start.chain, start.location, frame, start.radius));
+        }
+    }
+    let mut next = 0;
+    while next < work.len() {
+        let (node, base, parent, location, frame, most) = work[next];
+        next += 1;
+        let mut path = vec![node];
+        let mut end = node;
+        while let Some(&on) = children[end as usize].first() {
+            path.push(on);
+            end = on;
+        }
+        let points: Vec<Vec3> = std::iter::once(Vec3::ZERO)
+            .chain(path.iter().map(|&n| frame.to_local(shoots[n as usize].position - base)))
+            .collect();
+        let mut radii: Vec<f32> =
+            std::iter::once(node).chain(path.iter().copied()).map(|n| radius(n).min(most * 0.75)).collect();
+        // Thinner towards the tip, where leaves go on.
+        if let Some(last) = radii.last_mut() {
+            *last *= 0.6;
+        }
+        let id = builder.branch(parent, location, &points, &radii);
+        let curve = Curve::new(&points);
+        let frames = curve.frames(frame);
+        let parameters = curve.parameters();
+        for (k, &n) in path.iter().enumerate() {
+            for &side in children[n as usize].iter().skip(1) {
+                let t = (parameters[k + 1] as f32).clamp(0.0, 1.0);
+                let station = frame_near(&frames, t);
+                work.push((side, shoots[n as usize].position, id, t, station, radii[k + 1]));
+            }
+        }
+    }
+    builder.finish().unwrap_or_else(|_| plant.clone())
+}
+
+/// The frame at `t` as [`Posed`] will find it.
+fn frame_near(frames: &[crate::base::Frame], t: f32) -> crate::base::Frame {
+    let last = frames.len() - 1;
+    let s = t.clamp(0.0, 1.0) * last as f32;
+    let k = (s as usize).min(last - 1);
+    match frames[k].y.lerp(frames[k + 1].y, s - k as f32).try_normalize() {
+        Some(tangent) => frames[k].transported(tangent),
+        None => frames[k],
+    }
+}

@@ -1,0 +1,103 @@
+//! Leaves as textured cards.
+//!
+//! A card's normals are mostly the crown's: the direction outward through the leaf, so that light falls on the tree as
+//! on one volume with soft edges and not on a heap of mirrors. Engines turn a double-sided card's normal round on its
+//! back; so that this never shows from outside, the side that looks out of the crown is made the front.
+
+use glam::{Vec2, Vec3};
+
+use super::{CrownLight, Mesh};
+use crate::base::math;
+use crate::plant::{Plant, Posed};
+
+/// How much of a card's normal is the crown's, the rest is its own.
+const CANOPY: f32 = 0.72;
+/// How far the halves of a folded card lean back, radians.
+const FOLD: f32 = 0.38;
+
+/// One leaf to be meshed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeafCard {
+    /// Index into the plant's leaves.
+    pub leaf: usize,
+    /// Its size as a factor of the leaf's own.
+    pub scale: f32,
+}
+
+/// The shape of a card.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CardShape {
+    /// A square of two triangles.
+    Flat,
+    /// Folded along the middle: four triangles, seen from every side.
+    Folded,
+}
+
+/// A card for each leaf of a plant, at its own size.
+#[must_use]
+pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
+    (0..plant.leaves().len()).map(|leaf| LeafCard { leaf, scale: 1.0 }).collect()
+}
+
+/// Meshes leaves: a square as wide as it is long, its picture's base in the middle of the lower edge at the leaf's base;
+/// u, v in 0..=1 of the tile with v = 1 at the base, `tiles` the leaf's slot. A leaf of no size, or that the plant
+/// doesn't have, gives nothing. Linear in cards.
+#[must_use]
+pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: CardShape) -> Mesh {
+    let light = CrownLight::of(plant, posed);
+    let mut mesh = Mesh::default();
+    let corners: &[(f32, f32)] = match shape {
+        CardShape::Flat => &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+        CardShape::Folded => &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
+    };
+    let front: &[u32] = match shape {
+        CardShape::Flat => &[0, 1, 2, 0, 2, 3],
+        CardShape::Folded => &[0, 1, 4, 0, 4, 5, 1, 2, 3, 1, 3, 4],
+    };
+    let (sin, cos) = match shape {
+        CardShape::Flat => (0.0, 1.0),
+        CardShape::Folded => math::sin_cos(FOLD),
+    };
+    // Cards that rounding would crush have no area.
+    let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
+    for card in leaves {
+        let Some(leaf) = plant.leaves().get(card.leaf) else { continue };
+        let size = leaf.size * card.scale;
+        if !(size > least && size.is_finite()) {
+            continue;
+        }
+        let pose = posed.leaf(plant, leaf);
+        let y = pose.frame.y.normalize_or(Vec3::Y);
+        let x = pose.frame.x;
+        let x = (x - y * x.dot(y)).try_normalize().unwrap_or_else(|| crate::base::Frame::along(y).x);
+        let z = x.cross(y);
+        let outward = light.outward(pose.position + y * (size * 0.5));
+        let side = if z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        let first = mesh.positions.len() as u32;
+        for &(u, v) in corners {
+            let across = (u - 0.5) * size;
+            // The halves lean away from the front.
+            let position = pose.position + x * (across * cos) + y * (v * size) - z * (across.abs() * sin * side);
+            let own = (z * (side * cos)
+                + x * (if u < 0.5 {
+                    -sin
+                } else if u > 0.5 {
+                    sin
+                } else {
+                    0.0
+                }))
+            .normalize_or(z);
+            let normal = (light.outward(position) * CANOPY + own * (1.0 - CANOPY)).normalize_or(outward);
+            mesh.positions.push(position);
+            mesh.normals.push(normal);
+            mesh.uvs.push(Vec2::new(u, 1.0 - v));
+            mesh.occlusion.push(light.shade(position));
+            mesh.tiles.push(u32::from(leaf.slot));
+        }
+        for t in front.chunks_exact(3) {
+            let [a, b, c] = [t[0] + first, t[1] + first, t[2] + first];
+            mesh.indices.extend(if side > 0.0 { [a, b, c] } else { [a, c, b] });
+        }
+    }
+    mesh
+}

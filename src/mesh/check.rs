@@ -1,0 +1,55 @@
+//! What can be wrong with a mesh, in one function that the tests of every later stage call.
+
+use super::Mesh;
+
+/// Everything that is wrong with a mesh, one line a kind of problem with the first place that has it; empty when it is
+/// sound: arrays of equal length (tangents and tiles may be absent), whole triangles, indices in range, finite numbers,
+/// unit normals and tangents within 1e-3, tangents at right angles to normals, signs of ±1, no triangle with two equal
+/// corners or no area. Linear.
+#[must_use]
+pub fn problems(mesh: &Mesh) -> Vec<String> {
+    let count = mesh.positions.len();
+    let mut found = Vec::new();
+    let mut length = |name: &str, len: usize, optional: bool| {
+        if len != count && !(optional && len == 0) {
+            found.push(format!("{len} {name} for {count} positions"));
+        }
+    };
+    length("normals", mesh.normals.len(), false);
+    length("tangents", mesh.tangents.len(), true);
+    length("uvs", mesh.uvs.len(), false);
+    length("occlusion values", mesh.occlusion.len(), false);
+    length("tiles", mesh.tiles.len(), true);
+    if !mesh.indices.len().is_multiple_of(3) {
+        found.push(format!("{} indices are no whole triangles", mesh.indices.len()));
+    }
+    let mut first = |what: &str, at: Option<usize>| {
+        if let Some(at) = at {
+            found.push(format!("{what}, first at {at}"));
+        }
+    };
+    first("a position is not finite", mesh.positions.iter().position(|p| !p.is_finite()));
+    first("a uv is not finite", mesh.uvs.iter().position(|p| !p.is_finite()));
+    // Negated comparisons, so that NaN counts as a problem.
+    first("a normal is not unit", mesh.normals.iter().position(|n| !((n.length() - 1.0).abs() < 1e-3)));
+    let xyz = |t: &[f32; 4]| glam::Vec3::new(t[0], t[1], t[2]);
+    first("a tangent is not unit", mesh.tangents.iter().position(|t| !((xyz(t).length() - 1.0).abs() < 1e-3)));
+    first("a tangent's sign is not 1 or -1", mesh.tangents.iter().position(|t| t[3].abs() != 1.0));
+    first(
+        "a tangent leans on its normal",
+        mesh.tangents.iter().zip(&mesh.normals).position(|(t, n)| !(xyz(t).dot(*n).abs() < 1e-3)),
+    );
+    let outside = mesh.indices.iter().position(|&i| i as usize >= count);
+    first("an index is out of range", outside);
+    if outside.is_none() {
+        let flat = mesh.indices.chunks_exact(3).position(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize].as_dvec3());
+            let (u, v) = (b - a, c - a);
+            let longest = u.length_squared().max(v.length_squared()).max((c - b).length_squared());
+            // Twice the area over the longest edge is the height: none to speak of next to the edge, or none at all.
+            !(u.cross(v).length() > longest * 1e-6)
+        });
+        first("a triangle has no area", flat);
+    }
+    found
+}

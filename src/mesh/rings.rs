@@ -1,0 +1,244 @@
+//! Where the rings of a tube go: the chain's axis as a smooth curve, the collar at its base, and as few rings as an
+//! error bound allows.
+//!
+//! The axis is the centripetal Catmull-Rom curve through the chain's points (Yuksel et al. 2011), cut finely where it
+//! bends. Radii are linear between points, widened by the collar at a fork and the flare at the ground. Then rings are
+//! dropped as Douglas and Peucker (1973) drop points, in position and radius at once, so that the surface moves by less
+//! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear.
+
+use glam::Vec3;
+
+use crate::base::math;
+
+/// Candidate rings that are thinned together; the ring between two windows always stays.
+const WINDOW: usize = 96;
+
+/// A place on a tube's axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ring {
+    /// On the axis, metres.
+    pub(super) centre: Vec3,
+    /// Metres, collar and flare included.
+    pub(super) radius: f32,
+    /// Arc length from the chain's base, metres.
+    pub(super) arc: f32,
+    /// Unit direction of the axis, smoothed over about a radius so that rings at a kink don't cut each other.
+    pub(super) tangent: Vec3,
+    /// Change of radius per metre of axis.
+    pub(super) slope: f32,
+}
+
+/// What widens a tube at its base.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Base {
+    /// A branch in its parent's wood.
+    Fork {
+        /// The parent's direction there, unit.
+        axis: Vec3,
+        /// The parent's radius there, metres.
+        parent: f32,
+    },
+    /// A stem on the ground: how much wider than the wood it is at the very bottom, as a share.
+    Ground {
+        /// 0 leaves it as it is.
+        flare: f32,
+    },
+}
+
+/// The rings of a chain, base first: at least two, at least `apart` metres from each other.
+///
+/// `points` and `radii` are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
+/// one place count as one; a chain without length gives nothing.
+pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thinnest: f32) -> Vec<Ring> {
+    let apart = thinnest;
+    let mut knots: Vec<(Vec3, f32)> = Vec::with_capacity(points.len());
+    for (&p, &r) in points.iter().zip(radii) {
+        let r = r.max(thinnest);
+        match knots.last_mut() {
+            Some(last) if last.0.distance(p) < apart => last.1 = last.1.max(r),
+            _ => knots.push((p, r)),
+        }
+    }
+    // The tip is where the plant says, also when the last stretch was too short to stand alone.
+    if knots.len() < 2 {
+        return Vec::new();
+    }
+    let fine = subdivide(&knots, error);
+    let mut rings = with_base(&fine, base, error, apart);
+    thin(&mut rings, error);
+    orient(&mut rings);
+    rings
+}
+
+/// Points on the smooth axis: (position, radius, arc length).
+fn subdivide(knots: &[(Vec3, f32)], error: f32) -> Vec<(Vec3, f32, f32)> {
+    let last = knots.len() - 1;
+    let mut fine = vec![(knots[0].0, knots[0].1, 0.0)];
+    let mut arc = 0.0;
+    for i in 0..last {
+        let (b, c) = (knots[i].0, knots[i + 1].0);
+        // Beyond an end the curve goes on as it came.
+        let a = if i > 0 { knots[i - 1].0 } else { b + b - c };
+        let d = if i + 2 <= last { knots[i + 2].0 } else { c + c - b };
+        let length = b.distance(c);
+        let bend = math::angle(b - a, c - b).max(math::angle(c - b, d - c));
+        // A chord of an arc that turns by θ over a length L strays by about θ L / 8; k cuts divide that by k².
+        let stray = bend * length * 0.125;
+        let cuts = if error > 0.0 { (stray / error).sqrt().clamp(1.0, 6.0) as usize } else { 4 };
+        for k in 1..=cuts {
+            let t = k as f32 / cuts as f32;
+            let p = if k == cuts { c } else { catmull_rom(a, b, c, d, t) };
+            let r = knots[i].1 + (knots[i + 1].1 - knots[i].1) * t;
+            arc += fine[fine.len() - 1].0.distance(p);
+            fine.push((p, r, arc));
+        }
+    }
+    fine
+}
+
+/// The centripetal Catmull-Rom curve between `b` and `c`, by Barry and Goldman's pyramid.
+fn catmull_rom(a: Vec3, b: Vec3, c: Vec3, d: Vec3, t: f32) -> Vec3 {
+    let knot = |p: Vec3, q: Vec3| p.distance(q).sqrt().max(1e-4);
+    let t0 = 0.0;
+    let t1 = t0 + knot(a, b);
+    let t2 = t1 + knot(b, c);
+    let t3 = t2 + knot(c, d);
+    let t = t1 + (t2 - t1) * t;
+    let mix = |p: Vec3, q: Vec3, s: f32, e: f32| p * ((e - t) / (e - s)) + q * ((t - s) / (e - s));
+    let (a1, a2, a3) = (mix(a, b, t0, t1), mix(b, c, t1, t2), mix(c, d, t2, t3));
+    mix(mix(a1, a2, t0, t2), mix(a2, a3, t1, t3), t1, t2)
+}
+
+/// Lays the collar or the flare over the fine axis, with rings of their own where they need them.
+fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> Vec<Ring> {
+    let total = fine[fine.len() - 1].2;
+    let own = fine[0].1;
+    let mut stops: Vec<f32> = Vec::new();
+    // (where the widening is full, how fast it fades, how wide, widest at the axis)
+    let (full, fade, wide, most) = match base {
+        Base::Fork { axis, parent } => {
+            let surface = emergence(fine, axis, parent).min(total * 0.6);
+            let wide = (0.42 * own).min((parent * 0.96 - own).max(0.0));
+            let fade = (own * 1.6).min((total - surface) * 0.5).max(apart);
+            // A collar that moves the surface by less than the bound is not worth its rings.
+            if wide > error * 0.5 {
+                stops.extend([surface * 0.55, surface, surface + fade * 0.45, surface + fade, surface + fade * 2.0]);
+            } else {
+                stops.push(surface);
+            }
+            (surface, fade, wide, (parent * 0.92).max(own.min(parent)))
+        }
+        Base::Ground { flare } => {
+            let fade = (own * 1.5).min(total * 0.25).max(apart);
+            if flare * own > error * 0.5 {
+                stops.extend([fade * 0.3, fade * 0.7, fade * 1.2, fade * 2.0, fade * 3.0]);
+            }
+            (0.0, fade, flare * own, f32::INFINITY)
+        }
+    };
+    let mut rings = Vec::with_capacity(fine.len() + stops.len());
+    let mut next = 0;
+    let mut push = |p: Vec3, r: f32, arc: f32, end: bool| {
+        let past = ((arc - full) / fade).max(0.0);
+        // Steep at the wood it leaves, flat where it ends.
+        let r = r + wide * math::exp(-1.6 * past);
+        let r = if arc < full { r.min(most) } else { r };
+        let ring = Ring { centre: p, radius: r, arc, tangent: Vec3::Y, slope: 0.0 };
+        match rings.last_mut() {
+            Some(last @ Ring { .. }) if arc - last.arc < apart => {
+                if end {
+                    *last = ring;
+                }
+            }
+            _ => rings.push(ring),
+        }
+    };
+    for i in 0..fine.len() {
+        if i > 0 {
+            let ((a, ra, sa), (b, rb, sb)) = (fine[i - 1], fine[i]);
+            while next < stops.len() && stops[next] < sb {
+                if stops[next] > sa {
+                    let t = (stops[next] - sa) / (sb - sa);
+                    push(a.lerp(b, t), ra + (rb - ra) * t, stops[next], false);
+                }
+                next += 1;
+            }
+        }
+        push(fine[i].0, fine[i].1, fine[i].2, i + 1 == fine.len());
+    }
+    rings
+}
+
+/// Arc length at which a branch leaves a straight parent of radius `parent` with direction `axis`; the whole length if
+/// it never does.
+fn emergence(fine: &[(Vec3, f32, f32)], axis: Vec3, parent: f32) -> f32 {
+    let away = |p: Vec3| {
+        let d = p - fine[0].0;
+        (d - axis * d.dot(axis)).length()
+    };
+    for pair in fine.windows(2) {
+        let (before, after) = (away(pair[0].0), away(pair[1].0));
+        if after >= parent {
+            let t = if after > before { ((parent - before) / (after - before)).clamp(0.0, 1.0) } else { 1.0 };
+            return pair[0].2 + (pair[1].2 - pair[0].2) * t;
+        }
+        // A branch that runs inside its parent for long: blend where it is, not at its tip.
+        if pair[1].2 > parent * 4.0 {
+            return pair[1].2;
+        }
+    }
+    fine[fine.len() - 1].2
+}
+
+/// Drops the rings without which the surface moves by less than `error`.
+fn thin(rings: &mut Vec<Ring>, error: f32) {
+    if rings.len() < 3 || !(error > 0.0) {
+        return;
+    }
+    let mut keep = vec![false; rings.len()];
+    let last = rings.len() - 1;
+    let mut stack: Vec<(usize, usize)> = Vec::new();
+    for start in (0..last).step_by(WINDOW) {
+        let end = (start + WINDOW).min(last);
+        (keep[start], keep[end]) = (true, true);
+        stack.push((start, end));
+        while let Some((from, to)) = stack.pop() {
+            let (a, b) = (rings[from], rings[to]);
+            let mut worst = (0.0, from);
+            for (i, ring) in rings.iter().enumerate().take(to).skip(from + 1) {
+                let t = (ring.arc - a.arc) / (b.arc - a.arc).max(1e-9);
+                let moved = ring.centre.distance(a.centre.lerp(b.centre, t))
+                    + (ring.radius - (a.radius + (b.radius - a.radius) * t)).abs();
+                if moved > worst.0 {
+                    worst = (moved, i);
+                }
+            }
+            if worst.0 > error {
+                keep[worst.1] = true;
+                stack.push((from, worst.1));
+                stack.push((worst.1, to));
+            }
+        }
+    }
+    let mut i = 0;
+    rings.retain(|_| {
+        i += 1;
+        keep[i - 1]
+    });
+}
+
+/// Tangents and slopes of the rings that stay.
+fn orient(rings: &mut [Ring]) {
+    let last = rings.len() - 1;
+    let mut direction = (rings[last].centre - rings[0].centre).normalize_or(Vec3::Y);
+    for i in 0..=last {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+        let leave = (rings[after].centre - rings[i].centre).normalize_or_zero();
+        let come = (rings[i].centre - rings[before].centre).normalize_or_zero();
+        // The bisector: a mitre joint.
+        direction = (leave + come).try_normalize().unwrap_or(direction);
+        rings[i].tangent = direction;
+        let run = rings[after].arc - rings[before].arc;
+        rings[i].slope = if run > 0.0 { (rings[after].radius - rings[before].radius) / run } else { 0.0 };
+    }
+}

@@ -1,0 +1,187 @@
+//! Wood: tubes swept along the chains by rotation-minimizing frames.
+//!
+//! Each chain is one skin of welded rings with a doubled column where the texture closes. A branch starts on its
+//! parent's axis and leaves the parent's surface through a collar a bit wider than itself, so that no gap shows and no
+//! vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground, and flares.
+//! The texture goes round a whole number of times and its scale along the branch follows the radius, within a factor of
+//! [`STRETCH`].
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::rings::{Base, Ring, rings};
+use super::sides::sides;
+use super::{CrownLight, Mesh};
+use crate::base::{Frame, Seed, math};
+use crate::plant::{ChainId, Plant, Posed};
+use crate::preset::plan::MeshParams;
+
+/// How far the texture's scale along a branch follows its radius, as a factor of the scale on the thickest wood.
+const STRETCH: f32 = 4.0;
+/// How much wider a stem without a flare of its own gets at the ground, as a share of its radius.
+const FLARE: f32 = 0.38;
+
+/// How finely wood is meshed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TubeDetail {
+    /// Sides of the thickest tube, 3..=64.
+    pub sides: u32,
+    /// Largest distance between the tube and the smooth branch, metres; 0 keeps every ring.
+    pub error: f32,
+    /// Chains whose base is thinner than this are dropped with all that they bear, metres.
+    pub min_radius: f32,
+    /// Edge of one bark tile on the trunk, metres.
+    pub bark_tile: f32,
+}
+
+impl TubeDetail {
+    /// The finest level of a preset.
+    #[must_use]
+    pub fn full(params: &MeshParams) -> Self {
+        Self { sides: params.sides, error: params.error, min_radius: 0.0, bark_tile: params.bark_tile }
+    }
+}
+
+/// Meshes a plant's wood. Linear in points; same bytes on any number of threads. Tangents are left to
+/// [`add_tangents`](super::add_tangents).
+#[must_use]
+pub fn tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> Mesh {
+    let light = CrownLight::of(plant, posed);
+    let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
+    let reach = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element()));
+    // Below this, coordinates of 24 bits can't tell the corners of a ring apart.
+    let thinnest = (reach * 2e-5).max(thickest * 1e-3).max(1e-5);
+    let mut kept = vec![false; plant.chains().len()];
+    for id in plant.chain_ids() {
+        let radii = plant.radii(id);
+        let thick = radii.iter().fold(0.0_f32, |a, &r| a.max(r)) >= detail.min_radius;
+        kept[id.index()] = thick && plant.chain(id).parent.is_none_or(|p| kept[p.index()]);
+    }
+    let ids: Vec<ChainId> = plant.chain_ids().filter(|id| kept[id.index()]).collect();
+    let scene = Scene { plant, posed, detail, light: &light, thickest, thinnest };
+    let parts: Vec<Mesh> = ids
+        .par_chunks(64)
+        .map(|ids| {
+            let mut mesh = Mesh::default();
+            ids.iter().for_each(|&id| scene.sweep(id, &mut mesh));
+            mesh
+        })
+        .collect();
+    let mut mesh = Mesh::default();
+    parts.iter().for_each(|part| append(&mut mesh, part));
+    mesh
+}
+
+/// Adds all of `part` to `mesh`.
+fn append(mesh: &mut Mesh, part: &Mesh) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend_from_slice(&part.positions);
+    mesh.normals.extend_from_slice(&part.normals);
+    mesh.uvs.extend_from_slice(&part.uvs);
+    mesh.occlusion.extend_from_slice(&part.occlusion);
+    mesh.indices.extend(part.indices.iter().map(|i| i + first));
+}
+
+struct Scene<'a> {
+    plant: &'a Plant,
+    posed: &'a Posed,
+    detail: &'a TubeDetail,
+    light: &'a CrownLight,
+    thickest: f32,
+    thinnest: f32,
+}
+
+impl Scene<'_> {
+    /// Adds one chain's skin.
+    fn sweep(&self, id: ChainId, mesh: &mut Mesh) {
+        let chain = self.plant.chain(id);
+        let radii = self.plant.radii(id);
+        let points = self.posed.chain(self.plant, id);
+        let base = match chain.parent {
+            Some(parent) => Base::Fork {
+                axis: self.posed.frame(parent, chain.location).y,
+                parent: self.posed.curve(self.plant, parent).value(self.plant.radii(parent), f64::from(chain.location)),
+            },
+            None => Base::Ground { flare: flare(points, radii) },
+        };
+        let rings = rings(points, radii, base, self.detail.error, self.thinnest);
+        let Some(&first) = rings.first() else { return };
+        let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
+        let sides = sides(widest, self.thickest, self.detail.sides, self.detail.error);
+        let circle: Vec<(f32, f32)> =
+            (0..=sides).map(|k| math::sin_cos(std::f32::consts::TAU * (k % sides) as f32 / sides as f32)).collect();
+        let tile = self.detail.bark_tile.max(1e-3);
+        // The wood's own girth, not the collar's.
+        let around = (std::f32::consts::TAU * widest / tile + 0.5).floor().max(1.0);
+        let mut v = Seed::new(0).child("bark").at(u64::from(id.0)).unit();
+        let mut frame = if chain.parent.is_some() { self.posed.frame(id, 0.0) } else { Frame::WORLD };
+        frame = frame.transported(first.tangent);
+        let mut last = first;
+        let start = mesh.positions.len() as u32;
+        let tip = rings[rings.len() - 1];
+        // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
+        let pointed = tip.radius <= (self.detail.error).max(self.thinnest * 1.5);
+        let body = if pointed { &rings[..rings.len() - 1] } else { &rings[..] };
+        for ring in body {
+            frame = frame.transported(ring.tangent);
+            v -= along(&last, ring, around, tile);
+            let shade = self.light.shade(ring.centre);
+            for (k, &(sin, cos)) in circle.iter().enumerate() {
+                let radial = frame.x * cos + frame.z * -sin;
+                let u = around * k as f32 / sides as f32;
+                let normal = (radial - frame.y * ring.slope.clamp(-2.0, 2.0)).normalize_or(radial);
+                push(mesh, ring.centre + radial * ring.radius, normal, Vec2::new(u, v), shade);
+            }
+            last = *ring;
+        }
+        let columns = sides + 1;
+        for j in 0..body.len() as u32 - 1 {
+            for k in 0..sides {
+                let a = start + j * columns + k;
+                let (b, c, d) = (a + 1, a + columns, a + columns + 1);
+                mesh.indices.extend([a, b, d, a, d, c]);
+            }
+        }
+        let apex = if pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
+        let height = apex.distance(last.centre).max(self.thinnest);
+        let end = Ring { centre: apex, radius: 0.0, arc: last.arc + height, tangent: frame.y, slope: 0.0 };
+        v -= along(&last, &end, around, tile);
+        let shade = self.light.shade(apex);
+        let rim = start + (body.len() as u32 - 1) * columns;
+        let apexes = mesh.positions.len() as u32;
+        for k in 0..sides {
+            // Each side of the cone has a tip of its own, so that its texture is not pinched to one column.
+            let (sin, cos) = math::sin_cos(std::f32::consts::TAU * (k as f32 + 0.5) / sides as f32);
+            let radial = frame.x * cos + frame.z * -sin;
+            let normal = (radial + frame.y * (last.radius / height).min(2.0)).normalize_or(radial);
+            push(mesh, apex, normal, Vec2::new(around * (k as f32 + 0.5) / sides as f32, v), shade);
+            mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
+        }
+    }
+}
+
+fn push(mesh: &mut Mesh, position: Vec3, normal: Vec3, uv: Vec2, shade: u8) {
+    mesh.positions.push(position);
+    mesh.normals.push(normal);
+    mesh.uvs.push(uv);
+    mesh.occlusion.push(shade);
+}
+
+/// How far the texture runs between two rings, in tiles.
+fn along(a: &Ring, b: &Ring, around: f32, tile: f32) -> f32 {
+    let girth = std::f32::consts::TAU * 0.5 * (a.radius + b.radius);
+    let scale = (around / girth.max(1e-6)).clamp(1.0 / (tile * STRETCH), STRETCH / tile);
+    a.centre.distance(b.centre) * scale
+}
+
+/// The flare that a stem still needs: none when its own radii widen at the ground, as a scan's do.
+fn flare(points: &[Vec3], radii: &[f32]) -> f32 {
+    let curve = crate::plant::Curve::new(points);
+    let length = curve.length();
+    if !(length > 0.0) {
+        return 0.0;
+    }
+    let above = curve.value(radii, f64::from((radii[0] * 3.0 / length).min(0.5)));
+    let own = if above > 0.0 { (radii[0] / above - 1.1).max(0.0) } else { FLARE };
+    (FLARE - own).max(0.0)
+}

@@ -1,0 +1,179 @@
+//! Growth by guiding vectors: Xu and Mould, "Procedural Tree Modeling with Guiding Vectors", 2015.
+//!
+//! A tree is the union of least-cost paths through an irregular graph. Nodes are scattered and linked once (`nodes`,
+//! `yao`); each iteration names places where branches may end (`endpoints`), finds the paths to them from the whole tree
+//! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
+//! the chosen ones (`structure`). What remains is to take the graph's crookedness out and give radii (`skeleton`).
+//!
+//! Limits: no two paths share a node without sharing the way to it, so axes never cross, but thick wood may touch. Twigs
+//! and leaves are a later stage's. Time is `n log n` in nodes; memory about 120 bytes a node.
+
+mod endpoints;
+mod grid;
+mod guide;
+mod nodes;
+mod paths;
+mod skeleton;
+mod structure;
+mod yao;
+
+use nodes::Nodes;
+use paths::Paths;
+use structure::Structure;
+use yao::Graph;
+
+use crate::base::Seed;
+use crate::plant::{Plant, PlantError};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+
+/// Why nothing could be grown.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GrowError {
+    /// A parameter that is not finite or out of its range.
+    #[error("{field} is {value}, outside {low} to {high}")]
+    OutOfRange {
+        /// Which parameter, as `iterations[1].radius`.
+        field: String,
+        /// Its value.
+        value: f32,
+        /// Smallest allowed.
+        low: f32,
+        /// Largest allowed.
+        high: f32,
+    },
+    /// No iteration added a branch.
+    #[error("no branch was reached: every iteration's endpoints lie outside the region or at the root")]
+    Nothing,
+    /// What was grown is no plant.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+}
+
+/// Grows a plant: `params.height` metres tall, its root at the origin, without leaves.
+///
+/// All randomness is addressed below `seed` and `params.seed`. The notes tell of endpoints that were asked for and are
+/// not there; they name iterations from 1.
+///
+/// # Errors
+///
+/// When a parameter is out of range or nothing grows.
+pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
+    check(params)?;
+    let seed = seed.child("grow").at(params.seed);
+    let nodes = Nodes::scatter(params.nodes, params.width, seed);
+    let graph = Graph::yao(&nodes);
+    let mut structure = Structure::new(&nodes);
+    let mut notes = Vec::new();
+    for (i, iteration) in params.iterations.iter().enumerate() {
+        extend(&mut structure, &nodes, &graph, iteration, params.bole, seed.child("iteration").at(i as u64), |note| {
+            notes.push(format!("iteration {}: {note}", i + 1));
+        });
+    }
+    let skeleton =
+        skeleton::skeleton(&structure, &nodes, params.height, params.crookedness, params.tip_radius, params.allometry);
+    Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
+}
+
+/// One iteration: candidates, paths, the rule, the choice (2015, 3.1.2 to 3.1.4).
+fn extend(
+    structure: &mut Structure,
+    nodes: &Nodes,
+    graph: &Graph,
+    iteration: &GrowIteration,
+    bole: f32,
+    seed: Seed,
+    mut note: impl FnMut(String),
+) {
+    let wanted = endpoints::count(&iteration.endpoints) as usize;
+    let candidates = endpoints::candidates(&iteration.endpoints, nodes, graph, structure, seed);
+    if wanted == 0 {
+        return;
+    }
+    if candidates.is_empty() {
+        note("no node is free where its branches should end".to_owned());
+        return;
+    }
+    // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the search.
+    let chosen = match iteration.keep {
+        EndpointRule::Any => endpoints::spread(&candidates, nodes, wanted, seed),
+        EndpointRule::Lower | EndpointRule::Higher => candidates,
+    };
+    let sources = structure.sources(nodes, iteration.start, bole, seed);
+    let paths = Paths::find(nodes, graph, &sources, &chosen, &iteration.guide, seed);
+    let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
+    if !lost.is_empty() {
+        note(format!("no path leads to {} of {} endpoints", lost.len(), lost.len() + reached.len()));
+    }
+    let height = |n: u32| nodes.at(n).y;
+    let kept = match iteration.keep {
+        EndpointRule::Any => reached,
+        EndpointRule::Lower | EndpointRule::Higher => {
+            let lower = iteration.keep == EndpointRule::Lower;
+            let kept: Vec<u32> = reached
+                .into_iter()
+                .filter(
+                    |&n| if lower { height(n) < height(paths.source(n)) } else { height(n) > height(paths.source(n)) },
+                )
+                .collect();
+            endpoints::spread(&kept, nodes, wanted, seed)
+        }
+    };
+    if kept.len() < wanted {
+        note(format!("{} of {wanted} endpoints found a place", kept.len()));
+    }
+    for end in kept {
+        structure.add(&paths, end);
+    }
+}
+
+/// The ranges that the rest relies on.
+fn check(params: &GrowParams) -> Result<(), GrowError> {
+    let within = |field: &str, value: f32, low: f32, high: f32| {
+        // A NaN is in no range.
+        if (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(GrowError::OutOfRange { field: field.to_owned(), value, low, high })
+        }
+    };
+    within("height", params.height, 0.01, 1000.0)?;
+    within("nodes", params.nodes as f32, 16.0, 400_000.0)?;
+    within("width", params.width, 0.02, 20.0)?;
+    within("crookedness", params.crookedness, 0.0, 1.0)?;
+    within("bole", params.bole, 0.0, 1.0)?;
+    within("tip_radius", params.tip_radius, 0.0, 10.0)?;
+    within("allometry", params.allometry, 0.5, 10.0)?;
+    within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;
+    for (i, iteration) in params.iterations.iter().enumerate() {
+        let at =
+            |name: &str, value: f32, low: f32, high: f32| within(&format!("iterations[{i}].{name}"), value, low, high);
+        let turn = 4.0 * std::f32::consts::PI;
+        let angle = |name: &str, value: f32| at(name, value, -turn, turn);
+        match iteration.guide {
+            Guide::Piecewise { first, then, .. } => angle("guide.first", first).and(angle("guide.then", then))?,
+            Guide::Random { low, high } => angle("guide.low", low).and(angle("guide.high", high))?,
+            Guide::Polar { theta } => angle("guide.theta", theta)?,
+        }
+        if let GuideStart::ByHeight { low, high } = iteration.start {
+            angle("start.low", low).and(angle("start.high", high))?;
+        }
+        match iteration.endpoints {
+            Endpoints::Surface { proportion, .. } => at("endpoints.proportion", proportion, 0.0, 1.0)?,
+            Endpoints::Volume { ref shape, .. } => {
+                let (low, high, radius, hollow) = match *shape {
+                    Volume::Point { height } => (height, height, 0.0, 0.0),
+                    Volume::Ellipsoid { bottom, top, radius, hollow }
+                    | Volume::HalfEllipsoid { bottom, top, radius, hollow } => (bottom, top, radius, hollow),
+                    Volume::Cone { bottom, top, radius } | Volume::Cylinder { bottom, top, radius } => {
+                        (bottom, top, radius, 0.0)
+                    }
+                };
+                at("endpoints.shape.bottom", low, -10.0, 10.0)?;
+                at("endpoints.shape.top", high, -10.0, 10.0)?;
+                at("endpoints.shape.radius", radius, 0.0, 10.0)?;
+                at("endpoints.shape.hollow", hollow, 0.0, 1.0)?;
+            }
+        }
+    }
+    Ok(())
+}

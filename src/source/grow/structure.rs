@@ -1,0 +1,77 @@
+//! The tree as it grows: the nodes that paths have reached so far, parents before children (2015, 3.1.4).
+
+use glam::Vec3;
+
+use super::guide;
+use super::nodes::Nodes;
+use super::paths::{PathSource, Paths};
+use super::yao::NONE;
+use crate::base::Seed;
+use crate::preset::plan::GuideStart;
+
+/// One node of the structure.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    /// The graph's node.
+    pub(super) node: u32,
+    /// The member before it; itself at the root.
+    pub(super) parent: u32,
+    /// Its guiding vector, from the pass that made it.
+    pub(super) vector: Vec3,
+}
+
+/// A tree of graph nodes.
+#[derive(Clone, Debug)]
+pub(super) struct Structure {
+    /// Parents before children; the root first.
+    pub(super) members: Vec<Member>,
+    /// For each graph node its place among the members.
+    places: Vec<u32>,
+}
+
+impl Structure {
+    /// The root alone, with an upright guiding vector.
+    pub(super) fn new(nodes: &Nodes) -> Self {
+        let mut places = vec![NONE; nodes.len()];
+        places[nodes.root as usize] = 0;
+        Self { members: vec![Member { node: nodes.root, parent: 0, vector: Vec3::Y }], places }
+    }
+
+    /// Whether a graph node belongs to it.
+    pub(super) fn holds(&self, node: u32) -> bool {
+        self.places[node as usize] != NONE
+    }
+
+    /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
+    /// structure that is nowhere higher starts at its top.
+    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32, seed: Seed) -> Vec<PathSource> {
+        let top = self.members.iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max);
+        let bole = bole.min(top);
+        self.members
+            .iter()
+            .map(|m| {
+                let position = nodes.at(m.node);
+                let vector = guide::start(rule, m.vector, position, m.node, seed);
+                PathSource { node: m.node, vector, closed: position.y < bole }
+            })
+            .collect()
+    }
+
+    /// Adds the path to a node that was reached. Linear in what it adds: a path is followed until it meets the
+    /// structure, so paths that share a way share its members.
+    pub(super) fn add(&mut self, paths: &Paths, end: u32) {
+        let mut way = Vec::new();
+        let mut node = end;
+        while !self.holds(node) {
+            way.push(node);
+            node = paths.before(node);
+        }
+        let mut parent = self.places[node as usize];
+        for &node in way.iter().rev() {
+            let place = self.members.len() as u32;
+            self.places[node as usize] = place;
+            self.members.push(Member { node, parent, vector: paths.vector(node) });
+            parent = place;
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Import: quantitative structure models of laser-scanned trees, and SWC, become a [`Plant`].
+//!
+//! Read are TreeQSM models as CSV or as the text its save function writes, SimpleForest and aRchi CSV, and SWC. The
+//! format is told by the content, never by the name. All of them become one middle form, a list of [`piece::Piece`]s
+//! (straight stretches of wood that name the piece they grow from), and take the same way from there:
+//!
+//! 1. `cylinders`/`swc`: text to pieces; every number that is none is an error with its place.
+//! 2. `mend`: parents found by id, cycles cut, missing radii filled in.
+//! 3. `connect`: links that can't be true and further roots are bridged to the nearest suitable wood.
+//! 4. `trace`: pieces to the nodes of a [`Skeleton`](crate::plant::Skeleton); every branch starts on its parent's axis.
+//!
+//! What was mended is said in [`Imported::notes`]. What is an error: no rows, rows cut short, cells that are no number,
+//! duplicate ids, numbers out of all bounds, more than [`MOST_ROWS`] rows, and parents that don't exist in more than 5 %
+//! of the rows (a file that lost its head; fewer are bridged as further roots). A file cut in mid-row is an error at
+//! that row; one cut between two rows holds a smaller tree and can't be told from one. Of a file whose parents are rows
+//! that come later the cut leaves parents that don't exist.
+
+mod columns;
+mod connect;
+mod cylinders;
+mod mend;
+mod nearest;
+mod piece;
+mod swc;
+mod table;
+mod trace;
+mod upright;
+
+#[cfg(test)]
+mod tests;
+
+use crate::base::Diagnostic;
+use crate::plant::{Plant, PlantError};
+use crate::preset::plan::ImportParams;
+
+/// Most rows that are read.
+pub const MOST_ROWS: usize = 10_000_000;
+
+/// What a file turned out to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// TreeQSM's cylinders as CSV, one column a coordinate.
+    TreeQsmCsv,
+    /// TreeQSM's cylinders as its save function writes them: `start_point` and `axis_direction` span three columns.
+    TreeQsmText,
+    /// SimpleForest's cylinders.
+    SimpleForest,
+    /// aRchi's cylinders.
+    Archi,
+    /// Nodes of a skeleton, as neurons are stored.
+    Swc,
+}
+
+impl Format {
+    /// The format's name for people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::TreeQsmCsv => "TreeQSM CSV",
+            Self::TreeQsmText => "TreeQSM text",
+            Self::SimpleForest => "SimpleForest CSV",
+            Self::Archi => "aRchi CSV",
+            Self::Swc => "SWC",
+        }
+    }
+}
+
+/// An imported plant.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// Upright, connected, metres, the main stem's base at the origin, no leaves.
+    pub plant: Plant,
+    /// What the file was.
+    pub format: Format,
+    /// What was bridged, dropped or filled in, one sentence each with its figures; empty for a flawless file.
+    pub notes: Vec<String>,
+}
+
+/// Reads a structure model.
+///
+/// `file` is the name that errors carry; nothing else is read from it. Linear in the file's size but for sorting and for
+/// the search of wood near each further root (n log n); memory is bounded by a small multiple of the file.
+///
+/// # Errors
+///
+/// All that is wrong with the text, at most 20 errors and one that counts the rest; or one error about the whole file.
+pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
+    let table::Sniffed { table, format } = table::sniff(bytes, file)?;
+    let mut read = match format {
+        table::Kind::Swc => swc::read(table)?,
+        table::Kind::Cylinders(header) => cylinders::read(table, &header)?,
+    };
+    let whole = |message: String, hint: &str| vec![Diagnostic::new(file, message).with_hint(hint)];
+    let mut notes = Vec::new();
+    mend::parents(&mut read, file, &mut notes)?;
+    upright::stand(&mut read.pieces, params.up, &mut notes);
+    let order = mend::cut_cycles(&mut read, &mut notes);
+    mend::radii(&mut read.pieces, &order, &mut notes);
+    let (order, joined) = connect::connect(&mut read.pieces, order);
+    let (mut nodes, gaps) = trace::trace(&read.pieces, &order, read.shape);
+    let factor = upright::scale(&mut nodes, params.height, &mut notes)
+        .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;
+    joined.note(factor, &mut notes);
+    gaps.note(factor, &mut notes);
+    let plant = upright::skeleton(&nodes).into_plant().map_err(|error| match error {
+        PlantError::Empty => whole("no row has any length".into(), "start and end of every row coincide"),
+        other => whole(format!("the rows make no valid plant: {other}"), "check its coordinates and parents"),
+    })?;
+    Ok(Imported { plant, format: read.format, notes })
+}
