@@ -108,7 +108,7 @@ struct Brush {
     variation: f32,
     size: u32,
     mottle: Noise,
-    /// Colour of each part, by its place in the scene.
+    /// Address of the picture.
     seed: Seed,
 }
 
@@ -324,5 +324,81 @@ fn blur(values: &mut [f32], size: usize, reach: usize) {
                 *sum -= v;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Key;
+
+    const SHAPES: [LeafShape; 7] = [
+        LeafShape::Oak,
+        LeafShape::Birch,
+        LeafShape::Beech,
+        LeafShape::Maple,
+        LeafShape::Willow,
+        LeafShape::Ash,
+        LeafShape::Pine,
+    ];
+    const GREEN: [f32; 3] = [0.061, 0.114, 0.021];
+
+    #[test]
+    fn pictures_are_golden() {
+        let keys = SHAPES.map(|shape| {
+            let maps = leaf_maps(shape, GREEN, 0.5, 64, 0, Seed::new(41));
+            let mut bytes: Vec<u8> = maps.color.iter().flatten().copied().collect();
+            bytes.extend(maps.normal.iter().chain(&maps.orm).flatten());
+            Key::of_bytes(&bytes).to_hex()[..8].to_owned()
+        });
+        assert_eq!(keys.concat(), "");
+    }
+
+    #[test]
+    fn alpha_covers_a_third_to_three_fifths_of_every_picture() {
+        for shape in SHAPES {
+            for picture in 0..6 {
+                let maps = leaf_maps(shape, GREEN, 0.5, 64, picture, Seed::new(9));
+                let share = maps.color.iter().map(|c| f32::from(c[3])).sum::<f32>() / (255.0 * 64.0 * 64.0);
+                assert!((0.35..0.6).contains(&share), "{shape:?} {picture}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_under_alpha_is_black_and_every_normal_is_unit() {
+        for shape in SHAPES {
+            let maps = leaf_maps(shape, GREEN, 0.5, 64, 1, Seed::new(2));
+            assert!(maps.color.iter().all(|c| c[1] > 20), "{shape:?}");
+            for n in &maps.normal {
+                let v = n.map(|c| (f32::from(c) - 128.0) / 127.0);
+                let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+                assert!((length - 1.0).abs() < 0.02, "{shape:?} {n:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_twig_stands_at_the_bottom_centre_and_the_border_stays_free() {
+        for shape in SHAPES {
+            let maps = leaf_maps(shape, GREEN, 0.5, 128, 0, Seed::new(4));
+            let seen = |x: usize, y: usize| maps.color[y * 128 + x][3] > 100;
+            assert!((60..68).any(|x| seen(x, 126)), "{shape:?}");
+            assert!((0..128).all(|y| !seen(0, y) && !seen(127, y)) && (0..128).all(|x| !seen(x, 0)), "{shape:?}");
+            assert!((0..128).any(|x| (0..20).any(|y| seen(x, y))), "{shape:?} leaves the top empty");
+        }
+    }
+
+    #[test]
+    fn odd_parameters_make_a_picture_all_the_same() {
+        let maps = leaf_maps(LeafShape::Oak, [f32::NAN, 7.0, -1.0], f32::INFINITY, 0, u32::MAX, Seed::new(1));
+        assert_eq!((maps.width, maps.color.len()), (16, 256));
+    }
+
+    #[test]
+    fn pictures_differ_from_one_another() {
+        let picture = |n| leaf_maps(LeafShape::Beech, GREEN, 0.5, 32, n, Seed::new(1));
+        assert_ne!(picture(0), picture(1));
+        assert_eq!(picture(1), picture(1));
     }
 }

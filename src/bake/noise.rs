@@ -50,13 +50,14 @@ impl Noise {
         let y0 = wrap(fy as i32, self.period[1]);
         let x1 = if x0 + 1 == self.period[0] { 0 } else { x0 + 1 };
         let y1 = if y0 + 1 == self.period[1] { 0 } else { y0 + 1 };
-        let corner = |cx: i32, cy: i32, ox: f32, oy: f32| {
-            let h = self.hash(cx, cy);
+        let (h0, h1) = (self.row(y0), self.row(y1));
+        let corner = |cx: i32, row: u32, ox: f32, oy: f32| {
+            let h = in_row(row, cx);
             low(h) * ox + high(h) * oy
         };
         let (sx, sy) = (fade(dx), fade(dy));
-        let top = mix(corner(x0, y0, dx, dy), corner(x1, y0, dx - 1.0, dy), sx);
-        let bottom = mix(corner(x0, y1, dx, dy - 1.0), corner(x1, y1, dx - 1.0, dy - 1.0), sx);
+        let top = mix(corner(x0, h0, dx, dy), corner(x1, h0, dx - 1.0, dy), sx);
+        let bottom = mix(corner(x0, h1, dx, dy - 1.0), corner(x1, h1, dx - 1.0, dy - 1.0), sx);
         1.5 * mix(top, bottom, sy)
     }
 
@@ -83,9 +84,10 @@ impl Noise {
         let (dx, dy) = (x - fx, y - fy);
         let mut near = [(0.0_f32, 0.0_f32); 9];
         let (mut best, mut best_at, mut id) = (f32::MAX, 0, 0);
+        let rows = [-1, 0, 1].map(|oy| self.row(wrap(by + oy, self.period[1])));
         for (k, slot) in near.iter_mut().enumerate() {
             let (ox, oy) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
-            let h = self.hash(wrap(bx + ox, self.period[0]), wrap(by + oy, self.period[1]));
+            let h = in_row(rows[k / 3], wrap(bx + ox, self.period[0]));
             let rx = ox as f32 + 0.5 + 0.5 * jitter * low(h) - dx;
             let ry = oy as f32 + 0.5 + 0.5 * jitter * high(h) - dy;
             *slot = (rx, ry);
@@ -108,9 +110,14 @@ impl Noise {
         Cell { border: border.max(0.0), offset: [-cx, -cy], id }
     }
 
-    fn hash(self, x: i32, y: i32) -> u32 {
-        scramble((x as u32).wrapping_mul(0x9e37_79b1) ^ scramble((y as u32).wrapping_add(self.seed)))
+    fn row(self, y: i32) -> u32 {
+        scramble((y as u32).wrapping_add(self.seed))
     }
+}
+
+/// The bits of a lattice point in a row.
+const fn in_row(row: u32, x: i32) -> u32 {
+    scramble((x as u32).wrapping_mul(0x9e37_79b1) ^ row)
 }
 
 /// A number in 0.0..1.0 from the bits of a cell, another one for each `salt`.

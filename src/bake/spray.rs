@@ -105,18 +105,29 @@ struct Habit {
     petiole: f32,
     /// Blade size at the lowest station, over the one at the top.
     lower: f32,
+    /// Stations along each of two side shoots; 0 where there are none.
+    side: usize,
 }
 
 fn habit(shape: LeafShape) -> Habit {
-    let form = |nodes, at_node, twig, bare, angle, petiole, lower| Habit { nodes, at_node, twig, bare, angle, petiole, lower };
+    let form = |nodes, at_node, twig, bare, angle, petiole, lower, side| Habit {
+        nodes,
+        at_node,
+        twig,
+        bare,
+        angle,
+        petiole,
+        lower,
+        side,
+    };
     match shape {
-        LeafShape::Oak => form(8, 1, 1.25, 0.2, [1.45, 0.5], 0.05, 0.85),
-        LeafShape::Birch => form(10, 1, 2.2, 0.1, [1.15, 0.6], 0.28, 0.95),
-        LeafShape::Beech => form(9, 1, 2.0, 0.1, [1.1, 0.65], 0.08, 0.8),
-        LeafShape::Maple => form(3, 2, 1.5, 0.16, [1.15, 0.6], 0.42, 0.95),
-        LeafShape::Willow => form(26, 1, 1.9, 0.05, [1.05, 0.4], 0.05, 0.9),
-        LeafShape::Ash => form(3, 2, 0.55, 0.12, [1.25, 0.45], 0.0, 0.95),
-        LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0),
+        LeafShape::Oak => form(7, 1, 1.7, 0.3, [1.35, 0.5], 0.05, 0.85, 4),
+        LeafShape::Birch => form(9, 1, 2.7, 0.18, [1.15, 0.6], 0.28, 0.95, 4),
+        LeafShape::Beech => form(8, 1, 2.4, 0.2, [1.1, 0.65], 0.08, 0.8, 4),
+        LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
+        LeafShape::Willow => form(24, 1, 2.3, 0.08, [0.95, 0.4], 0.05, 0.85, 11),
+        LeafShape::Ash => form(3, 2, 0.7, 0.1, [1.1, 0.4], 0.0, 0.9, 0),
+        LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
 
@@ -208,38 +219,58 @@ fn blade(shape: LeafShape, origin: Vec2, angle: f32, length: f32, depth: f32, se
 fn leafy_twig(shape: LeafShape, seed: Seed, enlarge: f32) -> Vec<Part> {
     let habit = habit(shape);
     let mut parts = Vec::new();
-    let lean = seed.child("lean").range(-0.16, 0.16);
-    let bend = seed.child("twig").range(-0.12, 0.12);
-    let wood = rod(Tissue::Wood, Vec2::ZERO, lean, habit.twig, bend, [0.024, 0.010], 0.45, seed.child("wood"));
-    let place = wood.place;
+    let lean = seed.child("lean").range(-0.12, 0.12);
+    let bend = seed.child("twig").range(-0.1, 0.1);
+    let wood = rod(Tissue::Wood, Vec2::ZERO, lean, habit.twig, bend, [0.026, 0.010], 0.42, seed.child("wood"));
+    let main = wood.place;
     parts.push(wood);
+    shoot(shape, &mut parts, main, habit.nodes, enlarge, seed);
+    if habit.side > 0 {
+        for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
+            let seed = seed.child("side shoot").at(k as u64);
+            let up = seed.child("up").range(0.12, 0.32);
+            let angle = lean + sign * seed.child("angle").range(0.65, 0.95);
+            let length = habit.twig * seed.child("length").range(0.36, 0.5);
+            let origin = main.to_picture(Vec2::new(0.0, up));
+            let wood = rod(Tissue::Wood, origin, angle, length, -sign * 0.12, [0.014, 0.008], 0.4, seed.child("wood"));
+            let place = wood.place;
+            parts.push(wood);
+            shoot(shape, &mut parts, place, habit.side, enlarge * 0.92, seed);
+        }
+    }
+    parts
+}
+
+/// The leaves along a shoot and the one at its end.
+fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, enlarge: f32, seed: Seed) {
+    let habit = habit(shape);
+    let lean = math::atan2(place.along.x, place.along.y);
     let first = seed.child("first").unit() < 0.5;
-    for node in 0..habit.nodes {
-        let t = (node as f32 + 0.5) / habit.nodes as f32;
+    for node in 0..nodes {
+        let t = (node as f32 + 0.5) / nodes as f32;
         let station = seed.child("node").at(node as u64);
-        let up = habit.bare + (1.0 - habit.bare) * (t + station.range(-0.25, 0.25) / habit.nodes as f32);
+        let up = habit.bare + (1.0 - habit.bare) * (t + station.range(-0.25, 0.25) / nodes as f32);
         let origin = place.to_picture(Vec2::new(0.0, up));
         for k in 0..habit.at_node {
             let seed = station.at(k as u64);
             let right = ((node * habit.at_node + k) % 2 == 0) != first;
             let sign = if right { 1.0 } else { -1.0 };
             let away = habit.angle[0] + (habit.angle[1] - habit.angle[0]) * t + seed.child("angle").range(-0.28, 0.28);
-            let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.78, 1.08) * enlarge;
+            let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.75, 1.1);
             let depth = 0.05 + 0.4 * t + 0.5 * seed.child("depth").unit();
-            let turn = lean + 2.0 * bend * up + sign * away;
-            leaf(shape, &mut parts, origin, turn, sign, size, depth, seed);
+            let turn = lean + 2.0 * place.bend * up + sign * away;
+            leaf(shape, parts, origin, turn, sign, size, enlarge, depth, seed);
         }
     }
     let tip = place.to_picture(Vec2::new(0.0, 1.0));
-    let turn = lean + 2.0 * bend + seed.child("terminal").range(-0.2, 0.2);
-    leaf(shape, &mut parts, tip, turn, 1.0, 0.95 * enlarge, 0.75, seed.child("top"));
-    parts
+    let turn = lean + 2.0 * place.bend + seed.child("terminal").range(-0.2, 0.2);
+    leaf(shape, parts, tip, turn, 1.0, 0.95, enlarge, 0.75, seed.child("top"));
 }
 
 /// A leaf with its petiole, simple or compound.
-fn leaf(shape: LeafShape, parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, depth: f32, seed: Seed) {
+fn leaf(shape: LeafShape, parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, enlarge: f32, depth: f32, seed: Seed) {
     if shape == LeafShape::Ash {
-        return compound(parts, origin, angle, sign, size, depth, seed);
+        return compound(parts, origin, angle, sign, size, enlarge, depth, seed);
     }
     let stalk = habit(shape).petiole * seed.child("stalk").range(0.8, 1.2);
     let curve = -sign * 0.12;
@@ -248,11 +279,11 @@ fn leaf(shape: LeafShape, parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign:
     parts.push(petiole);
     // Blades turn a little back to the twig's direction, and hang on long petioles.
     let turn = angle + seed.child("turn").range(-0.25, 0.25) - sign * 0.12;
-    parts.push(blade(shape, end, turn, size, depth, seed.child("blade")));
+    parts.push(blade(shape, end, turn, size * enlarge, depth, seed.child("blade")));
 }
 
 /// A pinnate leaf: pairs of leaflets along a rachis, and one at its end.
-fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, depth: f32, seed: Seed) {
+fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, enlarge: f32, depth: f32, seed: Seed) {
     let pairs = 4 + seed.child("pairs").index(2);
     let bend = -sign * 0.1 + seed.child("bend").range(-0.08, 0.08);
     let rachis = rod(Tissue::Petiole, origin, angle, size * 0.78, bend, [0.010, 0.005], depth - 0.01, seed.child("rachis"));
@@ -264,29 +295,30 @@ fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f3
         for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
             let seed = seed.child("leaflet").at(pair as u64).at(k as u64);
             let away = 1.12 - 0.35 * t + seed.child("angle").range(-0.16, 0.16);
-            let length = size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
+            // Only leaflets are enlarged: the leaf keeps its reach.
+            let length = enlarge * size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
             let depth = depth + 0.02 * seed.child("depth").unit();
             parts.push(blade(LeafShape::Ash, at, angle + 2.0 * bend * t + side * away, length, depth, seed));
         }
     }
     let end = place.to_picture(Vec2::new(0.0, 1.0));
-    parts.push(blade(LeafShape::Ash, end, angle + 2.0 * bend, size * 0.38, depth + 0.02, seed.child("end")));
+    parts.push(blade(LeafShape::Ash, end, angle + 2.0 * bend, enlarge * size * 0.38, depth + 0.02, seed.child("end")));
 }
 
 /// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.
 fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.1, 0.1);
-    let main = rod(Tissue::Wood, Vec2::ZERO, lean, 0.62, seed.child("bend").range(-0.08, 0.08), [0.018, 0.010], 0.3, seed.child("wood"));
-    let mut shoots = vec![(main.place, 0.62_f32, 150_usize)];
+    let main = rod(Tissue::Wood, Vec2::ZERO, lean, 0.72, seed.child("bend").range(-0.08, 0.08), [0.014, 0.009], 0.3, seed.child("wood"));
+    let mut shoots = vec![(main.place, 0.72_f32, 190_usize)];
     for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
         let seed = seed.child("side").at(k as u64);
-        let t = seed.child("at").range(0.22, 0.42);
-        let length = seed.child("length").range(0.3, 0.4);
+        let t = seed.child("at").range(0.16, 0.38);
+        let length = seed.child("length").range(0.26, 0.36);
         let origin = main.place.to_picture(Vec2::new(0.0, t));
-        let turn = lean + sign * seed.child("angle").range(0.75, 0.95);
+        let turn = lean + sign * seed.child("angle").range(0.55, 0.8);
         let side = rod(Tissue::Wood, origin, turn, length, -sign * 0.14, [0.012, 0.008], 0.3, seed.child("wood"));
-        shoots.push((side.place, length, 95));
+        shoots.push((side.place, length, 105));
         parts.push(side);
     }
     parts.push(main);
@@ -295,20 +327,20 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
         for i in 0..pairs {
             let seed = shoot.at(i as u64);
             let t = ((i as f32 + seed.child("at").unit()) / pairs as f32).sqrt();
-            let t = if s == 0 { 0.16 + 0.84 * t } else { 0.1 + 0.9 * t };
+            let t = if s == 0 { 0.08 + 0.92 * t } else { 0.1 + 0.9 * t };
             let origin = place.to_picture(Vec2::new(0.0, t));
             let toward = math::atan2(place.along.x, place.along.y) + 2.0 * place.bend * t;
             // Seen from the side: the angle around the shoot shortens needles that point at the viewer.
             let around = seed.child("around").unit() * std::f32::consts::TAU;
             let (sin, cos) = math::sin_cos(around);
-            let away = (1.05 - 0.55 * t) * cos;
+            let away = (1.2 - 0.6 * t) * cos;
             let long = (0.26 + 0.06 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
             let depth = 0.3 + 0.3 * sin + 0.2 * seed.child("depth").unit();
             for twin in 0..2_u64 {
                 let seed = seed.at(twin);
                 let spread = seed.child("spread").range(-0.1, 0.1);
                 let bend = seed.child("bend").range(-0.09, 0.09);
-                let width = 0.0042 * enlarge.clamp(0.8, 1.35);
+                let width = 0.0042 * enlarge.clamp(0.8, 1.6);
                 let angle = toward + away + spread;
                 let mut needle =
                     rod(Tissue::Needle, origin, angle, long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35], depth, seed);
