@@ -121,7 +121,7 @@ impl Bark {
         let terrace = (layers.floor() + math::smoothstep(0.75, 1.0, layers - layers.floor())) / 5.0;
         let height = top * (0.36 + 0.46 * terrace + 0.20 * scale + 0.10 * unit(plate.id, 4)) + 0.09 * flake;
         let deep = mix(0.16, 1.0, math::smoothstep(0.0, 0.42, height));
-        let tone = deep * (0.70 + 0.32 * scale) * (1.0 + 0.30 * flake + 0.46 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
+        let tone = deep * (0.74 + 0.28 * scale) * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
         // Lower layers are fresh and orange, outer ones weathered and grey.
         let weather = (0.55 * terrace + 0.45 * unit(split.id, 6) + 0.25 * self.broad.octaves(u, v, 3)).clamp(0.0, 1.0);
         let hue = Vec3::new(1.16, 0.94, 0.76).lerp(Vec3::new(0.92, 1.05, 1.28), math::smoothstep(0.15, 0.8, weather));

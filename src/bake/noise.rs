@@ -44,10 +44,9 @@ impl Noise {
 
     /// Gradient noise at lattice coordinates, about -1..=1, mean 0.
     pub(super) fn gradient(self, x: f32, y: f32) -> f32 {
-        let (fx, fy) = (x.floor(), y.floor());
-        let (dx, dy) = (x - fx, y - fy);
-        let x0 = wrap(fx as i32, self.period[0]);
-        let y0 = wrap(fy as i32, self.period[1]);
+        let ((fx, dx), (fy, dy)) = (split(x), split(y));
+        let x0 = wrap(fx, self.period[0]);
+        let y0 = wrap(fy, self.period[1]);
         let x1 = if x0 + 1 == self.period[0] { 0 } else { x0 + 1 };
         let y1 = if y0 + 1 == self.period[1] { 0 } else { y0 + 1 };
         let (h0, h1) = (self.row(y0), self.row(y1));
@@ -79,9 +78,7 @@ impl Noise {
     /// up to half of `jitter` (0..=1) along each axis.
     pub(super) fn cells(self, u: f32, v: f32, jitter: f32) -> Cell {
         let (x, y) = (u * self.period[0] as f32, v * self.period[1] as f32);
-        let (fx, fy) = (x.floor(), y.floor());
-        let (bx, by) = (fx as i32, fy as i32);
-        let (dx, dy) = (x - fx, y - fy);
+        let ((bx, dx), (by, dy)) = (split(x), split(y));
         let mut near = [(0.0_f32, 0.0_f32); 9];
         let (mut best, mut best_at, mut id) = (f32::MAX, 0, 0);
         let rows = [-1, 0, 1].map(|oy| self.row(wrap(by + oy, self.period[1])));
@@ -128,6 +125,13 @@ pub(super) fn unit(id: u32, salt: u32) -> f32 {
 /// Linear interpolation.
 pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
+}
+
+/// Floor and fraction. Without SSE 4.1 `f32::floor` is a call; a cast and a comparison are not.
+fn split(x: f32) -> (i32, f32) {
+    let cut = x as i32;
+    let floor = if x < cut as f32 { cut - 1 } else { cut };
+    (floor, x - floor as f32)
 }
 
 /// `i` modulo `period`; most places lie in the tile or just beside it, where no division is needed.

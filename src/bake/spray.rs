@@ -86,6 +86,17 @@ pub(super) struct Part {
 pub(super) struct Spray {
     /// Drawn in this order.
     pub(super) parts: Vec<Part>,
+    /// Share of the picture's height that the spray fills; below 1 where its width is what limits it.
+    pub(super) filled: f32,
+}
+
+/// What a picture may change about its spray to fill the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    /// Scales the blades, not the twig.
+    pub(super) enlarge: f32,
+    /// Scales the angles between twig and leaves, and between shoots.
+    pub(super) spread: f32,
 }
 
 /// How a species' leaves stand on a twig.
@@ -125,8 +136,8 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Birch => form(9, 1, 2.7, 0.18, [1.15, 0.6], 0.28, 0.95, 4),
         LeafShape::Beech => form(8, 1, 2.4, 0.2, [1.1, 0.65], 0.08, 0.8, 4),
         LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
-        LeafShape::Willow => form(24, 1, 2.3, 0.08, [0.95, 0.4], 0.05, 0.85, 11),
-        LeafShape::Ash => form(3, 2, 0.7, 0.1, [1.1, 0.4], 0.0, 0.9, 0),
+        LeafShape::Willow => form(26, 1, 2.0, 0.08, [0.95, 0.4], 0.05, 0.85, 14),
+        LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
         LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
@@ -145,19 +156,20 @@ pub fn spray_span(shape: LeafShape) -> f32 {
 /// Share of the picture's edge that stays free all around.
 const MARGIN: f32 = 0.012;
 
-/// Builds the scene of one picture. `enlarge` scales blades (not the twig) before the whole is fitted.
-pub(super) fn spray(shape: LeafShape, seed: Seed, enlarge: f32) -> Spray {
+/// Builds the scene of one picture.
+pub(super) fn spray(shape: LeafShape, seed: Seed, growth: Growth) -> Spray {
     let mut parts = match shape {
-        LeafShape::Pine => tuft(seed, enlarge),
-        _ => leafy_twig(shape, seed, enlarge),
+        LeafShape::Pine => tuft(seed, growth),
+        _ => leafy_twig(shape, seed, growth),
     };
-    fit(&mut parts);
+    let filled = fit(&mut parts);
     parts.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-    Spray { parts }
+    Spray { parts, filled }
 }
 
-/// Scales all parts so that they fill the picture, the origin staying at bottom centre.
-fn fit(parts: &mut Vec<Part>) {
+/// Scales all parts so that they fill the picture, the origin staying at bottom centre; gives back the share of the
+/// height that is filled.
+fn fit(parts: &mut Vec<Part>) -> f32 {
     let (mut top, mut wide, mut low) = (1e-3_f32, 1e-3_f32, 0.0_f32);
     for p in parts.iter().flat_map(|p| &p.outline) {
         top = top.max(p.y);
@@ -169,9 +181,10 @@ fn fit(parts: &mut Vec<Part>) {
     if low < -1e-4 {
         let radius = parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
         let foot = Vec2::new(0.0, low);
-        parts.push(rod(Tissue::Wood, foot, 0.0, -low * 1.02, 0.0, [radius; 2], 0.44, Seed::new(0)));
+        parts.push(rod(Tissue::Wood, seat(foot, 0.0, 0.44, Seed::new(0)), -low * 1.02, 0.0, [radius; 2]));
     }
-    let scale = ((1.0 - 2.0 * MARGIN) / (top - low)).min((0.5 - MARGIN) / wide);
+    let tall = (1.0 - MARGIN) / (top - low);
+    let scale = tall.min((0.5 - MARGIN) / wide);
     let map = |p: Vec2| (p + lift) * scale;
     for part in parts {
         part.place.origin = map(part.place.origin);
@@ -180,6 +193,7 @@ fn fit(parts: &mut Vec<Part>) {
             *p = map(*p);
         }
     }
+    scale / tall
 }
 
 /// A unit vector at an angle to the right of +Y.
@@ -188,9 +202,23 @@ fn heading(angle: f32) -> Vec2 {
     Vec2::new(sin, cos)
 }
 
+/// Where a part is to stand.
+#[derive(Clone, Copy, Debug)]
+struct Seat {
+    origin: Vec2,
+    /// Radians to the right of +Y.
+    angle: f32,
+    depth: f32,
+    seed: Seed,
+}
+
+fn seat(origin: Vec2, angle: f32, depth: f32, seed: Seed) -> Seat {
+    Seat { origin, angle, depth, seed }
+}
+
 /// A round, tapering part.
-fn rod(tissue: Tissue, origin: Vec2, angle: f32, length: f32, bend: f32, radius: [f32; 2], depth: f32, seed: Seed) -> Part {
-    let place = Place { origin, along: heading(angle), length, bend, shorten: [1.0; 3] };
+fn rod(tissue: Tissue, seat: Seat, length: f32, bend: f32, radius: [f32; 2]) -> Part {
+    let place = Place { origin: seat.origin, along: heading(seat.angle), length, bend, shorten: [1.0; 3] };
     let radius = radius.map(|r| r / length);
     let steps = if bend.abs() < 0.02 { 2 } else { 8 };
     let side = |sign: f32, i: usize| {
@@ -199,50 +227,52 @@ fn rod(tissue: Tissue, origin: Vec2, angle: f32, length: f32, bend: f32, radius:
     };
     let mut outline: Vec<Vec2> = (0..=steps).map(|i| side(1.0, i)).collect();
     outline.extend((0..=steps).rev().map(|i| side(-1.0, i)));
-    Part { tissue, place, outline, slope: [0.0; 3], radius, depth, seed }
+    Part { tissue, place, outline, slope: [0.0; 3], radius, depth: seat.depth, seed: seat.seed }
 }
 
 /// A blade at a place; tilt and fold by its seed.
-fn blade(shape: LeafShape, origin: Vec2, angle: f32, length: f32, depth: f32, seed: Seed) -> Part {
+fn blade(shape: LeafShape, seat: Seat, length: f32) -> Part {
+    let seed = seat.seed;
     let roll = seed.child("roll").range(-0.55, 0.55);
     let fold = seed.child("fold").range(0.12, 0.45);
     let pitch = seed.child("pitch").range(-0.45, 0.45);
     let slope = [pitch, roll - fold, roll + fold];
     let shorten = slope.map(|s| 1.0 / (1.0 + s * s).sqrt());
     let bend = seed.child("bend").range(-0.13, 0.13);
-    let place = Place { origin, along: heading(angle), length, bend, shorten };
+    let place = Place { origin: seat.origin, along: heading(seat.angle), length, bend, shorten };
     let outline = outline(shape, seed).into_iter().map(|p| place.to_picture(p)).collect();
-    let tissue = if seed.child("side").unit() < 0.1 { Tissue::Underside } else { Tissue::Blade };
-    Part { tissue, place, outline, slope, radius: [0.0; 2], depth, seed }
+    let tissue = if seed.child("side").unit() < 0.07 { Tissue::Underside } else { Tissue::Blade };
+    Part { tissue, place, outline, slope, radius: [0.0; 2], depth: seat.depth, seed }
 }
 
-fn leafy_twig(shape: LeafShape, seed: Seed, enlarge: f32) -> Vec<Part> {
+fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
     let habit = habit(shape);
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.12, 0.12);
     let bend = seed.child("twig").range(-0.1, 0.1);
-    let wood = rod(Tissue::Wood, Vec2::ZERO, lean, habit.twig, bend, [0.026, 0.010], 0.42, seed.child("wood"));
+    let wood = rod(Tissue::Wood, seat(Vec2::ZERO, lean, 0.42, seed.child("wood")), habit.twig, bend, [0.026, 0.010]);
     let main = wood.place;
     parts.push(wood);
-    shoot(shape, &mut parts, main, habit.nodes, enlarge, seed);
+    shoot(shape, &mut parts, main, habit.nodes, growth, seed);
     if habit.side > 0 {
         for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
             let seed = seed.child("side shoot").at(k as u64);
             let up = seed.child("up").range(0.12, 0.32);
-            let angle = lean + sign * seed.child("angle").range(0.65, 0.95);
+            let angle = lean + sign * growth.spread * seed.child("angle").range(0.65, 0.95);
             let length = habit.twig * seed.child("length").range(0.36, 0.5);
             let origin = main.to_picture(Vec2::new(0.0, up));
-            let wood = rod(Tissue::Wood, origin, angle, length, -sign * 0.12, [0.014, 0.008], 0.4, seed.child("wood"));
+            let wood = rod(Tissue::Wood, seat(origin, angle, 0.4, seed.child("wood")), length, -sign * 0.12, [0.014, 0.008]);
             let place = wood.place;
             parts.push(wood);
-            shoot(shape, &mut parts, place, habit.side, enlarge * 0.92, seed);
+            shoot(shape, &mut parts, place, habit.side, growth, seed);
         }
     }
     parts
 }
 
 /// The leaves along a shoot and the one at its end.
-fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, enlarge: f32, seed: Seed) {
+fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, growth: Growth, seed: Seed) {
+    let Growth { enlarge, spread } = growth;
     let habit = habit(shape);
     let lean = math::atan2(place.along.x, place.along.y);
     let first = seed.child("first").unit() < 0.5;
@@ -258,35 +288,37 @@ fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, en
             let away = habit.angle[0] + (habit.angle[1] - habit.angle[0]) * t + seed.child("angle").range(-0.28, 0.28);
             let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.75, 1.1);
             let depth = 0.05 + 0.4 * t + 0.5 * seed.child("depth").unit();
-            let turn = lean + 2.0 * place.bend * up + sign * away;
-            leaf(shape, parts, origin, turn, sign, size, enlarge, depth, seed);
+            let turn = lean + 2.0 * place.bend * up + sign * spread * away;
+            leaf(shape, parts, seat(origin, turn, depth, seed), sign, size, enlarge);
         }
     }
     let tip = place.to_picture(Vec2::new(0.0, 1.0));
     let turn = lean + 2.0 * place.bend + seed.child("terminal").range(-0.2, 0.2);
-    leaf(shape, parts, tip, turn, 1.0, 0.95, enlarge, 0.75, seed.child("top"));
+    leaf(shape, parts, seat(tip, turn, 0.75, seed.child("top")), 1.0, 0.95, enlarge);
 }
 
 /// A leaf with its petiole, simple or compound.
-fn leaf(shape: LeafShape, parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, enlarge: f32, depth: f32, seed: Seed) {
+fn leaf(shape: LeafShape, parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32) {
     if shape == LeafShape::Ash {
-        return compound(parts, origin, angle, sign, size, enlarge, depth, seed);
+        return compound(parts, at, sign, size, enlarge);
     }
+    let Seat { origin, angle, depth, seed } = at;
     let stalk = habit(shape).petiole * seed.child("stalk").range(0.8, 1.2);
     let curve = -sign * 0.12;
-    let petiole = rod(Tissue::Petiole, origin, angle, stalk, curve, [0.011, 0.009], depth - 0.02, seed.child("petiole"));
+    let petiole = rod(Tissue::Petiole, seat(origin, angle, depth - 0.02, seed.child("petiole")), stalk, curve, [0.011, 0.009]);
     let end = petiole.place.to_picture(Vec2::new(0.0, 1.0));
     parts.push(petiole);
     // Blades turn a little back to the twig's direction, and hang on long petioles.
     let turn = angle + seed.child("turn").range(-0.25, 0.25) - sign * 0.12;
-    parts.push(blade(shape, end, turn, size * enlarge, depth, seed.child("blade")));
+    parts.push(blade(shape, seat(end, turn, depth, seed.child("blade")), size * enlarge));
 }
 
 /// A pinnate leaf: pairs of leaflets along a rachis, and one at its end.
-fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, enlarge: f32, depth: f32, seed: Seed) {
-    let pairs = 4 + seed.child("pairs").index(2);
+fn compound(parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32) {
+    let Seat { origin, angle, depth, seed } = at;
+    let pairs = 5 + seed.child("pairs").index(2);
     let bend = -sign * 0.1 + seed.child("bend").range(-0.08, 0.08);
-    let rachis = rod(Tissue::Petiole, origin, angle, size * 0.78, bend, [0.010, 0.005], depth - 0.01, seed.child("rachis"));
+    let rachis = rod(Tissue::Petiole, seat(origin, angle, depth - 0.01, seed.child("rachis")), size * 0.78, bend, [0.010, 0.005]);
     let place = rachis.place;
     parts.push(rachis);
     for pair in 0..pairs {
@@ -298,26 +330,27 @@ fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f3
             // Only leaflets are enlarged: the leaf keeps its reach.
             let length = enlarge * size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
             let depth = depth + 0.02 * seed.child("depth").unit();
-            parts.push(blade(LeafShape::Ash, at, angle + 2.0 * bend * t + side * away, length, depth, seed));
+            parts.push(blade(LeafShape::Ash, seat(at, angle + 2.0 * bend * t + side * away, depth, seed), length));
         }
     }
     let end = place.to_picture(Vec2::new(0.0, 1.0));
-    parts.push(blade(LeafShape::Ash, end, angle + 2.0 * bend, enlarge * size * 0.38, depth + 0.02, seed.child("end")));
+    parts.push(blade(LeafShape::Ash, seat(end, angle + 2.0 * bend, depth + 0.02, seed.child("end")), enlarge * size * 0.38));
 }
 
 /// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.
-fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
+fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
+    let Growth { enlarge, spread: fan } = growth;
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.1, 0.1);
-    let main = rod(Tissue::Wood, Vec2::ZERO, lean, 0.72, seed.child("bend").range(-0.08, 0.08), [0.014, 0.009], 0.3, seed.child("wood"));
+    let main = rod(Tissue::Wood, seat(Vec2::ZERO, lean, 0.3, seed.child("wood")), 0.72, seed.child("bend").range(-0.08, 0.08), [0.014, 0.009]);
     let mut shoots = vec![(main.place, 0.72_f32, 190_usize)];
     for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
         let seed = seed.child("side").at(k as u64);
         let t = seed.child("at").range(0.16, 0.38);
         let length = seed.child("length").range(0.26, 0.36);
         let origin = main.place.to_picture(Vec2::new(0.0, t));
-        let turn = lean + sign * seed.child("angle").range(0.55, 0.8);
-        let side = rod(Tissue::Wood, origin, turn, length, -sign * 0.14, [0.012, 0.008], 0.3, seed.child("wood"));
+        let turn = lean + sign * fan * seed.child("angle").range(0.55, 0.8);
+        let side = rod(Tissue::Wood, seat(origin, turn, 0.3, seed.child("wood")), length, -sign * 0.14, [0.012, 0.008]);
         shoots.push((side.place, length, 105));
         parts.push(side);
     }
@@ -343,7 +376,7 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
                 let width = 0.0042 * enlarge.clamp(0.8, 1.6);
                 let angle = toward + away + spread;
                 let mut needle =
-                    rod(Tissue::Needle, origin, angle, long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35], depth, seed);
+                    rod(Tissue::Needle, seat(origin, angle, depth, seed), long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35]);
                 needle.slope[0] = 0.5 * sin;
                 parts.push(needle);
             }
@@ -383,7 +416,7 @@ mod tests {
     fn every_part_lies_in_the_picture() {
         for shape in [LeafShape::Oak, LeafShape::Maple, LeafShape::Ash, LeafShape::Pine] {
             for s in 0..4 {
-                for p in spray(shape, Seed::new(s), 1.0).parts.iter().flat_map(|p| &p.outline) {
+                for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 }).parts.iter().flat_map(|p| &p.outline) {
                     assert!(p.x.abs() <= 0.5 && p.y > -1e-4 && p.y <= 1.0, "{shape:?} {p}");
                 }
             }
