@@ -95,10 +95,14 @@ impl Bark {
         let grain = self.grain.octaves(x, y, 3);
         let fine = self.fine.octaves(u, v, 2);
         let crown = 0.62 + 0.38 * ridge;
-        let height = ridge * crown * (0.78 + 0.22 * crack) + 0.15 * grain * (0.3 + ridge) + 0.06 * fine
+        let height = ridge * crown * (0.78 + 0.22 * crack)
+            + 0.15 * grain * (0.3 + ridge)
+            + 0.06 * fine
             + 0.08 * (unit(block.id, 1) - 0.5) * ridge;
         let deep = mix(0.24, 1.0, math::smoothstep(-0.05, 0.7, height));
-        let tone = deep * (1.0 + 0.34 * grain + 0.26 * fine + 0.26 * (unit(block.id, 2) - 0.5) + 0.24 * (unit(lens.id, 3) - 0.5)) * (0.8 + 0.2 * crack);
+        let tone = deep
+            * (1.0 + 0.34 * grain + 0.26 * fine + 0.26 * (unit(block.id, 2) - 0.5) + 0.24 * (unit(lens.id, 3) - 0.5))
+            * (0.8 + 0.2 * crack);
         // Furrows are redder (fresh cork), ridge tops greyer and here and there green-grey with algae.
         let moss = math::smoothstep(0.15, 0.75, self.broad.shifted(5).octaves(u, v, 4)) * ridge;
         let hue = Vec3::new(1.16, 0.98, 0.80).lerp(Vec3::new(1.0, 1.0, 1.0), ridge);
@@ -121,7 +125,9 @@ impl Bark {
         let terrace = (layers.floor() + math::smoothstep(0.75, 1.0, layers - layers.floor())) / 5.0;
         let height = top * (0.36 + 0.46 * terrace + 0.20 * scale + 0.10 * unit(plate.id, 4)) + 0.09 * flake;
         let deep = mix(0.16, 1.0, math::smoothstep(0.0, 0.42, height));
-        let tone = deep * (0.74 + 0.28 * scale) * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
+        let tone = deep
+            * (0.74 + 0.28 * scale)
+            * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
         // Lower layers are fresh and orange, outer ones weathered and grey.
         let weather = (0.55 * terrace + 0.45 * unit(split.id, 6) + 0.25 * self.broad.octaves(u, v, 3)).clamp(0.0, 1.0);
         let hue = Vec3::new(1.16, 0.94, 0.76).lerp(Vec3::new(0.92, 1.05, 1.28), math::smoothstep(0.15, 0.8, weather));

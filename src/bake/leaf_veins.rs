@@ -44,7 +44,8 @@ fn feathered(shape: LeafShape, x: f32, y: f32, footprint: f32) -> Relief {
     let fine = 0.28 * line((cross - cross.floor() - 0.5).abs() / rungs, 0.0022, footprint);
     let groove = (1.0 - across / (0.14 * form.half_width)).max(0.0);
     // The bulge between two veins has its creases on them.
-    let height = 0.24 * bold * slant * (4.0 * off * (1.0 - off)) * reach.min(0.5) - 0.05 * form.half_width * groove * groove;
+    let height =
+        0.24 * bold * slant * (4.0 * off * (1.0 - off)) * reach.min(0.5) - 0.05 * form.half_width * groove * groove;
     Relief { vein: midrib.max(side).max(fine), height }
 }
 
@@ -91,7 +92,9 @@ mod tests {
 
     #[test]
     fn the_midrib_is_a_vein_in_a_groove_on_every_blade() {
-        for shape in [LeafShape::Oak, LeafShape::Birch, LeafShape::Beech, LeafShape::Willow, LeafShape::Ash, LeafShape::Maple] {
+        for shape in
+            [LeafShape::Oak, LeafShape::Birch, LeafShape::Beech, LeafShape::Willow, LeafShape::Ash, LeafShape::Maple]
+        {
             let middle = relief(shape, 0.0, 0.4, 0.001);
             let beside = relief(shape, 0.012, 0.4, 0.001);
             assert!(middle.vein > 0.9, "{shape:?} {middle:?}");

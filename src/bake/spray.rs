@@ -136,20 +136,24 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Birch => form(9, 1, 2.7, 0.18, [1.15, 0.6], 0.28, 0.95, 4),
         LeafShape::Beech => form(8, 1, 2.4, 0.2, [1.1, 0.65], 0.08, 0.8, 4),
         LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
-        LeafShape::Willow => form(26, 1, 2.0, 0.08, [0.95, 0.4], 0.05, 0.85, 14),
+        LeafShape::Willow => form(30, 1, 2.2, 0.06, [1.2, 0.5], 0.05, 0.9, 18),
         LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
         LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
 
-/// Blade lengths (of a compound leaf: leaf lengths) that the height of a spray's picture spans, about. A card of the
-/// picture is that much larger than the leaf that it shows.
+/// Leaf lengths that the height of a spray's picture spans, about: a card of height `leaf_size * spray_span(shape)`
+/// shows leaves of their true size. 1 for ash and pine, whose `leaf_size` is that of the whole picture. Means over six
+/// pictures; single ones differ by up to a fifth, since blades are enlarged until the picture is filled.
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
-    let h = habit(shape);
     match shape {
-        LeafShape::Pine => 1.0,
-        _ => h.twig + 0.9 + h.petiole,
+        LeafShape::Oak => 3.0,
+        LeafShape::Birch => 3.5,
+        LeafShape::Beech => 3.2,
+        LeafShape::Maple => 2.6,
+        LeafShape::Willow => 2.4,
+        LeafShape::Ash | LeafShape::Pine => 1.0,
     }
 }
 
@@ -179,7 +183,8 @@ fn fit(parts: &mut Vec<Part>) -> f32 {
     // Leaves that hang below the twig's base would be cut off: the twig then starts lower.
     let lift = Vec2::new(0.0, -low);
     if low < -1e-4 {
-        let radius = parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
+        let radius =
+            parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
         let foot = Vec2::new(0.0, low);
         parts.push(rod(Tissue::Wood, seat(foot, 0.0, 0.44, Seed::new(0)), -low * 1.02, 0.0, [radius; 2]));
     }
@@ -261,7 +266,8 @@ fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
             let angle = lean + sign * growth.spread * seed.child("angle").range(0.65, 0.95);
             let length = habit.twig * seed.child("length").range(0.36, 0.5);
             let origin = main.to_picture(Vec2::new(0.0, up));
-            let wood = rod(Tissue::Wood, seat(origin, angle, 0.4, seed.child("wood")), length, -sign * 0.12, [0.014, 0.008]);
+            let wood =
+                rod(Tissue::Wood, seat(origin, angle, 0.4, seed.child("wood")), length, -sign * 0.12, [0.014, 0.008]);
             let place = wood.place;
             parts.push(wood);
             shoot(shape, &mut parts, place, habit.side, growth, seed);
@@ -305,7 +311,8 @@ fn leaf(shape: LeafShape, parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32,
     let Seat { origin, angle, depth, seed } = at;
     let stalk = habit(shape).petiole * seed.child("stalk").range(0.8, 1.2);
     let curve = -sign * 0.12;
-    let petiole = rod(Tissue::Petiole, seat(origin, angle, depth - 0.02, seed.child("petiole")), stalk, curve, [0.011, 0.009]);
+    let petiole =
+        rod(Tissue::Petiole, seat(origin, angle, depth - 0.02, seed.child("petiole")), stalk, curve, [0.011, 0.009]);
     let end = petiole.place.to_picture(Vec2::new(0.0, 1.0));
     parts.push(petiole);
     // Blades turn a little back to the twig's direction, and hang on long petioles.
@@ -318,7 +325,13 @@ fn compound(parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32)
     let Seat { origin, angle, depth, seed } = at;
     let pairs = 5 + seed.child("pairs").index(2);
     let bend = -sign * 0.1 + seed.child("bend").range(-0.08, 0.08);
-    let rachis = rod(Tissue::Petiole, seat(origin, angle, depth - 0.01, seed.child("rachis")), size * 0.78, bend, [0.010, 0.005]);
+    let rachis = rod(
+        Tissue::Petiole,
+        seat(origin, angle, depth - 0.01, seed.child("rachis")),
+        size * 0.78,
+        bend,
+        [0.010, 0.005],
+    );
     let place = rachis.place;
     parts.push(rachis);
     for pair in 0..pairs {
@@ -328,13 +341,18 @@ fn compound(parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32)
             let seed = seed.child("leaflet").at(pair as u64).at(k as u64);
             let away = 1.12 - 0.35 * t + seed.child("angle").range(-0.16, 0.16);
             // Only leaflets are enlarged: the leaf keeps its reach.
-            let length = enlarge * size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
+            let length =
+                enlarge * size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
             let depth = depth + 0.02 * seed.child("depth").unit();
             parts.push(blade(LeafShape::Ash, seat(at, angle + 2.0 * bend * t + side * away, depth, seed), length));
         }
     }
     let end = place.to_picture(Vec2::new(0.0, 1.0));
-    parts.push(blade(LeafShape::Ash, seat(end, angle + 2.0 * bend, depth + 0.02, seed.child("end")), enlarge * size * 0.38));
+    parts.push(blade(
+        LeafShape::Ash,
+        seat(end, angle + 2.0 * bend, depth + 0.02, seed.child("end")),
+        enlarge * size * 0.38,
+    ));
 }
 
 /// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.
@@ -342,8 +360,14 @@ fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
     let Growth { enlarge, spread: fan } = growth;
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.1, 0.1);
-    let main = rod(Tissue::Wood, seat(Vec2::ZERO, lean, 0.3, seed.child("wood")), 0.72, seed.child("bend").range(-0.08, 0.08), [0.014, 0.009]);
-    let mut shoots = vec![(main.place, 0.72_f32, 190_usize)];
+    let main = rod(
+        Tissue::Wood,
+        seat(Vec2::ZERO, lean, 0.3, seed.child("wood")),
+        0.72,
+        seed.child("bend").range(-0.08, 0.08),
+        [0.014, 0.009],
+    );
+    let mut shoots = vec![(main.place, 0.72_f32, 220_usize)];
     for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
         let seed = seed.child("side").at(k as u64);
         let t = seed.child("at").range(0.16, 0.38);
@@ -351,7 +375,7 @@ fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
         let origin = main.place.to_picture(Vec2::new(0.0, t));
         let turn = lean + sign * fan * seed.child("angle").range(0.55, 0.8);
         let side = rod(Tissue::Wood, seat(origin, turn, 0.3, seed.child("wood")), length, -sign * 0.14, [0.012, 0.008]);
-        shoots.push((side.place, length, 105));
+        shoots.push((side.place, length, 125));
         parts.push(side);
     }
     parts.push(main);
@@ -367,16 +391,21 @@ fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
             let around = seed.child("around").unit() * std::f32::consts::TAU;
             let (sin, cos) = math::sin_cos(around);
             let away = (1.2 - 0.6 * t) * cos;
-            let long = (0.26 + 0.06 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
+            let long = (0.31 + 0.05 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
             let depth = 0.3 + 0.3 * sin + 0.2 * seed.child("depth").unit();
             for twin in 0..2_u64 {
                 let seed = seed.at(twin);
                 let spread = seed.child("spread").range(-0.1, 0.1);
                 let bend = seed.child("bend").range(-0.09, 0.09);
-                let width = 0.0042 * enlarge.clamp(0.8, 1.6);
+                let width = 0.0045 * enlarge.clamp(0.8, 1.8);
                 let angle = toward + away + spread;
-                let mut needle =
-                    rod(Tissue::Needle, seat(origin, angle, depth, seed), long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35]);
+                let mut needle = rod(
+                    Tissue::Needle,
+                    seat(origin, angle, depth, seed),
+                    long * if length > 0.5 { 1.0 } else { 0.85 },
+                    bend,
+                    [width, width * 0.35],
+                );
                 needle.slope[0] = 0.5 * sin;
                 parts.push(needle);
             }
@@ -416,7 +445,11 @@ mod tests {
     fn every_part_lies_in_the_picture() {
         for shape in [LeafShape::Oak, LeafShape::Maple, LeafShape::Ash, LeafShape::Pine] {
             for s in 0..4 {
-                for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 }).parts.iter().flat_map(|p| &p.outline) {
+                for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 })
+                    .parts
+                    .iter()
+                    .flat_map(|p| &p.outline)
+                {
                     assert!(p.x.abs() <= 0.5 && p.y > -1e-4 && p.y <= 1.0, "{shape:?} {p}");
                 }
             }
