@@ -1,8 +1,11 @@
 //! Leaves along the twigs.
 //!
 //! Sites follow each other along a twig by the golden angle, with one at its end. Each site has a place in one fixed,
-//! seeded order in which outer and terminal sites come early; the density says how far down the order leaves are put.
-//! Their number follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean
+//! seeded order, and the density says how far down the order leaves are put. In the order the sites of a twig stand
+//! close together and those of outer twigs early: so a thin crown has fewer leafy twigs with gaps between them, as a
+//! real one has, and not the same twigs with fewer leaves, which looks like confetti. Twigs left bare are dropped.
+//!
+//! The number of leaves follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean
 //! area of the crown's shadows from three sides, whatever the size of the tree.
 
 use std::f32::consts::TAU;
@@ -15,7 +18,7 @@ use crate::plant::{ChainId, Leaf, Plant, PlantBuilder, Posed};
 use crate::preset::plan::DressParams;
 
 /// Card area over shadow area at density 1.
-const INDEX: f32 = 3.6;
+const INDEX: f32 = 8.0;
 /// Golden angle, radians.
 const GOLDEN: f32 = 2.399_963;
 /// Largest factor by which leaves are enlarged when there may not be enough of them.
@@ -45,22 +48,37 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
         .iter()
         .enumerate()
         .map(|(i, site)| {
-            let depth = wood.crown.depth(posed.curve(&plant, site.chain).point(f64::from(site.location)));
-            let inside = math::smoothstep(0.1, 0.9, depth / deepest);
-            let weight = (1.0 - 0.75 * inside) * if site.terminal { 4.0 } else { 1.0 };
-            let u = address(seed, site).child("order").unit();
-            (-math::ln((u + 1e-7).min(1.0)) / weight, i as u32)
+            let chain = seed.at(u64::from(site.chain.0));
+            let key = if site.chain.index() < bare.chains().len() {
+                // The plant's own branch ends are leafy first.
+                0.1 * exponential(address(seed, site).child("order"), 1.0)
+            } else {
+                let inside = math::smoothstep(0.1, 0.9, wood.crown.depth(posed.at(&plant, site.chain, 0.5).position) / deepest);
+                exponential(chain.child("order"), 1.0 - 0.75 * inside)
+                    + 0.25 * exponential(address(seed, site).child("order"), if site.terminal { 4.0 } else { 1.0 })
+            };
+            (key, i as u32)
         })
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     order.truncate(allowed as usize);
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
-    let leaves: Vec<Leaf> =
-        chosen.iter().map(|&i| leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed)).collect();
-    let mut builder = PlantBuilder::from_plant(plant.clone());
-    leaves.into_iter().for_each(|l| builder.leaf(l));
+    let mut leafy = vec![false; plant.chains().len()];
+    chosen.iter().for_each(|&i| leafy[sites[i as usize].chain.index()] = true);
+    let (mut builder, moved) = super::twig::prune(&plant, bare.chains().len(), &mut leafy);
+    for &i in &chosen {
+        let leaf = leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed);
+        if let Some(chain) = moved[leaf.chain.index()] {
+            builder.leaf(Leaf { chain, ..leaf });
+        }
+    }
     builder.finish().unwrap_or(plant)
+}
+
+/// An exponentially distributed number of mean 1 / `rate`.
+fn exponential(seed: Seed, rate: f32) -> f32 {
+    -math::ln((seed.unit() + 1e-7).min(1.0)) / rate
 }
 
 fn address(seed: Seed, site: &Site) -> Seed {
