@@ -6,8 +6,10 @@
 
 pub mod bake;
 pub mod base;
+pub mod blend;
 pub mod dress;
 pub mod mesh;
 pub mod plant;
 pub mod preset;
+pub mod relate;
 pub mod source;

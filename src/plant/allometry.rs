@@ -6,6 +6,22 @@ use crate::base::math;
 /// The exponent of the rule.
 pub const ALLOMETRIC_EXPONENT: f32 = 2.5;
 
+/// `radius^2.5`: what a branch carries. Without a call to `pow`.
+pub(crate) fn carried(radius: f64) -> f64 {
+    radius * radius * radius.sqrt()
+}
+
+/// The radius that carries this much; the inverse of [`carried`].
+pub(crate) fn carrier(carried: f64) -> f64 {
+    math::pow64(carried, 1.0 / f64::from(ALLOMETRIC_EXPONENT))
+}
+
+/// Whether a child at `location` counts for a point at `parameter`: it leaves at the point or above it, give or take
+/// rounding.
+pub(crate) fn counts(location: f32, parameter: f64) -> bool {
+    f64::from(location) >= parameter - 1e-6
+}
+
 /// The radius that the rule gives at every point of a plant, from the tips to the base, metres; in the order of
 /// [`Plant::all_points`]. At a tip it is the plant's own radius.
 ///
@@ -13,32 +29,51 @@ pub const ALLOMETRIC_EXPONENT: f32 = 2.5;
 /// children of one chain.
 #[must_use]
 pub fn rule_radii(plant: &Plant) -> Vec<f32> {
-    let power = |r: f32| math::pow64(f64::from(r), f64::from(ALLOMETRIC_EXPONENT));
+    let parameters: Vec<f64> =
+        plant.chain_ids().flat_map(|id| super::Curve::new(plant.points(id)).parameters()).collect();
     let mut rule = vec![0.0_f32; plant.all_points().len()];
+    walk(plant, &parameters, |point, radius| rule[point] = radius as f32);
+    rule
+}
+
+/// The radius that the rule gives at the base of every chain, metres; `parameters` are the arc-length parameters of
+/// [`Plant::all_points`].
+pub(crate) fn chain_rules(plant: &Plant, parameters: &[f64]) -> Vec<f64> {
+    walk(plant, parameters, |_, _| {})
+}
+
+/// Tells the rule's radius at every point, and returns that at each chain's base.
+fn walk(plant: &Plant, parameters: &[f64], mut tell: impl FnMut(usize, f64)) -> Vec<f64> {
+    let mut bases = vec![0.0_f64; plant.chains().len()];
     // What each chain's children carry: (location, r^2.5 at their base).
-    let mut carried: Vec<Vec<(f32, f64)>> = vec![Vec::new(); plant.chains().len()];
+    let mut loads: Vec<Vec<(f32, f64)>> = vec![Vec::new(); plant.chains().len()];
     for id in plant.chain_ids().rev() {
-        let mut children = std::mem::take(&mut carried[id.index()]);
+        let mut children = std::mem::take(&mut loads[id.index()]);
         // From the tip down; ties by value keep the sum independent of the order of siblings.
         children.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
-        let parameters = super::Curve::new(plant.points(id)).parameters();
         let span = plant.span(id);
         let radii = plant.radii(id);
-        let mut sum = power(radii[radii.len() - 1]);
+        let tip = f64::from(radii[radii.len() - 1]);
+        let (mut sum, mut radius) = (carried(tip), tip);
         let mut next = 0;
-        for i in (0..radii.len()).rev() {
-            while next < children.len() && f64::from(children[next].0) >= parameters[i] - 1e-6 {
+        for i in span.rev() {
+            let before = next;
+            while next < children.len() && counts(children[next].0, parameters[i]) {
                 sum += children[next].1;
                 next += 1;
             }
-            rule[span.start + i] = math::pow64(sum, 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
+            if next > before {
+                radius = carrier(sum);
+            }
+            tell(i, radius);
         }
+        bases[id.index()] = radius;
         let chain = plant.chain(id);
         if let Some(parent) = chain.parent {
-            carried[parent.index()].push((chain.location, sum));
+            loads[parent.index()].push((chain.location, carried(radius)));
         }
     }
-    rule
+    bases
 }
 
 #[cfg(test)]

@@ -37,6 +37,52 @@ impl PlantBuilder {
         self.push(chain, points, radii)
     }
 
+    /// An empty builder with room for this much.
+    pub(crate) fn with_capacity(chains: usize, points: usize, leaves: usize) -> Self {
+        let mut plant = Plant::default();
+        plant.chains.reserve(chains);
+        plant.points.reserve(points);
+        plant.radii.reserve(points);
+        plant.leaves.reserve(leaves);
+        Self { plant }
+    }
+
+    /// Opens a chain on `parent`, or a stem at `origin`, whose points and radii are
+    /// [added](Self::extend) next.
+    pub(crate) fn open(&mut self, parent: Option<ChainId>, location: f32, origin: Vec3) -> ChainId {
+        match parent {
+            None => self.stem(origin, &[], &[]),
+            Some(parent) => self.branch(parent, location, &[], &[]),
+        }
+    }
+
+    /// Adds points and their radii to the chain opened last.
+    pub(crate) fn extend(&mut self, points: impl Iterator<Item = Vec3>, radii: impl Iterator<Item = f32>) {
+        self.plant.points.extend(points);
+        self.plant.radii.extend(radii);
+        let end = self.plant.points.len() as u32;
+        if let Some(chain) = self.plant.chains.last_mut() {
+            chain.len = end - chain.first;
+        }
+    }
+
+    /// What was added so far.
+    pub(crate) fn so_far(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// The radii of all chains so far.
+    pub(crate) fn radii_mut(&mut self) -> &mut [f32] {
+        &mut self.plant.radii
+    }
+
+    /// The finished plant, for callers whose arithmetic keeps every invariant; checked in builds with debug
+    /// assertions only.
+    pub(crate) fn finish_trusted(self) -> Plant {
+        debug_assert_eq!(validate(&self.plant), Ok(()));
+        self.plant
+    }
+
     /// Adds a leaf.
     pub fn leaf(&mut self, leaf: Leaf) {
         self.plant.leaves.push(leaf);

@@ -71,6 +71,14 @@ impl Crown {
         moved
     }
 
+    /// The same hull `factor` times as large about its anchor.
+    #[must_use]
+    pub fn scaled(&self, factor: f32) -> Self {
+        let mut scaled = self.clone();
+        scaled.support.iter_mut().for_each(|h| *h *= factor);
+        scaled
+    }
+
     /// Whether no point was added.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -18,9 +18,11 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
+pub(crate) use allometry::{carried, carrier, chain_rules, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
+pub(crate) use curve::{measure_parameters, value_at};
 pub use dump::{dump, undump};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};

@@ -42,11 +42,18 @@ impl Structure {
         self.places[node as usize] != NONE
     }
 
-    /// The members as the sources of a pass.
-    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, seed: Seed) -> Vec<PathSource> {
+    /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
+    /// structure that is nowhere higher starts at its top.
+    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32, seed: Seed) -> Vec<PathSource> {
+        let top = self.members.iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max);
+        let bole = bole.min(top);
         self.members
             .iter()
-            .map(|m| PathSource { node: m.node, vector: guide::start(rule, m.vector, nodes.at(m.node), m.node, seed) })
+            .map(|m| {
+                let position = nodes.at(m.node);
+                let vector = guide::start(rule, m.vector, position, m.node, seed);
+                PathSource { node: m.node, vector, closed: position.y < bole }
+            })
             .collect()
     }
 

@@ -1,5 +1,10 @@
 //! Tests of the whole folder: presets in, plans or diagnostics out.
 
+mod broken;
+mod defaults;
+mod hostile;
+mod shipped;
+
 use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
 use super::*;
 use crate::base::Diagnostic;
@@ -22,7 +27,7 @@ fn load_with_oak(text: &str) -> Result<Plan, Vec<Diagnostic>> {
 
 #[test]
 fn the_avenue_is_what_its_comments_say() {
-    let plan = load_with_oak(include_str!("../../presets/avenue.ron")).expect("loads");
+    let plan = load_with_oak(include_str!("../../../presets/avenue.ron")).expect("loads");
     assert_eq!((plan.name.as_str(), plan.seed, plan.sources.len(), plan.variants.len()), ("avenue", 41, 2, 8));
     let heights = plan.sources.iter().map(|source| match &source.recipe {
         SourceRecipe::Grow(grow) => (source.name.as_str(), grow.seed, grow.height),

@@ -1,0 +1,304 @@
+//! A material's maps with mips in linear light, ready to be sampled by the rasterizer.
+//!
+//! Colours are averaged in linear light and weighted by alpha, so that what lies under the alpha never bleeds into a
+//! leaf. Each level has an alpha threshold of its own, chosen so that the share of texels that pass is that of the full
+//! picture at 0.5 (Castaño, "Computing alpha mipmaps", 2010), and alpha is never tested at a level where no threshold
+//! comes near that share: needles and lobes keep their area however small they are drawn. Linear light is held as 16-bit integers; sums of these are exact, so nothing depends on their order.
+
+use glam::Vec3;
+
+use super::Maps;
+use crate::base::math;
+
+/// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
+const SMALLEST_ALPHA_EDGE: u32 = 32;
+
+/// One sampled point of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Texel {
+    /// Linear light.
+    pub(crate) color: Vec3,
+    /// Tangent-space normal, +Y up, not quite unit length.
+    pub(crate) normal: Vec3,
+    /// 1 is unoccluded.
+    pub(crate) occlusion: f32,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    width: u32,
+    height: u32,
+    /// Linear red, green, blue and alpha, 65535 is one.
+    color: Vec<[u16; 4]>,
+    /// Normal and occlusion.
+    shape: Vec<[u8; 4]>,
+    /// Smallest alpha that is kept.
+    threshold: u16,
+}
+
+/// Maps with a chain of mips, for [`rasterize`](super::rasterize).
+#[derive(Clone, Debug)]
+pub struct Picture {
+    levels: Vec<Level>,
+    alpha_levels: usize,
+}
+
+impl Picture {
+    /// Makes the mips; about 20 ns a texel. Maps without pixels, or with arrays shorter than their size says, become
+    /// one white opaque texel.
+    #[must_use]
+    pub fn new(maps: &Maps) -> Self {
+        let count = maps.width as usize * maps.height as usize;
+        let whole = count > 0 && maps.color.len() >= count && maps.normal.len() >= count && maps.orm.len() >= count;
+        let base = if whole {
+            let linear = linear_table();
+            Level {
+                width: maps.width,
+                height: maps.height,
+                color: maps.color[..count]
+                    .iter()
+                    .map(|c| {
+                        let [r, g, b] = [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]);
+                        [r, g, b, u16::from(c[3]) * 257]
+                    })
+                    .collect(),
+                shape: maps.normal.iter().zip(&maps.orm).take(count).map(|(n, o)| [n[0], n[1], n[2], o[0]]).collect(),
+                threshold: 0x8000,
+            }
+        } else {
+            Level {
+                width: 1,
+                height: 1,
+                color: vec![[0xffff; 4]],
+                shape: vec![[128, 128, 255, 255]],
+                threshold: 0x8000,
+            }
+        };
+        let texels = base.color.len() as u64;
+        let kept = base.color.iter().filter(|c| c[3] >= base.threshold).count() as u64;
+        let mut levels = vec![base];
+        let mut alpha_levels = 1;
+        while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
+            let mut next = half(last);
+            let (threshold, off) = threshold(&next.color, kept as f64 / texels as f64);
+            next.threshold = threshold;
+            let shapely = next.width.min(next.height) >= SMALLEST_ALPHA_EDGE && off <= 0.1 * kept as f64 / texels as f64;
+            if shapely && alpha_levels == levels.len() {
+                alpha_levels += 1;
+            }
+            levels.push(next);
+        }
+        Self { levels, alpha_levels }
+    }
+
+    /// Texels of the full picture.
+    pub(super) fn texels(&self) -> f32 {
+        self.levels[0].width as f32 * self.levels[0].height as f32
+    }
+
+    /// The level at which `area` texels of the full picture become one.
+    pub(super) fn level(&self, mut area: f32) -> usize {
+        let mut level = 0;
+        while area > 2.0 && level + 1 < self.levels.len() {
+            area *= 0.25;
+            level += 1;
+        }
+        level
+    }
+
+    /// Whether the picture covers the point: alpha test with edges clamped.
+    #[inline]
+    pub(super) fn covers(&self, level: usize, u: f32, v: f32) -> bool {
+        let level = &self.levels[level.min(self.alpha_levels - 1)];
+        // `as` takes NaN to 0 and clamps what is out of range.
+        let x = ((u * level.width as f32) as u32).min(level.width - 1);
+        let y = ((v * level.height as f32) as u32).min(level.height - 1);
+        level.color[(y * level.width + x) as usize][3] >= level.threshold
+    }
+
+    /// Bilinear sample; edges clamped or repeated.
+    pub(super) fn sample(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> Texel {
+        let level = &self.levels[level.min(self.levels.len() - 1)];
+        let (x0, x1, fx) = neighbours(u, level.width, repeat);
+        let (y0, y1, fy) = neighbours(v, level.height, repeat);
+        let mut sum = [0.0_f32; 7];
+        let mut total = 0.0_f32;
+        for (x, y, w) in
+            [(x0, y0, (1.0 - fx) * (1.0 - fy)), (x1, y0, fx * (1.0 - fy)), (x0, y1, (1.0 - fx) * fy), (x1, y1, fx * fy)]
+        {
+            let i = (y * level.width + x) as usize;
+            let (c, s) = (level.color[i], level.shape[i]);
+            // A texel counts by its alpha; the small share keeps a wholly clear place at its own colour.
+            let w = w * (f32::from(c[3]) + 1.0);
+            total += w;
+            sum[0] += w * f32::from(c[0]);
+            sum[1] += w * f32::from(c[1]);
+            sum[2] += w * f32::from(c[2]);
+            sum[3] += w * f32::from(s[0]);
+            sum[4] += w * f32::from(s[1]);
+            sum[5] += w * f32::from(s[2]);
+            sum[6] += w * f32::from(s[3]);
+        }
+        let scale = 1.0 / total.max(1e-20);
+        Texel {
+            color: Vec3::new(sum[0], sum[1], sum[2]) * (scale / 65535.0),
+            normal: (Vec3::new(sum[3], sum[4], sum[5]) * scale - 128.0) / 127.0,
+            occlusion: sum[6] * scale / 255.0,
+        }
+    }
+}
+
+/// What happens beyond a picture's edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeat {
+    /// The picture tiles, and is opaque: bark.
+    Tiled,
+    /// The edge texel goes on, and texels of less than half alpha are holes: leaves and cards.
+    Cutout,
+}
+
+fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
+    let last = size - 1;
+    let t = if t.is_finite() { t } else { 0.0 };
+    match repeat {
+        Repeat::Tiled => {
+            let s = (t - t.floor()) * size as f32 - 0.5;
+            let f = s.floor();
+            let i = (f as i64).rem_euclid(i64::from(size)) as u32;
+            (i, if i == last { 0 } else { i + 1 }, s - f)
+        }
+        Repeat::Cutout => {
+            let s = (t * size as f32 - 0.5).clamp(0.0, last as f32);
+            let i = (s as u32).min(last);
+            (i, (i + 1).min(last), s - i as f32)
+        }
+    }
+}
+
+/// The level of half the size; the last row or column of an odd size counts into its neighbour.
+fn half(from: &Level) -> Level {
+    let (width, height) = ((from.width / 2).max(1), (from.height / 2).max(1));
+    let mut color = Vec::with_capacity((width * height) as usize);
+    let mut shape = Vec::with_capacity((width * height) as usize);
+    let span = |i: u32, count: u32, size: u32| (i * size / count)..((i + 1) * size / count);
+    for y in 0..height {
+        for x in 0..width {
+            let (mut sum, mut plain) = ([0_u64; 7], [0_u64; 7]);
+            let (mut alpha, mut count) = (0_u64, 0_u64);
+            for sy in span(y, height, from.height) {
+                for sx in span(x, width, from.width) {
+                    let i = (sy * from.width + sx) as usize;
+                    let (c, s) = (from.color[i], from.shape[i]);
+                    let a = u64::from(c[3]);
+                    let all = [c[0], c[1], c[2], s[0].into(), s[1].into(), s[2].into(), s[3].into()].map(u64::from);
+                    for k in 0..7 {
+                        sum[k] += a * all[k];
+                        plain[k] += all[k];
+                    }
+                    alpha += a;
+                    count += 1;
+                }
+            }
+            let mean: [u64; 7] =
+                std::array::from_fn(|k| if alpha > 0 { (sum[k] + alpha / 2) / alpha } else { plain[k] / count });
+            color.push([mean[0] as u16, mean[1] as u16, mean[2] as u16, (alpha / count) as u16]);
+            shape.push([mean[3] as u8, mean[4] as u8, mean[5] as u8, mean[6] as u8]);
+        }
+    }
+    Level { width, height, color, shape, threshold: 0x8000 }
+}
+
+/// The alpha that nearest to a share `goal` of `color` reaches, and how far from it that share is.
+fn threshold(color: &[[u16; 4]], goal: f64) -> (u16, f64) {
+    let mut count = [0_u64; 256];
+    for c in color {
+        count[usize::from(c[3] >> 8)] += 1;
+    }
+    let (mut best, mut nearest) = (0x8000, f64::INFINITY);
+    let mut above = 0;
+    for bin in (1..256).rev() {
+        above += count[bin];
+        let off = (above as f64 / color.len() as f64 - goal).abs();
+        // Of equally good ones the nearest to a half.
+        if off < nearest || (off == nearest && bin >= 128) {
+            (best, nearest) = ((bin as u16) << 8, off);
+        }
+    }
+    (best, nearest)
+}
+
+/// Linear light of each 8-bit sRGB value, 65535 is one.
+fn linear_table() -> [u16; 256] {
+    std::array::from_fn(|i| (to_linear(i as f32 / 255.0) * 65535.0 + 0.5) as u16)
+}
+
+/// sRGB 0..=1 to linear light (IEC 61966-2-1).
+pub(crate) fn to_linear(s: f32) -> f32 {
+    if s <= 0.04045 { s / 12.92 } else { math::pow((s + 0.055) / 1.055, 2.4) }
+}
+
+/// Linear light to 8-bit sRGB (IEC 61966-2-1).
+pub(crate) fn to_srgb8(l: f32) -> u8 {
+    let l = l.clamp(0.0, 1.0);
+    let s = if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * math::pow(l, 1.0 / 2.4) - 0.055 };
+    (s * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn maps(width: u32, height: u32, color: impl Fn(u32, u32) -> [u8; 4]) -> Maps {
+        let count = (width * height) as usize;
+        Maps {
+            width,
+            height,
+            color: (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| color(x, y)).collect(),
+            normal: vec![[128, 128, 255]; count],
+            orm: vec![[255, 200, 0]; count],
+        }
+    }
+
+    #[test]
+    fn thin_stripes_keep_their_coverage_at_every_level() {
+        // Needles a pixel wide, one in eight: plain averages would all fall below a half.
+        let picture = Picture::new(&maps(256, 256, |x, _| [0, 128, 0, if x % 8 == 0 { 255 } else { 0 }]));
+        for level in 0..9 {
+            let kept = (0..256 * 256).filter(|i| picture.covers(level, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            assert_eq!(kept.count(), 256 * 32, "level {level}");
+        }
+        // A disc stays one down to the smallest level.
+        let disc = Picture::new(&maps(256, 256, |x, y| {
+            let inside = (x as i32 - 128).pow(2) + (y as i32 - 128).pow(2) < 90 * 90;
+            [0, 128, 0, if inside { 255 } else { 0 }]
+        }));
+        assert_eq!(disc.alpha_levels, 4);
+    }
+
+    #[test]
+    fn clear_texels_never_colour_the_mips() {
+        let picture =
+            Picture::new(&maps(64, 64, |x, y| if (x + y) % 2 == 0 { [0, 255, 0, 255] } else { [255, 0, 0, 0] }));
+        for level in 0..7 {
+            let c = picture.sample(level, 0.3, 0.7, Repeat::Cutout).color;
+            assert!(c.x < 1e-3 && c.y > 0.999, "level {level}: {c}");
+        }
+    }
+
+    #[test]
+    fn srgb_goes_there_and_back() {
+        for i in 0..=255_u8 {
+            assert_eq!(to_srgb8(to_linear(f32::from(i) / 255.0)), i);
+        }
+    }
+
+    #[test]
+    fn broken_maps_and_coordinates_are_answered() {
+        let empty = Picture::new(&Maps { width: 9, height: 9, color: vec![], normal: vec![], orm: vec![] });
+        assert!(empty.covers(5, f32::NAN, f32::INFINITY));
+        for repeat in [Repeat::Tiled, Repeat::Cutout] {
+            let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, f32::NAN, -1e30, repeat);
+            assert!(texel.color.is_finite());
+        }
+    }
+}

@@ -1,0 +1,557 @@
+//! An orthographic, z-buffered triangle rasterizer with textures, alpha test and supersampling.
+//!
+//! It bakes the cards of the billboard cloud, measures levels of detail against each other and draws contact sheets.
+//! Two passes: the first finds for every sample the nearest triangle (a visibility buffer; only depth and alpha are
+//! looked at), the second fetches colour, normal and occlusion of that one triangle and averages the samples of a pixel.
+//!
+//! Vertices are snapped to 1/256 of a sample and edges tested in integers with the top-left rule, so triangles that share
+//! an edge neither overlap nor leave a gap. Bands of rows are filled in parallel, each walking its triangles in order;
+//! of two samples at the same depth the earlier triangle's stays: the picture is the same on any number of threads.
+//! Texture coordinates are affine under an orthographic view, so the mip level is one a triangle.
+//!
+//! Limits: no perspective, no transparency; triangles with a vertex that is not finite or more than 200,000 samples
+//! away from the picture are skipped; pictures are at most 8192 samples wide and high.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::picture::{Picture, Repeat};
+use super::shade::{Fragment, Shading};
+use crate::base::Frame;
+use crate::mesh::Mesh;
+
+/// Snapping: units a sample.
+const SUBSAMPLE: f32 = 256.0;
+/// Farthest snapped coordinate that is drawn; keeps products of edges within 64 bits.
+const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
+/// Rows of samples that one task fills.
+const BAND: usize = 32;
+/// Most samples along an edge of a target.
+const LARGEST: u32 = 8192;
+/// No triangle.
+const NONE: u32 = u32::MAX;
+
+/// A box in space that is looked at along one of its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// `x` points right, `y` up in the picture, `z` towards the viewer.
+    pub frame: Frame,
+    /// Middle of the picture, metres.
+    pub centre: Vec3,
+    /// Half the width of what is seen, metres.
+    pub half_width: f32,
+    /// Half the height of what is seen, metres.
+    pub half_height: f32,
+    /// How far in front of the centre things are seen, metres.
+    pub front: f32,
+    /// How far behind the centre things are seen, metres.
+    pub back: f32,
+}
+
+impl View {
+    /// A view of everything along `-frame.z`, as wide and high as given.
+    #[must_use]
+    pub const fn new(frame: Frame, centre: Vec3, half_width: f32, half_height: f32) -> Self {
+        Self { frame, centre, half_width, half_height, front: f32::MAX, back: f32::MAX }
+    }
+
+    /// A level view from the horizontal direction `azimuth` (radians, 0 looks from +Z, towards +X).
+    #[must_use]
+    pub fn level(azimuth: f32, centre: Vec3, half_width: f32, half_height: f32) -> Self {
+        let (sin, cos) = crate::base::math::sin_cos(azimuth);
+        let z = Vec3::new(sin, 0.0, cos);
+        Self::new(Frame { x: Vec3::Y.cross(z), y: Vec3::Y, z }, centre, half_width, half_height)
+    }
+}
+
+/// A mesh and what it wears.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    /// Where `tiles` is empty all of it wears the first picture.
+    pub mesh: &'a Mesh,
+    /// Indexed by the mesh's `tiles`. Triangles without a picture are white.
+    pub pictures: &'a [Picture],
+    /// Tiled and opaque, or cut out by alpha.
+    pub repeat: Repeat,
+}
+
+/// What was drawn; arrays of `width * height`, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Share of the pixel's samples that show something, 0..=1.
+    pub coverage: Vec<f32>,
+    /// Linear light, the mean of the covered samples; zero where there are none.
+    pub color: Vec<Vec3>,
+    /// Unit normals in the world; zero where nothing is covered.
+    pub normal: Vec<Vec3>,
+    /// Ambient occlusion, 1 is open; the mean of the covered samples.
+    pub occlusion: Vec<f32>,
+    /// Mean distance from the view's centre towards the viewer, metres; negative infinity where nothing is covered.
+    pub depth: Vec<f32>,
+}
+
+/// A projected vertex, in 1/256 samples; `x` is `i32::MIN` where it can't be drawn.
+#[derive(Clone, Copy)]
+struct Point {
+    x: i32,
+    y: i32,
+    depth: f32,
+}
+
+impl Point {
+    const NOWHERE: Self = Self { x: i32::MIN, y: 0, depth: 0.0 };
+}
+
+/// A nearest triangle, as far as it is known.
+#[derive(Clone, Copy)]
+struct Sample {
+    depth: f32,
+    surface: u32,
+    triangle: u32,
+}
+
+/// Draws surfaces into a picture of `width * height` pixels with `samples * samples` samples each.
+///
+/// Sizes are clamped so that no edge has more than 8192 samples. The target is empty where the view has no area.
+#[must_use]
+pub fn rasterize(
+    surfaces: &[Surface<'_>],
+    view: &View,
+    width: u32,
+    height: u32,
+    samples: u32,
+    shading: &Shading,
+) -> Target {
+    let samples = samples.clamp(1, 16);
+    let (width, height) = (width.clamp(1, LARGEST / samples), height.clamp(1, LARGEST / samples));
+    let grid = Grid { columns: (width * samples) as usize, rows: (height * samples) as usize };
+    let projected: Vec<Vec<Point>> = surfaces.iter().map(|s| project(s.mesh, view, grid)).collect();
+    let per_pixel = samples as usize;
+    // A band holds whole pixels.
+    let rows = (BAND / per_pixel).max(1) * per_pixel;
+    let bands = Bands::new(surfaces, &projected, grid, rows);
+    let pixels = rows / per_pixel * width as usize;
+    let count = width as usize * height as usize;
+    let mut target = Target {
+        width,
+        height,
+        coverage: vec![0.0; count],
+        color: vec![Vec3::ZERO; count],
+        normal: vec![Vec3::ZERO; count],
+        occlusion: vec![0.0; count],
+        depth: vec![f32::NEG_INFINITY; count],
+    };
+    (
+        target.coverage.par_chunks_mut(pixels),
+        target.color.par_chunks_mut(pixels),
+        target.normal.par_chunks_mut(pixels),
+        target.occlusion.par_chunks_mut(pixels),
+        target.depth.par_chunks_mut(pixels),
+    )
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(band, (coverage, color, normal, occlusion, depth))| {
+            let first = band * rows;
+            let here = rows.min(grid.rows - first) * grid.columns;
+            let mut buffer = vec![Sample { depth: f32::NEG_INFINITY, surface: NONE, triangle: NONE }; here];
+            for &name in bands.of(band) {
+                let surface = &surfaces[name.0 as usize];
+                if let Some(setup) = Setup::new(surface, &projected[name.0 as usize], name.1 as usize) {
+                    setup.fill(surface, name, grid, first, &mut buffer, (view.front, -view.back));
+                }
+            }
+            let mut shader = Shader { surfaces, projected: &projected, shading, held: (NONE, NONE), setup: None };
+            for pixel in 0..coverage.len() {
+                let (px, py) = (pixel % width as usize * per_pixel, pixel / width as usize * per_pixel);
+                let (mut sum, mut deep, mut hits) = (Fragment::default(), 0.0_f32, 0_u32);
+                for row in py..py + per_pixel {
+                    for column in px..px + per_pixel {
+                        let sample = buffer[row * grid.columns + column];
+                        if sample.triangle != NONE {
+                            sum.add(shader.shade(sample, column, first + row));
+                            deep += sample.depth;
+                            hits += 1;
+                        }
+                    }
+                }
+                if hits > 0 {
+                    let scale = 1.0 / hits as f32;
+                    coverage[pixel] = hits as f32 / (samples * samples) as f32;
+                    color[pixel] = sum.color * scale;
+                    normal[pixel] = sum.normal.normalize_or(view.frame.z);
+                    occlusion[pixel] = sum.occlusion * scale;
+                    depth[pixel] = deep * scale;
+                }
+            }
+        });
+    target
+}
+
+#[derive(Clone, Copy)]
+struct Grid {
+    columns: usize,
+    rows: usize,
+}
+
+fn project(mesh: &Mesh, view: &View, grid: Grid) -> Vec<Point> {
+    let scale_x = grid.columns as f32 * 0.5 / view.half_width * SUBSAMPLE;
+    let scale_y = grid.rows as f32 * 0.5 / view.half_height * SUBSAMPLE;
+    let (mid_x, mid_y) = (grid.columns as f32 * 0.5 * SUBSAMPLE, grid.rows as f32 * 0.5 * SUBSAMPLE);
+    mesh.positions
+        .iter()
+        .map(|&p| {
+            let local = view.frame.to_local(p - view.centre);
+            let (x, y) = (mid_x + local.x * scale_x, mid_y - local.y * scale_y);
+            // Written so that NaN fails it.
+            if x.abs() < FARTHEST && y.abs() < FARTHEST && local.z.is_finite() {
+                Point { x: (x + 0.5).floor() as i32, y: (y + 0.5).floor() as i32, depth: local.z }
+            } else {
+                Point::NOWHERE
+            }
+        })
+        .collect()
+}
+
+/// Triangles by the band of rows that they touch, in order within each band.
+struct Bands {
+    /// Start of each band's triangles in `entries`, and the end of the last.
+    starts: Vec<usize>,
+    /// Surface and triangle.
+    entries: Vec<(u32, u32)>,
+}
+
+impl Bands {
+    /// A counting sort of triangles by band; those that cover no sample are left out.
+    fn new(surfaces: &[Surface<'_>], projected: &[Vec<Point>], grid: Grid, rows: usize) -> Self {
+        let count = grid.rows.div_ceil(rows);
+        let mut touched: Vec<(u32, u32, u32, u32)> = Vec::new();
+        let mut starts = vec![0_usize; count + 1];
+        for (s, surface) in surfaces.iter().enumerate() {
+            for (t, corners) in surface.mesh.indices.as_chunks::<3>().0.iter().enumerate() {
+                let Some(points) = corner_points(&projected[s], *corners) else { continue };
+                let Some((_, y)) = extent(points, grid) else { continue };
+                let (a, b) = (y.0 / rows, y.1 / rows);
+                touched.push((a as u32, b as u32, s as u32, t as u32));
+                (a..=b).for_each(|band| starts[band + 1] += 1);
+            }
+        }
+        for band in 0..count {
+            starts[band + 1] += starts[band];
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![(NONE, NONE); starts[count]];
+        for (a, b, surface, triangle) in touched {
+            for band in a..=b {
+                entries[next[band as usize]] = (surface, triangle);
+                next[band as usize] += 1;
+            }
+        }
+        Self { starts, entries }
+    }
+
+    fn of(&self, band: usize) -> &[(u32, u32)] {
+        &self.entries[self.starts[band]..self.starts[band + 1]]
+    }
+}
+
+fn corner_points(points: &[Point], corners: [u32; 3]) -> Option<[Point; 3]> {
+    let at = |i: u32| points.get(i as usize).copied().filter(|p| p.x != i32::MIN);
+    Some([at(corners[0])?, at(corners[1])?, at(corners[2])?])
+}
+
+/// First and last column and row of the samples whose centres a triangle's box holds.
+fn extent(p: [Point; 3], grid: Grid) -> Option<((usize, usize), (usize, usize))> {
+    let span = |a: i32, b: i32, c: i32, size: usize| {
+        // A centre lies at 256 i + 128.
+        let low = (a.min(b).min(c) - 128 + 255).div_euclid(256).max(0);
+        let high = (a.max(b).max(c) - 128).div_euclid(256).min(size as i32 - 1);
+        (low <= high).then_some((low as usize, high as usize))
+    };
+    Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
+}
+
+/// One triangle, ready to be filled: `value(x, y) = value(a) + w_b * (b - a) + w_c * (c - a)`.
+struct Setup {
+    corners: [u32; 3],
+    points: [Point; 3],
+    /// Twice the area, positive, in squared units.
+    area: i64,
+    uv: [Vec2; 3],
+    picture: Option<usize>,
+    level: usize,
+}
+
+impl Setup {
+    fn new(surface: &Surface<'_>, projected: &[Point], triangle: usize) -> Option<Self> {
+        let mesh = surface.mesh;
+        let corners = mesh.indices.get(triangle * 3..triangle * 3 + 3)?;
+        let mut corners = [corners[0], corners[1], corners[2]];
+        let mut points = corner_points(projected, corners)?;
+        let mut area = edge(points[0], points[1], points[2].x, points[2].y);
+        if area < 0 {
+            corners.swap(1, 2);
+            points.swap(1, 2);
+            area = -area;
+        }
+        if area == 0 {
+            return None;
+        }
+        let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
+        let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
+        let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
+        let level = picture.map_or(0, |t| {
+            let (e1, e2) = (uv[1] - uv[0], uv[2] - uv[0]);
+            let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
+            surface.pictures[t].level(texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE)))
+        });
+        Some(Self { corners, points, area, uv, picture, level })
+    }
+
+    /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
+    fn fill(
+        &self,
+        surface: &Surface<'_>,
+        name: (u32, u32),
+        grid: Grid,
+        first: usize,
+        buffer: &mut [Sample],
+        range: (f32, f32),
+    ) {
+        let Some((columns, rows)) = extent(self.points, grid) else { return };
+        let rows = (rows.0.max(first), rows.1.min(first + buffer.len() / grid.columns - 1));
+        let [a, b, c] = self.points;
+        let inverse = 1.0 / self.area as f32;
+        let (db, dc) = (b.depth - a.depth, c.depth - a.depth);
+        let (ub, uc) = (self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]);
+        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| &surface.pictures[t]);
+        // Edge functions, opposite to a, b and c; their steps from one sample to the next.
+        let edges = [(b, c), (c, a), (a, b)];
+        let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
+        let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
+        for row in rows.0..=rows.1 {
+            let y = row as i32 * 256 + 128;
+            let mut e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
+            let line = &mut buffer[(row - first) * grid.columns..][..grid.columns];
+            for sample in &mut line[columns.0..=columns.1] {
+                if e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
+                    let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
+                    let depth = a.depth + wb * db + wc * dc;
+                    if depth > sample.depth && depth <= range.0 && depth >= range.1 {
+                        let shown = cutout.is_none_or(|picture| {
+                            let uv = self.uv[0] + ub * wb + uc * wc;
+                            picture.covers(self.level, uv.x, uv.y)
+                        });
+                        if shown {
+                            *sample = Sample { depth, surface: name.0, triangle: name.1 };
+                        }
+                    }
+                }
+                e[0] += step[0];
+                e[1] += step[1];
+                e[2] += step[2];
+            }
+        }
+    }
+
+    /// What the triangle shows at a sample that it covers.
+    fn fragment(&self, surface: &Surface<'_>, column: usize, row: usize) -> Fragment {
+        let [a, b, c] = self.points;
+        let (x, y) = (column as i32 * 256 + 128, row as i32 * 256 + 128);
+        let inverse = 1.0 / self.area as f32;
+        let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
+        let weights = [1.0 - wb - wc, wb, wc];
+        let mesh = surface.mesh;
+        let mut normal = Vec3::ZERO;
+        let (mut tangent, mut hand, mut occlusion) = (Vec3::ZERO, 1.0_f32, 0.0_f32);
+        for (&corner, w) in self.corners.iter().zip(weights) {
+            let i = corner as usize;
+            normal += mesh.normals.get(i).copied().unwrap_or(Vec3::ZERO) * w;
+            occlusion += mesh.occlusion.get(i).map_or(1.0, |&o| f32::from(o) / 255.0) * w;
+            if let Some(t) = mesh.tangents.get(i) {
+                tangent += Vec3::new(t[0], t[1], t[2]) * w;
+                hand = t[3];
+            }
+        }
+        let mut normal = normal.normalize_or(Vec3::Y);
+        let mut color = Vec3::ONE;
+        if let Some(t) = self.picture {
+            let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
+            let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
+            color = texel.color;
+            occlusion *= texel.occlusion;
+            let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+            if tangent != Vec3::ZERO {
+                let n = texel.normal;
+                let bent = tangent * n.x + normal.cross(tangent) * (n.y * hand) + normal * n.z;
+                normal = bent.normalize_or(normal);
+            }
+        }
+        Fragment { color, normal, occlusion }
+    }
+}
+
+/// Twice the signed area of the triangle (p, q, (x, y)).
+fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
+    i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
+}
+
+/// Whether samples on the edge belong to the triangle: one of each pair of opposite directions.
+fn top_left(p: Point, q: Point) -> bool {
+    q.y < p.y || (q.y == p.y && q.x > p.x)
+}
+
+/// Keeps the last triangle, since neighbouring samples mostly show the same.
+struct Shader<'a> {
+    surfaces: &'a [Surface<'a>],
+    projected: &'a [Vec<Point>],
+    shading: &'a Shading,
+    held: (u32, u32),
+    setup: Option<Setup>,
+}
+
+impl Shader<'_> {
+    fn shade(&mut self, sample: Sample, column: usize, row: usize) -> Fragment {
+        let name = (sample.surface, sample.triangle);
+        let surface = &self.surfaces[sample.surface as usize];
+        if self.held != name {
+            self.held = name;
+            self.setup = Setup::new(surface, &self.projected[sample.surface as usize], sample.triangle as usize);
+        }
+        let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, column, row));
+        self.shading.apply(fragment, surface.repeat)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::Maps;
+    use crate::base::Seed;
+
+    fn flat(maps: [u8; 4]) -> Picture {
+        Picture::new(&Maps {
+            width: 4,
+            height: 4,
+            color: vec![maps; 16],
+            normal: vec![[128, 128, 255]; 16],
+            orm: vec![[255, 255, 0]; 16],
+        })
+    }
+
+    fn quad(half: f32, z: f32) -> Mesh {
+        Mesh {
+            positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| Vec3::new(x * half, y * half, z))
+                .into(),
+            normals: vec![Vec3::Z; 4],
+            uvs: [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(x, y)| Vec2::new(x, y)).into(),
+            indices: vec![0, 1, 2, 0, 2, 3],
+            ..Mesh::default()
+        }
+    }
+
+    fn front(half: f32) -> View {
+        View::new(Frame::WORLD, Vec3::ZERO, half, half)
+    }
+
+    fn draw(meshes: &[(&Mesh, &Picture)], view: &View, size: u32, samples: u32) -> Target {
+        let surfaces: Vec<Surface<'_>> = meshes
+            .iter()
+            .map(|(mesh, p)| Surface { mesh, pictures: std::slice::from_ref(*p), repeat: Repeat::Cutout })
+            .collect();
+        rasterize(&surfaces, view, size, size, samples, &Shading::Albedo)
+    }
+
+    #[test]
+    fn a_square_of_half_the_width_covers_a_quarter_exactly() {
+        let target = draw(&[(&quad(1.0, 0.0), &flat([255; 4]))], &front(2.0), 64, 3);
+        assert_eq!(target.coverage.iter().sum::<f32>(), 1024.0);
+        assert!((target.color[32 * 64 + 32] - Vec3::ONE).length() < 1e-4);
+    }
+
+    #[test]
+    fn the_nearer_one_shows_from_either_side_and_holes_show_what_is_behind() {
+        let (red, blue, clear) = (flat([255, 0, 0, 255]), flat([0, 0, 255, 255]), flat([0, 255, 0, 100]));
+        let (near, far) = (quad(1.0, 1.0), quad(1.0, 0.0));
+        for order in [[(&near, &red), (&far, &blue)], [(&far, &blue), (&near, &red)]] {
+            assert!(draw(&order, &front(2.0), 16, 1).color[8 * 16 + 8].x > 0.99);
+        }
+        let behind = View::level(std::f32::consts::PI, Vec3::ZERO, 2.0, 2.0);
+        assert!(draw(&[(&near, &red), (&far, &blue)], &behind, 16, 1).color[8 * 16 + 8].z > 0.99);
+        assert!(draw(&[(&near, &clear), (&far, &blue)], &front(2.0), 16, 1).color[8 * 16 + 8].z > 0.99);
+        let slab = View { front: 0.5, ..front(2.0) };
+        assert!(draw(&[(&near, &red), (&far, &blue)], &slab, 16, 1).color[8 * 16 + 8].z > 0.99);
+    }
+
+    #[test]
+    fn a_fan_of_random_triangles_leaves_no_gap_and_no_overlap() {
+        // A grid with jittered inner vertices tiles the square: drawn with depth by index, every sample is covered, and
+        // the areas of the single triangles add up to it.
+        let n = 12_usize;
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            for j in 0..=n {
+                let inner = i > 0 && i < n && j > 0 && j < n;
+                let seed = Seed::new(3).at((i * 100 + j) as u64);
+                let jitter =
+                    if inner { Vec2::new(seed.at(0).unit(), seed.at(1).unit()) * 0.6 - 0.3 } else { Vec2::ZERO };
+                let p = (Vec2::new(i as f32, j as f32) + jitter) / n as f32 * 2.0 - 1.0;
+                mesh.positions.push(p.extend(0.0));
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                let at = |di: usize, dj: usize| ((i + di) * (n + 1) + j + dj) as u32;
+                mesh.indices.extend([at(0, 0), at(1, 0), at(1, 1), at(0, 0), at(1, 1), at(0, 1)]);
+            }
+        }
+        let white = flat([255; 4]);
+        let whole = draw(&[(&mesh, &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
+        let mut parts = 0.0;
+        for triangle in mesh.indices.as_chunks::<3>().0 {
+            let one = Mesh { indices: triangle.to_vec(), ..mesh.clone() };
+            parts += draw(&[(&one, &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
+        }
+        assert_eq!(whole, parts);
+        let square = draw(&[(&quad(1.0, 0.0), &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
+        assert_eq!(whole, square);
+    }
+
+    #[test]
+    fn the_picture_is_the_same_on_one_thread_and_on_many() {
+        let mut mesh = Mesh::default();
+        for i in 0..3000_u64 {
+            let seed = Seed::new(8).at(i);
+            let base = seed.at(0).direction();
+            for k in 0..3 {
+                mesh.positions.push(base + seed.at(k + 1).direction() * 0.2);
+                mesh.normals.push(base);
+                mesh.uvs.push(Vec2::new(k as f32 * 0.5, seed.at(k).unit()));
+                mesh.indices.push(mesh.indices.len() as u32);
+            }
+        }
+        let green = flat([20, 90, 10, 255]);
+        let shot = || draw(&[(&mesh, &green)], &front(1.2), 60, 3);
+        let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        assert_eq!(pool(1).install(shot), pool(4).install(shot));
+    }
+
+    #[test]
+    fn broken_meshes_and_views_draw_nothing_and_never_panic() {
+        let white = flat([255; 4]);
+        let mut broken = quad(1.0, 0.0);
+        broken.positions[2] = Vec3::new(f32::NAN, 0.0, 0.0);
+        broken.indices.extend([0, 1, 99, 7]);
+        broken.tiles = vec![5];
+        assert_eq!(draw(&[(&broken, &white)], &front(2.0), 16, 1).coverage.iter().sum::<f32>(), 0.0);
+        for half in [0.0, f32::NAN, f32::INFINITY, 1e-30] {
+            let target = draw(&[(&quad(1e30, 0.0), &white)], &front(half), 16, 99);
+            assert!(target.coverage.iter().all(|c| *c == 0.0));
+        }
+        assert_eq!(draw(&[], &front(1.0), 0, 0).coverage.len(), 1);
+    }
+}

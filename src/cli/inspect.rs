@@ -1,0 +1,133 @@
+//! `treewright inspect`: what a plant, a source or an asset holds, as text or JSON.
+//!
+//! The kind of file is told from its content: a GLB by its magic number, a plant dump and a species file by their RON,
+//! everything else goes to the importers, which know their formats.
+
+#![expect(clippy::print_stdout, reason = "what was asked for goes to standard output")]
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::args::InspectArguments;
+use super::report::Failure;
+use crate::base::{Diagnostic, Seed};
+use crate::plant::{Distribution, Plant, PlantStats, dump, undump};
+use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use crate::preset::species;
+use crate::source::glb::{GlbInfo, read_glb};
+use crate::source::{grow, import};
+
+/// What was found.
+#[derive(Serialize)]
+struct Inspected {
+    file: String,
+    /// `plant`, `species`, the name of an import format, or `glb`.
+    kind: String,
+    /// What was mended in it.
+    notes: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plant: Option<PlantStats>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    asset: Option<GlbInfo>,
+}
+
+/// Inspects one file.
+pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
+    let file = arguments.file.to_string_lossy().replace('\\', "/");
+    let one = |message: String| Failure::Diagnostics(vec![Diagnostic::new(&file, message)]);
+    let bytes = fs::read(&arguments.file).map_err(|e| one(format!("it can't be read: {e}")))?;
+    let mut inspected =
+        Inspected { file: file.clone(), kind: "glb".to_owned(), notes: Vec::new(), plant: None, asset: None };
+    let mut plant = None;
+    if bytes.starts_with(b"glTF") {
+        inspected.asset = Some(read_glb(&bytes).map_err(|e| one(e.to_string()))?);
+    } else {
+        let (kind, found, notes) = read_plant(&file, &bytes, arguments.seed)?;
+        (inspected.kind, inspected.notes) = (kind, notes);
+        inspected.plant = Some(PlantStats::of(&found));
+        plant = Some(found);
+    }
+    if let Some(path) = &arguments.dump {
+        let plant = plant.as_ref().ok_or_else(|| one("an asset holds no plant to dump".to_owned()))?;
+        write(path, &dump(plant))?;
+    }
+    let text = if arguments.json {
+        serde_json::to_string_pretty(&inspected).map_err(|e| one(e.to_string()))?
+    } else {
+        describe(&inspected)
+    };
+    println!("{}", text.trim_end());
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
+}
+
+/// A plant out of any file that holds or describes one.
+fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
+    let text = std::str::from_utf8(bytes).unwrap_or_default();
+    let start = text.trim_start();
+    if start.starts_with("Plant(") {
+        let plant = undump(text).map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e)]))?;
+        return Ok(("plant".to_owned(), plant, Vec::new()));
+    }
+    if file.ends_with(".ron") {
+        let mut params = species(file, text).map_err(Failure::Diagnostics)?;
+        params.seed = seed;
+        let (plant, notes) = grow::grow(&params, Seed::new(seed).child("grow"))
+            .map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e.to_string())]))?;
+        return Ok(("species".to_owned(), plant, notes));
+    }
+    let params = ImportParams { file: file.to_owned(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let imported = import::import(bytes, file, &params).map_err(Failure::Diagnostics)?;
+    Ok((imported.format.to_string(), imported.plant, imported.notes))
+}
+
+fn describe(inspected: &Inspected) -> String {
+    let mut text = format!("{} ({})\n", inspected.file, inspected.kind);
+    if let Some(stats) = &inspected.plant {
+        describe_plant(&mut text, stats);
+    }
+    if let Some(asset) = &inspected.asset {
+        describe_asset(&mut text, asset);
+    }
+    for note in &inspected.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text
+}
+
+fn describe_plant(text: &mut String, s: &PlantStats) {
+    let _ = writeln!(
+        text,
+        "{:.2} m high, {:.2} m wide; {} stem(s), {} chains, {} points, {} leaves; {:.1} m of wood, {:.3} m radius at the base",
+        s.height, s.width, s.stems, s.chains, s.points, s.leaves, s.wood_length, s.base_radius
+    );
+    let _ = writeln!(text, "topology continuity {:.4}", s.topology_continuity);
+    let _ = writeln!(text, "order  chains  length m              base radius mm        angle deg             length ratio");
+    let spread = |d: &Distribution, scale: f32, digits: usize| match d.count {
+        0 => "-".to_owned(),
+        _ => format!(
+            "{:.digits$} [{:.digits$}..{:.digits$}]",
+            d.median * scale,
+            d.min * scale,
+            d.max * scale
+        ),
+    };
+    for o in &s.orders {
+        let _ = writeln!(
+            text,
+            "{:>5}  {:>6}  {:<20}  {:<20}  {:<20}  {}",
+            o.order,
+            o.chains,
+            spread(&o.length, 1.0, 2),
+            spread(&o.base_radius, 1000.0, 1),
+            spread(&o.branching_angle, 1.0, 0),
+            spread(&o.length_ratio, 1.0, 2),
+        );
+    }
+}

@@ -1,0 +1,403 @@
+//! `Family`: N plants in correspondence, prepared for blending.
+//!
+//! The union of the plants' chains: a kin has a parent kin and, for each source, the member chain or none. Several kins
+//! may share a member (split and merge). What a blend needs of a kin is worked out here once: its members resampled at
+//! the union of their arc-length parameters and turned onto one branching vector (2017 TVCG, 4.3), and what the
+//! allometric rule says of each member where it stands.
+//!
+//! Limits: memory is sources × (all points of a kin's members), so it grows with the square of the number of sources.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::Weights;
+use super::resample::{Polyline, resample};
+use super::topology_tree::branching_vector;
+use crate::base::Rotation;
+use crate::plant::{ChainId, Curve, Plant, chain_rules, value_at};
+
+/// Index of a kin in its family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct KinId(pub u32);
+
+impl KinId {
+    /// The index as `usize`.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Chains that are taken for one and the same: what a matching says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kin {
+    /// The kin it branches from; an earlier one; none for stems.
+    pub parent: Option<KinId>,
+    /// For each source the chain, or none.
+    pub members: Vec<Option<ChainId>>,
+}
+
+/// Why kins are no correspondence of their plants.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FamilyError {
+    /// No plant, or one without chains.
+    #[error("a family needs plants with chains")]
+    Empty,
+    /// A kin whose parent does not come before it.
+    #[error("kin {0:?} does not come after its parent")]
+    BadParent(KinId),
+    /// A kin without any member, with a wrong number of them, or with a chain that does not exist.
+    #[error("kin {0:?} does not name a chain or none for each source")]
+    BadMembers(KinId),
+    /// A member whose parent chain is not a member of the parent kin.
+    #[error("kin {kin:?} has a member of source {source_index} that grows on no member of the parent kin")]
+    Adopted {
+        /// The kin.
+        kin: KinId,
+        /// The source.
+        source_index: usize,
+    },
+    /// A chain that is a member of no kin whose ancestors stand for its own.
+    #[error("chain {chain:?} of source {source_index} belongs to no kin")]
+    Orphan {
+        /// The chain.
+        chain: ChainId,
+        /// Its source.
+        source_index: usize,
+    },
+}
+
+/// Not a member, not a kin.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A member of a kin, or the lack of one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    /// The chain, or [`NONE`].
+    pub(super) chain: u32,
+    /// Location on the parent.
+    pub(super) location: f32,
+    /// Turns the kin's branching vector (its first member's) to this member's.
+    pub(super) turn: Rotation,
+    /// The radius that the allometric rule gives at its base, metres.
+    pub(super) rule: f64,
+    /// The next kin on the same parent kin that shares this chain, in a ring; [`NONE`] when there is no other.
+    pub(super) twin: u32,
+    /// Its radius at the base over its parent's radius there, but at least 1: how thick a blend may make it. Infinite
+    /// where the parent has no thickness.
+    pub(super) stoutness: f32,
+}
+
+/// Where a leaf may stand: on a kin, for its source.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafSite {
+    pub(super) source: u32,
+    pub(super) kin: u32,
+    pub(super) leaf: u32,
+}
+
+/// N plants in correspondence. See the head of this file.
+#[derive(Clone, Debug)]
+pub struct Family {
+    pub(super) plants: Vec<Plant>,
+    /// Arc-length parameters of all points of each source.
+    pub(super) parameters: Vec<Vec<f64>>,
+    pub(super) parents: Vec<u32>,
+    /// Kin after kin, a source each.
+    pub(super) members: Vec<Member>,
+    /// The kins that grow on each kin: `children[first_child[k]..first_child[k + 1]]`.
+    pub(super) first_child: Vec<u32>,
+    pub(super) children: Vec<u32>,
+    /// For each kin of several members where its points start in `shapes` and how many a member has; 0 points for
+    /// the others. A block holds the members in order of source.
+    pub(super) blocks: Vec<(u32, u32)>,
+    /// Resampled members, turned onto the kin's branching vector.
+    pub(super) shapes: Vec<Vec3>,
+    pub(super) shape_radii: Vec<f32>,
+    /// For each source the kin that stands for each of its chains.
+    pub(super) primary: Vec<Vec<u32>>,
+    /// In order of source and leaf.
+    pub(super) leaf_sites: Vec<LeafSite>,
+}
+
+impl Family {
+    /// Prepares plants and their correspondence; `n log n` in their points.
+    ///
+    /// # Errors
+    ///
+    /// When the kins are no correspondence of the plants; see [`FamilyError`].
+    pub fn new(plants: Vec<Plant>, kins: &[Kin]) -> Result<Self, FamilyError> {
+        if plants.is_empty() || plants.iter().any(|p| p.chains().is_empty()) {
+            return Err(FamilyError::Empty);
+        }
+        check(&plants, kins)?;
+        let primary = primaries(&plants, kins)?;
+        let parents: Vec<u32> = kins.iter().map(|k| k.parent.map_or(NONE, |p| p.0)).collect();
+        let (first_child, children) = child_lists(&parents);
+        let parameters: Vec<Vec<f64>> = plants
+            .iter()
+            .map(|plant| plant.chain_ids().flat_map(|id| Curve::new(plant.points(id)).parameters()).collect())
+            .collect();
+        let mut family = Self {
+            blocks: Vec::with_capacity(kins.len()),
+            members: Vec::with_capacity(kins.len() * plants.len()),
+            shapes: Vec::new(),
+            shape_radii: Vec::new(),
+            leaf_sites: leaf_sites(&plants, kins),
+            plants,
+            parameters,
+            parents,
+            first_child,
+            children,
+            primary,
+        };
+        family.prepare(kins);
+        family.link_twins();
+        Ok(family)
+    }
+
+    /// The sources.
+    #[must_use]
+    pub fn sources(&self) -> &[Plant] {
+        &self.plants
+    }
+
+    /// How many kins.
+    #[must_use]
+    pub fn kin_count(&self) -> usize {
+        self.parents.len()
+    }
+
+    /// All kins, parents before children.
+    pub fn kin_ids(&self) -> impl DoubleEndedIterator<Item = KinId> + ExactSizeIterator + use<> {
+        (0..self.parents.len() as u32).map(KinId)
+    }
+
+    /// The kin that a kin grows on.
+    #[must_use]
+    pub fn parent(&self, kin: KinId) -> Option<KinId> {
+        Some(self.parents[kin.index()]).filter(|&p| p != NONE).map(KinId)
+    }
+
+    /// The kins that grow on a kin, in order.
+    pub fn children(&self, kin: KinId) -> impl Iterator<Item = KinId> + '_ {
+        self.child_range(kin.index()).map(|i| KinId(self.children[i]))
+    }
+
+    /// The chain that `source` gives to a kin.
+    #[must_use]
+    pub fn member(&self, kin: KinId, source: usize) -> Option<ChainId> {
+        let chain = self.row(kin.index()).get(source)?.chain;
+        (chain != NONE).then_some(ChainId(chain))
+    }
+
+    /// The kin that stands for a source's chain when nothing but that source is shown: of several that share the
+    /// chain, the first.
+    #[must_use]
+    pub fn primary(&self, source: usize, chain: ChainId) -> KinId {
+        KinId(self.primary[source][chain.index()])
+    }
+
+    /// Whether a kin is the one that stands for its member of `source`; see [`primary`](Self::primary).
+    #[must_use]
+    pub fn is_primary(&self, kin: KinId, source: usize) -> bool {
+        self.member(kin, source).is_some_and(|chain| self.primary(source, chain) == kin)
+    }
+
+    /// The weights that give a source back.
+    #[must_use]
+    pub fn corner(&self, source: usize) -> Weights {
+        let mut weights = Weights::new(self.kin_count(), self.plants.len());
+        let shares: Vec<f32> = (0..self.plants.len()).map(|s| if s == source { 1.0 } else { 0.0 }).collect();
+        for kin in self.kin_ids() {
+            weights.set(kin, &shares, if self.is_primary(kin, source) { 1.0 } else { 0.0 });
+        }
+        weights
+    }
+
+    pub(super) fn row(&self, kin: usize) -> &[Member] {
+        &self.members[kin * self.plants.len()..(kin + 1) * self.plants.len()]
+    }
+
+    pub(super) fn child_range(&self, kin: usize) -> std::ops::Range<usize> {
+        self.first_child[kin] as usize..self.first_child[kin + 1] as usize
+    }
+
+    /// Ties the kins that share a chain on one parent kin into rings.
+    fn link_twins(&mut self) {
+        let sources = self.plants.len();
+        for s in 0..sources {
+            // Sorted by parent kin and chain, sharers are neighbours.
+            let mut held: Vec<(u32, u32, u32)> = (0..self.parents.len())
+                .map(|k| (self.parents[k], self.members[k * sources + s].chain, k as u32))
+                .filter(|held| held.1 != NONE)
+                .collect();
+            held.sort_unstable();
+            for ring in held.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|ring| ring.len() > 1) {
+                for (i, sharer) in ring.iter().enumerate() {
+                    self.members[sharer.2 as usize * sources + s].twin = ring[(i + 1) % ring.len()].2;
+                }
+            }
+        }
+    }
+
+    /// Fills `members`, `blocks` and the shapes.
+    fn prepare(&mut self, kins: &[Kin]) {
+        let rules: Vec<Vec<f64>> =
+            self.plants.iter().zip(&self.parameters).map(|(plant, parameters)| chain_rules(plant, parameters)).collect();
+        for kin in kins {
+            let mut reference: Option<Vec3> = None;
+            for (s, member) in kin.members.iter().enumerate() {
+                let Some(id) = *member else {
+                    self.members.push(Member {
+                        chain: NONE,
+                        location: 0.0,
+                        turn: Rotation::IDENTITY,
+                        rule: 0.0,
+                        twin: NONE,
+                        stoutness: 1.0,
+                    });
+                    continue;
+                };
+                let plant = &self.plants[s];
+                let direction = branching_vector(plant.points(id));
+                let turn = match reference {
+                    None => Rotation::IDENTITY,
+                    Some(reference) => Rotation::between(reference, direction),
+                };
+                reference = reference.or(Some(direction));
+                self.members.push(Member {
+                    chain: id.0,
+                    location: plant.chain(id).location,
+                    turn,
+                    rule: rules[s][id.index()],
+                    twin: NONE,
+                    stoutness: stoutness(plant, &self.parameters[s], id),
+                });
+            }
+            let row = &self.members[self.members.len() - self.plants.len()..];
+            let present: Vec<(usize, ChainId)> =
+                kin.members.iter().enumerate().filter_map(|(s, m)| m.map(|id| (s, id))).collect();
+            let start = self.shapes.len() as u32;
+            if present.len() < 2 {
+                self.blocks.push((start, 0));
+                continue;
+            }
+            let lines: Vec<Polyline<'_>> = present
+                .iter()
+                .map(|&(s, id)| Polyline {
+                    parameters: &self.parameters[s][self.plants[s].span(id)],
+                    points: self.plants[s].points(id),
+                    radii: self.plants[s].radii(id),
+                })
+                .collect();
+            let (count, mut points, radii) = resample(&lines);
+            for (k, &(s, _)) in present.iter().enumerate() {
+                let back = row[s].turn.inverse();
+                points[k * count..(k + 1) * count].iter_mut().for_each(|p| *p = back.rotate(*p));
+            }
+            self.blocks.push((start, count as u32));
+            self.shapes.extend(points);
+            self.shape_radii.extend(radii);
+        }
+    }
+}
+
+fn check(plants: &[Plant], kins: &[Kin]) -> Result<(), FamilyError> {
+    for (i, kin) in kins.iter().enumerate() {
+        let id = KinId(i as u32);
+        if kin.parent.is_some_and(|p| p.index() >= i) {
+            return Err(FamilyError::BadParent(id));
+        }
+        let known = |(m, plant): (&Option<ChainId>, &Plant)| m.is_none_or(|c| c.index() < plant.chains().len());
+        if kin.members.len() != plants.len()
+            || kin.members.iter().all(Option::is_none)
+            || !kin.members.iter().zip(plants).all(known)
+        {
+            return Err(FamilyError::BadMembers(id));
+        }
+        for (source_index, member) in kin.members.iter().enumerate() {
+            let Some(chain) = *member else { continue };
+            let bearer = kin.parent.and_then(|p| kins[p.index()].members[source_index]);
+            let right = bearer == plants[source_index].chain(chain).parent;
+            // A stem's kin may not hang on another kin, even one that lacks this source.
+            if !right || (bearer.is_none() && kin.parent.is_some()) {
+                return Err(FamilyError::Adopted { kin: id, source_index });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn primaries(plants: &[Plant], kins: &[Kin]) -> Result<Vec<Vec<u32>>, FamilyError> {
+    let mut primary: Vec<Vec<u32>> = plants.iter().map(|p| vec![NONE; p.chains().len()]).collect();
+    for (i, kin) in kins.iter().enumerate() {
+        for (s, member) in kin.members.iter().enumerate() {
+            let Some(chain) = *member else { continue };
+            let stands = match plants[s].chain(chain).parent {
+                None => true,
+                Some(parent) => kin.parent.is_some_and(|k| primary[s][parent.index()] == k.0),
+            };
+            let slot = &mut primary[s][chain.index()];
+            if stands && *slot == NONE {
+                *slot = i as u32;
+            }
+        }
+    }
+    for (source_index, chains) in primary.iter().enumerate() {
+        if let Some(chain) = chains.iter().position(|&k| k == NONE) {
+            return Err(FamilyError::Orphan { chain: ChainId(chain as u32), source_index });
+        }
+    }
+    Ok(primary)
+}
+
+fn child_lists(parents: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut first = vec![0_u32; parents.len() + 1];
+    for &p in parents.iter().filter(|&&p| p != NONE) {
+        first[p as usize + 1] += 1;
+    }
+    for k in 0..parents.len() {
+        first[k + 1] += first[k];
+    }
+    let mut next = first.clone();
+    let mut children = vec![0; first[parents.len()] as usize];
+    for (k, &p) in parents.iter().enumerate().filter(|(_, p)| **p != NONE) {
+        children[next[p as usize] as usize] = k as u32;
+        next[p as usize] += 1;
+    }
+    (first, children)
+}
+
+fn leaf_sites(plants: &[Plant], kins: &[Kin]) -> Vec<LeafSite> {
+    let mut sites = Vec::new();
+    for (s, plant) in plants.iter().enumerate().filter(|(_, plant)| !plant.leaves().is_empty()) {
+        let mut holders: Vec<Vec<u32>> = vec![Vec::new(); plant.chains().len()];
+        for (k, kin) in kins.iter().enumerate() {
+            if let Some(chain) = kin.members[s] {
+                holders[chain.index()].push(k as u32);
+            }
+        }
+        for (i, leaf) in plant.leaves().iter().enumerate() {
+            let on = holders[leaf.chain.index()].iter();
+            sites.extend(on.map(|&kin| LeafSite { source: s as u32, kin, leaf: i as u32 }));
+        }
+    }
+    sites
+}
+
+/// Base radius over the parent's radius at the location, at least 1.
+fn stoutness(plant: &Plant, parameters: &[f64], id: ChainId) -> f32 {
+    let chain = plant.chain(id);
+    let Some(parent) = chain.parent else { return 1.0 };
+    let there = value_at(&parameters[plant.span(parent)], plant.radii(parent), chain.location);
+    let own = plant.radii(id)[0];
+    // On a parent without thickness anything goes.
+    if own <= there {
+        1.0
+    } else if there > own * 1e-6 {
+        own / there
+    } else {
+        f32::INFINITY
+    }
+}

@@ -1,0 +1,60 @@
+//! `Weights`: one blend, as plain numbers. Modes choose them, [`Family::blend`](super::Family::blend) carries them out.
+
+use serde::Serialize;
+
+use super::KinId;
+
+/// For each kin a share for each source and a degree of growth.
+///
+/// Shares are normalized over the members that a kin has; whatever is not a number above zero counts as zero, and
+/// degrees above 1 as 1. A kin with degree 0, or none of whose members has a share, is absent together with all that it
+/// bears.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Weights {
+    sources: usize,
+    shares: Vec<f32>,
+    degrees: Vec<f32>,
+}
+
+impl Weights {
+    /// All zero, for `kins` kins over `sources` sources.
+    #[must_use]
+    pub fn new(kins: usize, sources: usize) -> Self {
+        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins] }
+    }
+
+    /// Sets one kin: a share for each source, in their order, and the degree of growth 0..=1. Shares that are missing
+    /// are 0, those too many ignored, as is a kin that does not exist.
+    pub fn set(&mut self, kin: KinId, shares: &[f32], degree: f32) {
+        let Some(slot) = self.degrees.get_mut(kin.index()) else { return };
+        *slot = degree;
+        let own = &mut self.shares[kin.index() * self.sources..(kin.index() + 1) * self.sources];
+        for (s, slot) in own.iter_mut().enumerate() {
+            *slot = shares.get(s).copied().unwrap_or(0.0);
+        }
+    }
+
+    /// How many kins.
+    #[must_use]
+    pub fn kins(&self) -> usize {
+        self.degrees.len()
+    }
+
+    /// How many sources.
+    #[must_use]
+    pub fn sources(&self) -> usize {
+        self.sources
+    }
+
+    /// One kin's share for each source; empty for a kin that does not exist.
+    #[must_use]
+    pub fn shares(&self, kin: KinId) -> &[f32] {
+        self.shares.get(kin.index() * self.sources..(kin.index() + 1) * self.sources).unwrap_or(&[])
+    }
+
+    /// One kin's degree of growth; 0 for a kin that does not exist.
+    #[must_use]
+    pub fn degree(&self, kin: KinId) -> f32 {
+        self.degrees.get(kin.index()).copied().unwrap_or(0.0)
+    }
+}
