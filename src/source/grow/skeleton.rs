@@ -18,12 +18,17 @@ const NONE: u32 = u32::MAX;
 /// Times that every node is drawn towards its neighbours.
 const PASSES: u32 = 6;
 /// Times that the thickest wood is drawn before.
-const STIFF: u32 = 50;
+const STIFF: f32 = 400.0;
 /// A fork below the clear bole becomes two stems where the thinner branch bears at least this share of the tips of the
 /// thicker.
 const STEM: f32 = 0.1;
 /// How far out a stem of its own stands, as a share of the way that its first node is out.
 const APART: f32 = 0.4;
+
+/// By how much a stem is thicker at the ground than the rule says.
+const SWELL: f32 = 0.35;
+/// Up to where, in radii.
+const SWELL_HEIGHT: f32 = 5.0;
 
 /// A forest of places with radii; parents before children, a root its own parent.
 struct Axes {
@@ -39,14 +44,16 @@ pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams
     let (places, parents) = stems(structure, nodes, params.bole);
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
     axes.smooth(params.crookedness);
-    let axes = axes.refined();
+    let mut axes = axes.refined();
     let top = axes.places.iter().fold(0.0_f32, |t, p| t.max(p.y));
     if top <= 0.0 {
         return None;
     }
     let scale = params.height / top;
+    axes.places.iter_mut().for_each(|p| *p *= scale);
+    axes.flare();
     let parent = |i: usize| (axes.parents[i] as usize != i).then_some(axes.parents[i]);
-    let node = |i: usize| SkeletonNode { position: axes.places[i] * scale, radius: axes.radii[i], parent: parent(i) };
+    let node = |i: usize| SkeletonNode { position: axes.places[i], radius: axes.radii[i], parent: parent(i) };
     Some(Skeleton { nodes: (0..axes.places.len()).map(node).collect() })
 }
 
@@ -98,6 +105,25 @@ fn carried(parents: &[u32]) -> (Vec<u32>, Vec<u32>) {
 }
 
 impl Axes {
+    /// Butt swell: the foot of a stem widens into its roots, most at the ground and not at all [`SWELL_HEIGHT`] radii
+    /// above it. Needs metres.
+    fn flare(&mut self) {
+        // Radius of the foot of the stem that a node belongs to; 0 off its main axis, so that hanging twigs stay thin.
+        let mut foot = vec![0.0_f32; self.places.len()];
+        for i in 0..self.places.len() {
+            let parent = self.parents[i] as usize;
+            foot[i] = match parent {
+                _ if parent == i => self.radii[i],
+                _ if self.radii[i] >= foot[parent] * 0.5 => foot[parent],
+                _ => 0.0,
+            };
+            if foot[i] > 0.0 {
+                let left = (1.0 - self.places[i].y / (SWELL_HEIGHT * foot[i])).clamp(0.0, 1.0);
+                self.radii[i] *= 1.0 + SWELL * left * left;
+            }
+        }
+    }
+
     /// Radii by the allometric rule: a node's radius to the `exponent` is the sum of its children's, and a tip's is
     /// `tip_radius`.
     fn new(places: Vec<Vec3>, parents: Vec<u32>, tip_radius: f32, exponent: f32) -> Self {
@@ -113,12 +139,15 @@ impl Axes {
     /// and its bends are as long as its crowns of nodes are wide. Radii are drawn likewise but never across a fork into
     /// a thinner branch, so that steps at forks become tapers.
     fn smooth(&mut self, crookedness: f32) {
-        let share = 0.5 * (1.0 - crookedness);
+        let smooth = 1.0 - crookedness;
+        let share = 0.5 * smooth;
+        // Fewer times too, or thick wood would be smooth at any share.
+        let stiff = STIFF * smooth * smooth;
         let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
-        for pass in (0..PASSES + STIFF).rev() {
+        for pass in (0..PASSES + stiff as u32).rev() {
             let before = self.places.clone();
             for i in 0..before.len() {
-                let often = PASSES as f32 + STIFF as f32 * (self.radii[i] / thickest);
+                let often = PASSES as f32 + stiff * (self.radii[i] / thickest);
                 if self.heavy[i] != NONE && self.parents[i] as usize != i && (pass as f32) < often {
                     let middle = (before[self.parents[i] as usize] + before[self.heavy[i] as usize]) * 0.5;
                     self.places[i] = before[i].lerp(middle, share);
