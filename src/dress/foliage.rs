@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::twig::Wood;
 use crate::base::{Frame, Rotation, Seed, math};
-use crate::plant::{ChainId, Leaf, Plant, PlantBuilder, Posed};
+use crate::plant::{ChainId, Leaf, Plant, Posed};
 use crate::preset::plan::DressParams;
 
 /// Card area over shadow area at density 1.
@@ -36,7 +36,7 @@ struct Site {
 pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams, seed: Seed) -> Plant {
     let posed = plant.pose();
     let sites = sites(bare, &plant, &posed, wood, params);
-    let card = params.leaf_size * params.leaf_size;
+    let card = wood.leaf * wood.leaf;
     let area = params.density * INDEX * shadow(&posed, wood);
     let want = (area / card.max(1e-8)).min(4e6);
     let allowed = want.min(params.most_leaves as f32).min(sites.len() as f32).max(1.0);
@@ -87,7 +87,7 @@ fn address(seed: Seed, site: &Site) -> Seed {
 
 /// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
 fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
-    let gap = (params.leaf_size * 0.3).max(wood.step * 0.2);
+    let gap = (wood.leaf * 0.3).max(wood.step * 0.2);
     let mut sites = Vec::new();
     for id in plant.chain_ids() {
         let own = id.index() < bare.chains().len();
@@ -151,13 +151,13 @@ fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressPa
     // The upper face looks up and out of the crown, with some disorder.
     let (low, high) = wood.crown.bounds();
     let out = (pose.position - (low + high) * 0.5).normalize_or(Vec3::Y);
-    let face = out * 0.6 + Vec3::Y * 0.5 + s.child("face").direction() * 0.55;
+    let face = out * 0.85 + Vec3::Y * 0.45 + s.child("face").direction() * 0.5;
     let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
     let x = y.cross(z);
     let local = |v| pose.frame.to_local(v);
     let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let spread = params.leaf_spread.clamp(0.0, 0.9);
-    let size = params.leaf_size * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
+    let size = wood.leaf * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
     Leaf { chain: site.chain, location: site.location, orientation, size, slot }
 }
