@@ -1,9 +1,7 @@
 //! Tests of the whole folder: presets in, plans or diagnostics out.
 
-mod broken;
 mod defaults;
 mod hostile;
-mod shipped;
 
 use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
 use super::*;
