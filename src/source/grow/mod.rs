@@ -69,8 +69,7 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
             notes.push(format!("iteration {}: {note}", i + 1));
         });
     }
-    let skeleton =
-        skeleton::skeleton(&structure, &nodes, params.height, params.crookedness, params.tip_radius, params.allometry);
+    let skeleton = skeleton::skeleton(&structure, &nodes, params);
     Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
 }
 
@@ -98,7 +97,7 @@ fn extend(
         EndpointRule::Any => endpoints::spread(&candidates, nodes, wanted, seed),
         EndpointRule::Lower | EndpointRule::Higher => candidates,
     };
-    let sources = structure.sources(nodes, iteration.start, bole, seed);
+    let sources = structure.sources(nodes, iteration.start, bole);
     let paths = Paths::find(nodes, graph, &sources, &chosen, &iteration.guide, seed);
     let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
     if !lost.is_empty() {

@@ -6,7 +6,6 @@ use super::guide;
 use super::nodes::Nodes;
 use super::paths::{PathSource, Paths};
 use super::yao::NONE;
-use crate::base::Seed;
 use crate::preset::plan::GuideStart;
 
 /// One node of the structure.
@@ -44,15 +43,15 @@ impl Structure {
 
     /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
     /// structure that is nowhere higher starts at its top.
-    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32, seed: Seed) -> Vec<PathSource> {
+    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32) -> Vec<PathSource> {
         let top = self.members.iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max);
         let bole = bole.min(top);
         self.members
             .iter()
             .map(|m| {
                 let position = nodes.at(m.node);
-                let vector = guide::start(rule, m.vector, position, m.node, seed);
-                PathSource { node: m.node, vector, closed: position.y < bole }
+                let (vector, lean) = guide::start(rule, m.vector, position);
+                PathSource { node: m.node, vector, lean, closed: position.y < bole }
             })
             .collect()
     }
