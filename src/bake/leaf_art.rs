@@ -46,7 +46,8 @@ pub fn leaf_maps(shape: LeafShape, color: [f32; 3], variation: f32, size: u32, p
     let scene = filled_spray(shape, seed);
     let color = Vec3::from_array(color.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.0 }));
     let brush = Brush::new(shape, color, variation, size, seed);
-    let rows: Vec<Vec<Texel>> = (0..size).into_par_iter().map(|y| brush.row(&scene, y)).collect();
+    let outlines: Vec<Vec<Vec2>> = scene.parts.iter().map(|p| pixels(&p.outline, size)).collect();
+    let rows: Vec<Vec<Texel>> = (0..size).into_par_iter().map(|y| brush.row(&scene, &outlines, y)).collect();
     let mut texels: Vec<Texel> = Vec::with_capacity((size * size) as usize);
     for row in rows {
         texels.extend(row);
@@ -125,18 +126,16 @@ impl Brush {
         Self { shape, color, variation, size, mottle: Noise::new(seed.child("mottle"), 4096, 4096), seed }
     }
 
-    fn row(&self, scene: &Spray, y: u32) -> Vec<Texel> {
+    fn row(&self, scene: &Spray, outlines: &[Vec<Vec2>], y: u32) -> Vec<Texel> {
         let edge = self.size as f32;
         let mut row = vec![Texel::default(); self.size as usize];
         let mut cover = vec![0.0_f32; self.size as usize];
         let mut crossings = Vec::new();
-        let (top, bottom) = (1.0 - y as f32 / edge, 1.0 - (y + 1) as f32 / edge);
-        for part in &scene.parts {
-            let (low, high) = part.outline.iter().fold((f32::MAX, f32::MIN), |(l, h), p| (l.min(p.y), h.max(p.y)));
-            if high < bottom || low > top {
+        for (part, outline) in scene.parts.iter().zip(outlines) {
+            let touched = cover_row(outline, y, &mut cover, &mut crossings);
+            if touched.is_empty() {
                 continue;
             }
-            let touched = cover_row(&pixels(&part.outline, self.size), y, &mut cover, &mut crossings);
             let blade_color = tint(self.color, part.seed.child("tint"), self.variation);
             for x in touched {
                 let alpha = std::mem::take(&mut cover[x]).min(1.0);
@@ -174,7 +173,8 @@ impl Brush {
         let sense = if under { -0.7 } else { 1.0 };
         // The blade arches down to its tip and its margins.
         let width = half_width(self.shape).max(0.05);
-        let side = if p.x < 0.0 { part.slope[1] } else { part.slope[2] };
+        // The fold is a pixel or two wide: a hard one would show as a saw.
+        let side = mix(part.slope[1], part.slope[2], math::smoothstep(-1.5 * step, 1.5 * step, p.x));
         let gx = side - 0.35 * p.x / width + sense * sx;
         let gy = part.slope[0] - 0.5 * (p.y - 0.4) + sense * sy;
         let slope = part.place.across() * gx + part.place.along * gy;

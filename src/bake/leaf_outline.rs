@@ -49,7 +49,7 @@ pub(super) fn pinnate(shape: LeafShape) -> Pinnate {
         margin,
     };
     match shape {
-        LeafShape::Oak => form(0.335, 1.0, 0.5, 5.0, 0.72, 0.0, Margin::Lobed(0.62)),
+        LeafShape::Oak => form(0.33, 0.95, 0.5, 4.0, 0.5, 0.0, Margin::Lobed(0.5)),
         LeafShape::Birch => {
             form(0.37, 0.45, 1.05, 7.0, 0.75, 0.0, Margin::Serrate { coarse: 0.028, small: 0.013, fine: 3.0 })
         }
@@ -126,12 +126,12 @@ fn pinnate_side(shape: LeafShape, sign: f32, seed: Seed) -> Vec<Vec2> {
                 Margin::Lobed(depth) => {
                     let lobe = phase.floor();
                     let vary = seed.child("lobe").at((lobe as i32 + 64) as u64).range(0.85, 1.1);
-                    // 0 in the middle of a lobe, 1 in the sinus: a round lobe, a narrower round sinus.
+                    // 0 in the middle of a lobe, 1 in the sinus: broad round lobes, narrower round sinuses.
                     let across = 2.0 * (phase - lobe) - 1.0;
                     let round = across * across;
-                    let cut = depth * vary * round * (0.35 + 0.65 * round) * math::smoothstep(0.15, 0.6, share);
-                    // The last lobe of all stands at the tip and is not cut.
-                    let cut = cut * (1.0 - math::smoothstep(0.86, 0.97, t));
+                    let cut = depth * vary * round * (0.15 + 0.85 * round) * math::smoothstep(0.1, 0.45, share);
+                    // The last lobe of all stands at the tip and is cut less.
+                    let cut = cut * (1.0 - 0.8 * math::smoothstep(0.9, 1.0, t));
                     y -= cut * x * form.slope;
                     x -= cut * x;
                 }

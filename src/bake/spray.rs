@@ -110,12 +110,12 @@ struct Habit {
 fn habit(shape: LeafShape) -> Habit {
     let form = |nodes, at_node, twig, bare, angle, petiole, lower| Habit { nodes, at_node, twig, bare, angle, petiole, lower };
     match shape {
-        LeafShape::Oak => form(8, 1, 1.05, 0.28, [1.5, 0.55], 0.05, 0.85),
-        LeafShape::Birch => form(9, 1, 1.9, 0.15, [1.15, 0.6], 0.26, 0.95),
-        LeafShape::Beech => form(8, 1, 1.75, 0.12, [1.1, 0.65], 0.07, 0.8),
-        LeafShape::Maple => form(3, 2, 0.95, 0.22, [1.45, 0.75], 0.42, 1.0),
-        LeafShape::Willow => form(19, 1, 1.7, 0.08, [0.85, 0.35], 0.06, 0.85),
-        LeafShape::Ash => form(2, 2, 0.5, 0.25, [1.15, 0.6], 0.0, 0.9),
+        LeafShape::Oak => form(8, 1, 1.25, 0.2, [1.45, 0.5], 0.05, 0.85),
+        LeafShape::Birch => form(10, 1, 2.2, 0.1, [1.15, 0.6], 0.28, 0.95),
+        LeafShape::Beech => form(9, 1, 2.0, 0.1, [1.1, 0.65], 0.08, 0.8),
+        LeafShape::Maple => form(3, 2, 1.5, 0.16, [1.15, 0.6], 0.42, 0.95),
+        LeafShape::Willow => form(26, 1, 1.9, 0.05, [1.05, 0.4], 0.05, 0.9),
+        LeafShape::Ash => form(3, 2, 0.55, 0.12, [1.25, 0.45], 0.0, 0.95),
         LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0),
     }
 }
@@ -146,19 +146,22 @@ pub(super) fn spray(shape: LeafShape, seed: Seed, enlarge: f32) -> Spray {
 }
 
 /// Scales all parts so that they fill the picture, the origin staying at bottom centre.
-fn fit(parts: &mut [Part]) {
+fn fit(parts: &mut Vec<Part>) {
     let (mut top, mut wide, mut low) = (1e-3_f32, 1e-3_f32, 0.0_f32);
     for p in parts.iter().flat_map(|p| &p.outline) {
         top = top.max(p.y);
         low = low.min(p.y);
         wide = wide.max(p.x.abs());
     }
-    // Leaves that hang below the twig's base would be cut off: the base then rises with a longer twig end.
+    // Leaves that hang below the twig's base would be cut off: the twig then starts lower.
     let lift = Vec2::new(0.0, -low);
-    let scale_y = (1.0 - 2.0 * MARGIN) / (top - low);
-    let scale = scale_y.min((0.5 - MARGIN) / wide);
-    // A narrow spray fills the height; a wide one is let grow a tenth taller than its shape to fill it better.
-    let map = |p: Vec2| (p + lift) * scale + Vec2::new(0.0, 0.0);
+    if low < -1e-4 {
+        let radius = parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
+        let foot = Vec2::new(0.0, low);
+        parts.push(rod(Tissue::Wood, foot, 0.0, -low * 1.02, 0.0, [radius; 2], 0.44, Seed::new(0)));
+    }
+    let scale = ((1.0 - 2.0 * MARGIN) / (top - low)).min((0.5 - MARGIN) / wide);
+    let map = |p: Vec2| (p + lift) * scale;
     for part in parts {
         part.place.origin = map(part.place.origin);
         part.place.length *= scale;
@@ -275,7 +278,7 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.1, 0.1);
     let main = rod(Tissue::Wood, Vec2::ZERO, lean, 0.62, seed.child("bend").range(-0.08, 0.08), [0.018, 0.010], 0.3, seed.child("wood"));
-    let mut shoots = vec![(main.place, 0.62_f32, 85_usize)];
+    let mut shoots = vec![(main.place, 0.62_f32, 150_usize)];
     for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
         let seed = seed.child("side").at(k as u64);
         let t = seed.child("at").range(0.22, 0.42);
@@ -283,7 +286,7 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
         let origin = main.place.to_picture(Vec2::new(0.0, t));
         let turn = lean + sign * seed.child("angle").range(0.75, 0.95);
         let side = rod(Tissue::Wood, origin, turn, length, -sign * 0.14, [0.012, 0.008], 0.3, seed.child("wood"));
-        shoots.push((side.place, length, 55));
+        shoots.push((side.place, length, 95));
         parts.push(side);
     }
     parts.push(main);
@@ -305,10 +308,10 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
                 let seed = seed.at(twin);
                 let spread = seed.child("spread").range(-0.1, 0.1);
                 let bend = seed.child("bend").range(-0.09, 0.09);
-                let width = 0.0052 * enlarge;
+                let width = 0.0042 * enlarge.clamp(0.8, 1.35);
                 let angle = toward + away + spread;
                 let mut needle =
-                    rod(Tissue::Needle, origin, angle, long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.3], depth, seed);
+                    rod(Tissue::Needle, origin, angle, long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35], depth, seed);
                 needle.slope[0] = 0.5 * sin;
                 parts.push(needle);
             }

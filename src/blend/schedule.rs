@@ -181,6 +181,9 @@ impl Batch<'_> {
     fn weights(&self) -> Weights {
         let sources = self.family.sources().len();
         let mut weights = Weights::new(self.tasks.len(), sources);
+        if self.from >= sources || self.to >= sources {
+            return weights;
+        }
         let mut shares = vec![0.0; sources];
         for kin in self.family.kin_ids() {
             let done = self.done[kin.index()];
@@ -215,5 +218,90 @@ impl Iterator for Batch<'_> {
 
     fn next(&mut self) -> Option<Weights> {
         self.advance().then(|| self.weights())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantStats;
+    use crate::preset::plan::MatchParams;
+    use crate::relate::fuzzy_family;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    fn pair(seed: u64, oddity: Oddity) -> Family {
+        let plant = |name| random_plant(Seed::new(seed).child(name), 40, oddity);
+        fuzzy_family(plant("a"), plant("b"), &MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 }).unwrap()
+    }
+
+    #[test]
+    fn a_batch_runs_from_the_source_to_the_target() {
+        for seed in 0..20 {
+            let family = pair(seed, Oddity::Wild);
+            let states: Vec<Weights> = batch(&family, 0, 1, Seed::new(seed)).collect();
+            assert!(states.len() < 400, "{}", states.len());
+            assert!(family.blend(&states[0]) == family.sources()[0]);
+            assert!(family.blend(&states[states.len() - 1]) == family.sources()[1]);
+            let progress: Vec<f32> = states.iter().map(|w| progress_of(&family, 0, 1, w)).collect();
+            assert!(progress.windows(2).all(|p| p[1] > p[0] - 1e-6));
+        }
+    }
+
+    #[test]
+    fn grow_and_wilt_rules_hold_in_every_state() {
+        for seed in 0..10 {
+            let family = pair(seed, Oddity::Tame);
+            for weights in batch(&family, 0, 1, Seed::new(seed)) {
+                for kin in family.kin_ids() {
+                    let Some(parent) = family.parent(kin) else { continue };
+                    assert!(weights.degree(kin) <= weights.degree(parent) + 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_state_has_a_floating_chain() {
+        for seed in 0..4 {
+            let family = pair(seed, Oddity::Tame);
+            for weights in batch(&family, 0, 1, Seed::new(seed)).step_by(5) {
+                let plant = family.blend(&weights);
+                let shown = family.kin_ids().filter(|&k| weights.degree(k) > 0.0).count();
+                assert_eq!(plant.chains().len(), shown);
+                assert_eq!(PlantStats::of(&plant).topology_continuity, 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn seeds_make_batches_that_differ_and_the_same_seed_the_same() {
+        let family = pair(3, Oddity::Tame);
+        let half = |seed| sample(&family, 0, 1, Seed::new(seed), 0.5);
+        assert!(half(1) == half(1));
+        assert!(half(1) != half(2));
+        assert!(family.blend(&half(1)) != family.blend(&half(2)));
+    }
+
+    #[test]
+    fn a_sample_is_the_nearest_state_of_its_batch() {
+        let family = pair(4, Oddity::Tame);
+        let seed = Seed::new(9);
+        for i in 0..=10 {
+            let wanted = i as f32 / 10.0;
+            let found = progress_of(&family, 0, 1, &sample(&family, 0, 1, seed, wanted));
+            let least = batch(&family, 0, 1, seed)
+                .map(|w| (progress_of(&family, 0, 1, &w) - wanted).abs())
+                .fold(f32::INFINITY, f32::min);
+            assert!(((found - wanted).abs() - least).abs() < 1e-5);
+        }
+        assert!(family.blend(&sample(&family, 0, 1, seed, 0.0)) == family.sources()[0]);
+        assert!(family.blend(&sample(&family, 0, 1, seed, 1.0)) == family.sources()[1]);
+    }
+
+    #[test]
+    fn sources_that_are_not_there_give_an_empty_batch() {
+        let family = pair(5, Oddity::Tame);
+        assert_eq!(batch(&family, 0, 7, Seed::new(1)).count(), 0);
+        assert_eq!(sample(&family, 7, 0, Seed::new(1), 0.5).kins(), family.kin_count());
     }
 }

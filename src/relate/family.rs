@@ -81,7 +81,10 @@ pub(super) struct Member {
     pub(super) turn: Rotation,
     /// The radius that the allometric rule gives at its base, metres.
     pub(super) rule: f64,
-    /// Its radius at the base over its parent's radius there, but at least 1: how thick a blend may make it.
+    /// The next kin on the same parent kin that shares this chain, in a ring; [`NONE`] when there is no other.
+    pub(super) twin: u32,
+    /// Its radius at the base over its parent's radius there, but at least 1: how thick a blend may make it. Infinite
+    /// where the parent has no thickness.
     pub(super) stoutness: f32,
 }
 
@@ -149,6 +152,7 @@ impl Family {
             primary,
         };
         family.prepare(kins);
+        family.link_twins();
         Ok(family)
     }
 
@@ -219,6 +223,24 @@ impl Family {
         self.first_child[kin] as usize..self.first_child[kin + 1] as usize
     }
 
+    /// Ties the kins that share a chain on one parent kin into rings.
+    fn link_twins(&mut self) {
+        let sources = self.plants.len();
+        for s in 0..sources {
+            // Sorted by parent kin and chain, sharers are neighbours.
+            let mut held: Vec<(u32, u32, u32)> = (0..self.parents.len())
+                .map(|k| (self.parents[k], self.members[k * sources + s].chain, k as u32))
+                .filter(|held| held.1 != NONE)
+                .collect();
+            held.sort_unstable();
+            for ring in held.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|ring| ring.len() > 1) {
+                for (i, sharer) in ring.iter().enumerate() {
+                    self.members[sharer.2 as usize * sources + s].twin = ring[(i + 1) % ring.len()].2;
+                }
+            }
+        }
+    }
+
     /// Fills `members`, `blocks` and the shapes.
     fn prepare(&mut self, kins: &[Kin]) {
         let rules: Vec<Vec<f64>> =
@@ -232,6 +254,7 @@ impl Family {
                         location: 0.0,
                         turn: Rotation::IDENTITY,
                         rule: 0.0,
+                        twin: NONE,
                         stoutness: 1.0,
                     });
                     continue;
@@ -248,6 +271,7 @@ impl Family {
                     location: plant.chain(id).location,
                     turn,
                     rule: rules[s][id.index()],
+                    twin: NONE,
                     stoutness: stoutness(plant, &self.parameters[s], id),
                 });
             }
@@ -368,5 +392,12 @@ fn stoutness(plant: &Plant, parameters: &[f64], id: ChainId) -> f32 {
     let Some(parent) = chain.parent else { return 1.0 };
     let there = value_at(&parameters[plant.span(parent)], plant.radii(parent), chain.location);
     let own = plant.radii(id)[0];
-    if own <= there { 1.0 } else { (own / there).min(f32::MAX) }
+    // On a parent without thickness anything goes.
+    if own <= there {
+        1.0
+    } else if there > own * 1e-6 {
+        own / there
+    } else {
+        f32::INFINITY
+    }
 }

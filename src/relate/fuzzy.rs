@@ -138,3 +138,110 @@ fn scaled_crowns(tree: &TopologyTree, ids: &[ChainId]) -> Vec<Crown> {
     let scale = if scale.is_finite() { scale } else { 1.0 };
     ids.iter().map(|&id| tree.node(id).crown.scaled(scale)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::base::Seed;
+    use crate::plant::PlantBuilder;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+
+    fn match_plants(a: &Plant, b: &Plant) -> Vec<Option<ChainId>> {
+        match_fuzzy(&TopologyTree::of(a), &TopologyTree::of(b), &EVEN)
+    }
+
+    /// A trunk with branches of given location and tip.
+    fn tree(branches: &[(f32, Vec3)], scale: f32) -> Plant {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0 * scale], &[0.1, 0.1]);
+        for &(location, tip) in branches {
+            builder.branch(stem, location, &[Vec3::ZERO, tip * scale], &[0.05, 0.05]);
+        }
+        builder.finish().unwrap()
+    }
+
+    #[test]
+    fn a_plant_matches_itself_chain_by_chain_in_any_size_and_sibling_order() {
+        let branches: Vec<(f32, Vec3)> = (0..8)
+            .map(|i| (0.2 + 0.1 * i as f32, Seed::new(3).at(i).direction() * (0.5 + 0.1 * i as f32)))
+            .collect();
+        let turned: Vec<(f32, Vec3)> = branches.iter().rev().copied().collect();
+        let matched = match_plants(&tree(&branches, 1.0), &tree(&turned, 2.5));
+        for i in 0..8_u32 {
+            assert_eq!(matched[1 + i as usize], Some(ChainId(8 - i)));
+        }
+    }
+
+    #[test]
+    fn limbs_go_with_limbs_and_twigs_with_twigs() {
+        // By direction alone the limb of `a` would go with the twig of `b`.
+        let a = tree(&[(0.3, Vec3::X * 3.0), (0.5, Vec3::new(0.2, 0.0, 0.3))], 1.0);
+        let b = tree(&[(0.3, Vec3::X * 0.3), (0.5, Vec3::new(2.0, 0.0, 2.5))], 1.0);
+        let crowns = MatchParams { crown: 0.8, direction: 0.1, ratio: 0.1 };
+        let matched = match_fuzzy(&TopologyTree::of(&a), &TopologyTree::of(&b), &crowns);
+        assert_eq!(matched[1..], [Some(ChainId(2)), Some(ChainId(1))]);
+        let directions = MatchParams { crown: 0.0, direction: 1.0, ratio: 0.0 };
+        let matched = match_fuzzy(&TopologyTree::of(&a), &TopologyTree::of(&b), &directions);
+        assert_eq!(matched[1..], [Some(ChainId(1)), Some(ChainId(2))]);
+    }
+
+    #[test]
+    fn rules_hold_and_the_smaller_sibling_set_is_used_up() {
+        for seed in 0..80 {
+            let plant = |name| random_plant(Seed::new(seed).child(name), 60, Oddity::Wild);
+            let (a, b) = (plant("a"), plant("b"));
+            let matched = match_plants(&a, &b);
+            let mut used = vec![false; b.chains().len()];
+            for id in a.chain_ids() {
+                let Some(other) = matched[id.index()] else { continue };
+                assert!(!std::mem::replace(&mut used[other.index()], true));
+                let (own, partner) = (a.chain(id), b.chain(other));
+                assert_eq!(own.order, partner.order);
+                assert_eq!(own.parent.map(|p| matched[p.index()]), partner.parent.map(Some));
+            }
+            let (children_a, children_b) = (a.children(), b.children());
+            for id in a.chain_ids() {
+                if let Some(other) = matched[id.index()] {
+                    let below = children_a[id.index()].iter().filter(|c| matched[c.index()].is_some()).count();
+                    assert_eq!(below, children_a[id.index()].len().min(children_b[other.index()].len()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn thousands_of_siblings_are_matched_in_bands() {
+        let wide = |count: u64, seed: u64| {
+            let branches: Vec<(f32, Vec3)> = (0..count)
+                .map(|i| (Seed::new(seed).at(i).unit(), Seed::new(seed).child("tip").at(i).direction()))
+                .collect();
+            tree(&branches, 1.0)
+        };
+        let (a, b) = (wide(900, 1), wide(1100, 2));
+        let matched = match_plants(&a, &b);
+        assert!(matched.iter().all(Option::is_some));
+        // The lower half goes with the lower half.
+        let mut partners: Vec<(f32, f32)> = a
+            .chain_ids()
+            .skip(1)
+            .map(|id| (a.chain(id).location, b.chain(matched[id.index()].unwrap()).location))
+            .collect();
+        partners.sort_by(|x, y| x.0.total_cmp(&y.0));
+        let (low, high) = partners.split_at(450);
+        let top = low.iter().map(|p| p.1).fold(0.0, f32::max);
+        assert!(high.iter().all(|p| p.1 >= top));
+    }
+
+    #[test]
+    fn the_family_of_a_match_holds_every_chain_once() {
+        let plant = |name| random_plant(Seed::new(5).child(name), 60, Oddity::Wild);
+        let (a, b) = (plant("a"), plant("b"));
+        let family = fuzzy_family(a.clone(), b.clone(), &EVEN).unwrap();
+        let count = |s| family.kin_ids().filter(|&k| family.member(k, s).is_some()).count();
+        assert_eq!((count(0), count(1)), (a.chains().len(), b.chains().len()));
+    }
+}

@@ -4,6 +4,8 @@ mod assignment;
 mod family;
 mod fuzzy;
 mod kernel;
+#[cfg(test)]
+pub(crate) mod random_plant;
 mod resample;
 mod topology_tree;
 mod weights;
