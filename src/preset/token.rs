@@ -127,9 +127,14 @@ impl<'t> Lexer<'t> {
                 self.fault(self.since(start), "a preset takes no `#`", "leave attributes out; a comment starts with //")
             }
             Some('0'..='9' | '+' | '-' | '.') => self.number(start),
-            Some(c) if c == '_' || c.is_ascii_alphabetic() => {
-                let name = self.take_while(|c| c == '_' || c.is_ascii_alphanumeric());
-                Token::Name(name.to_string())
+            Some(c) if c == '_' || c.is_alphabetic() => {
+                let name = self.take_while(|c| c == '_' || c.is_alphanumeric());
+                if name.is_ascii() {
+                    Token::Name(name.to_string())
+                } else {
+                    let message = format!("unexpected `{}`", name.chars().take(40).collect::<String>());
+                    self.fault(self.since(start), message, "names are of plain letters; texts stand in double quotes")
+                }
             }
             Some(c) => {
                 self.bump();
@@ -137,7 +142,6 @@ impl<'t> Lexer<'t> {
                     ';' => "separate with a comma",
                     '=' => "write `name: value`",
                     '“' | '”' | '„' | '«' | '»' => "texts stand in straight double quotes",
-                    _ if c.is_alphabetic() => "names are of plain letters; texts stand in double quotes",
                     _ => "",
                 };
                 self.fault(self.since(start), format!("unexpected `{}`", c.escape_debug()), hint)
