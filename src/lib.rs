@@ -4,8 +4,10 @@
 //! them; each is dressed with twigs and leaves, given levels of detail down to a billboard cloud, and written as glTF
 //! with one shared atlas. ARCHITECTURE.md tells the story of the folders; a folder imports from those above it only:
 
+pub mod bake;
 pub mod base;
+pub mod export;
+pub mod mesh;
 pub mod plant;
 pub mod preset;
-pub mod mesh;
-pub mod bake;
+pub mod source;

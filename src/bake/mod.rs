@@ -1,5 +1,9 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod coverage;
+
+pub use coverage::ALPHA_CUTOFF;
+
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Maps {
