@@ -93,8 +93,14 @@ const PALMATE: [(f32, f32); 21] = [
 /// Directions of the palmate blade's main veins to the right of the middle one: where they end.
 pub(super) const PALMATE_VEINS: [Vec2; 2] = [Vec2::new(0.70, 0.50), Vec2::new(0.40, -0.13)];
 
-/// Points on each side of a pinnate blade.
-const SIDE: usize = 150;
+/// Points on each side of a pinnate blade: enough for its teeth or lobes at the size that sprays show it.
+const fn side_points(shape: LeafShape) -> usize {
+    match shape {
+        LeafShape::Birch => 150,
+        LeafShape::Willow | LeafShape::Ash => 60,
+        _ => 96,
+    }
+}
 
 /// The closed outline of one blade in blade space, counter-clockwise from its base: up to about 300 points.
 pub(super) fn outline(shape: LeafShape, seed: Seed) -> Vec<Vec2> {
@@ -116,10 +122,11 @@ fn pinnate_side(shape: LeafShape, sign: f32, seed: Seed) -> Vec<Vec2> {
     let top = math::pow(peak, form.base) * math::pow(1.0 - peak, form.tip);
     let width = form.half_width * seed.child("width").range(0.93, 1.07);
     let wave = seed.child("wave").range(0.0, std::f32::consts::TAU);
-    (1..SIDE)
+    let count = side_points(shape);
+    (1..count)
         .map(|i| {
             // Denser at both ends, where the envelope turns.
-            let t = 0.5 - 0.5 * math::cos(i as f32 / SIDE as f32 * std::f32::consts::PI);
+            let t = 0.5 - 0.5 * math::cos(i as f32 / count as f32 * std::f32::consts::PI);
             let mut x = width * math::pow(t, form.base) * math::pow(1.0 - t, form.tip) / top;
             let mut y = t;
             let phase = vein_phase(form, sign, x, y);

@@ -289,7 +289,7 @@ fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, gr
         let origin = place.to_picture(Vec2::new(0.0, up));
         for k in 0..habit.at_node {
             let seed = station.at(k as u64);
-            let right = ((node * habit.at_node + k) % 2 == 0) != first;
+            let right = (node * habit.at_node + k).is_multiple_of(2) != first;
             let sign = if right { 1.0 } else { -1.0 };
             let away = habit.angle[0] + (habit.angle[1] - habit.angle[0]) * t + seed.child("angle").range(-0.28, 0.28);
             let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.75, 1.1);
