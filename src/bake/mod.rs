@@ -1,5 +1,8 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod alpha;
+mod bark_art;
+mod bark_height;
 mod coverage;
 mod dilate;
 mod leaf_art;
@@ -11,13 +14,17 @@ mod raster;
 mod shade;
 mod spray;
 mod srgb;
+mod user_art;
 
+pub use bark_art::bark_maps;
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use spray::spray_span;
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
+pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
+pub use alpha::ALPHA_CUTOFF;
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 //!
 //! Colours are averaged in linear light and weighted by alpha, so that what lies under the alpha never bleeds into a
 //! leaf. Each level has an alpha threshold of its own, chosen so that the share of texels that pass is that of the full
-//! picture at 0.5 (Castaño, "Computing alpha mipmaps", 2010): needles and lobes keep their area however small they are
-//! drawn. Linear light is held as 16-bit integers; sums of these are exact, so nothing depends on their order.
+//! picture at 0.5 (Castaño, "Computing alpha mipmaps", 2010), and alpha is never tested at a level where no threshold
+//! comes near that share: needles and lobes keep their area however small they are drawn. Linear light is held as 16-bit integers; sums of these are exact, so nothing depends on their order.
 
 use glam::Vec3;
 
@@ -80,9 +80,11 @@ impl Picture {
         let mut alpha_levels = 1;
         while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
             let mut next = half(last);
-            next.threshold = threshold(&next.color, kept, texels);
-            if next.width.min(next.height) >= SMALLEST_ALPHA_EDGE {
-                alpha_levels = levels.len() + 1;
+            let (threshold, off) = threshold(&next.color, kept as f64 / texels as f64);
+            next.threshold = threshold;
+            let shapely = next.width.min(next.height) >= SMALLEST_ALPHA_EDGE && off <= 0.1 * kept as f64 / texels as f64;
+            if shapely && alpha_levels == levels.len() {
+                alpha_levels += 1;
             }
             levels.push(next);
         }
@@ -206,24 +208,23 @@ fn half(from: &Level) -> Level {
     Level { width, height, color, shape, threshold: 0x8000 }
 }
 
-/// The alpha that as large a share of `color` reaches as `kept` is of `texels`.
-fn threshold(color: &[[u16; 4]], kept: u64, texels: u64) -> u16 {
+/// The alpha that nearest to a share `goal` of `color` reaches, and how far from it that share is.
+fn threshold(color: &[[u16; 4]], goal: f64) -> (u16, f64) {
     let mut count = [0_u64; 256];
     for c in color {
         count[usize::from(c[3] >> 8)] += 1;
     }
-    let goal = kept * color.len() as u64;
-    let (mut best, mut nearest) = (0x8000, u64::MAX);
-    let (mut above, mut chosen) = (0, 0);
+    let (mut best, mut nearest) = (0x8000, f64::INFINITY);
+    let mut above = 0;
     for bin in (1..256).rev() {
         above += count[bin];
-        let off = (above * texels).abs_diff(goal);
-        // Of equally good ones the nearest to a half, and rather too much than nothing.
-        if off < nearest || (off == nearest && (bin >= 128 || chosen == 0)) {
-            (best, nearest, chosen) = ((bin as u16) << 8, off, above);
+        let off = (above as f64 / color.len() as f64 - goal).abs();
+        // Of equally good ones the nearest to a half.
+        if off < nearest || (off == nearest && bin >= 128) {
+            (best, nearest) = ((bin as u16) << 8, off);
         }
     }
-    best
+    (best, nearest)
 }
 
 /// Linear light of each 8-bit sRGB value, 65535 is one.
@@ -262,12 +263,16 @@ mod tests {
     fn thin_stripes_keep_their_coverage_at_every_level() {
         // Needles a pixel wide, one in eight: plain averages would all fall below a half.
         let picture = Picture::new(&maps(256, 256, |x, _| [0, 128, 0, if x % 8 == 0 { 255 } else { 0 }]));
-        assert_eq!(picture.alpha_levels, 4);
-        for level in 0..3 {
-            let kept =
-                (0..4096).filter(|i| picture.covers(level, (i % 64) as f32 / 64.0, (i / 64) as f32 / 64.0)).count();
-            assert!(kept > 0, "level {level} lost its needles");
+        for level in 0..9 {
+            let kept = (0..256 * 256).filter(|i| picture.covers(level, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            assert_eq!(kept.count(), 256 * 32, "level {level}");
         }
+        // A disc stays one down to the smallest level.
+        let disc = Picture::new(&maps(256, 256, |x, y| {
+            let inside = (x as i32 - 128).pow(2) + (y as i32 - 128).pow(2) < 90 * 90;
+            [0, 128, 0, if inside { 255 } else { 0 }]
+        }));
+        assert_eq!(disc.alpha_levels, 4);
     }
 
     #[test]

@@ -197,12 +197,6 @@ struct Grid {
     rows: usize,
 }
 
-/// Rows of samples a band: a multiple of the samples a pixel.
-const fn band_rows(samples: usize) -> usize {
-    let per = if samples >= BAND { 1 } else { BAND / samples };
-    per * samples
-}
-
 fn project(mesh: &Mesh, view: &View, grid: Grid) -> Vec<Point> {
     let scale_x = grid.columns as f32 * 0.5 / view.half_width * SUBSAMPLE;
     let scale_y = grid.rows as f32 * 0.5 / view.half_height * SUBSAMPLE;

@@ -148,7 +148,7 @@ fn topology_continuity(plant: &Plant, posed: &Posed) -> f32 {
         let axis = posed.chain(plant, parent);
         let radii = plant.radii(parent);
         all += 1;
-        inside += usize::from((1..axis.len()).any(|i| {
+        let holds = |i: usize| {
             let (a, b) = (axis[i - 1], axis[i]);
             let along = b - a;
             let t = if along == Vec3::ZERO {
@@ -158,7 +158,10 @@ fn topology_continuity(plant: &Plant, posed: &Posed) -> f32 {
             };
             let radius = radii[i - 1] + (radii[i] - radii[i - 1]) * t;
             base.distance(a + along * t) <= radius + extent * 1e-6
-        }));
+        };
+        // The segment at the location nearly always holds it; only a branch that is off looks at all of them.
+        let near = posed.curve(plant, parent).segment(f64::from(plant.chain(id).location)).0 + 1;
+        inside += usize::from((near < axis.len() && holds(near)) || (1..axis.len()).any(holds));
     }
     if all == 0 { 1.0 } else { inside as f32 / all as f32 }
 }

@@ -5,9 +5,8 @@
 
 use super::path::relative;
 use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape};
-use super::reader::{Reader, linear};
+use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::syntax::Value;
 
 /// What a leaf's name stands for.
 struct LeafKind {
@@ -71,7 +70,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "most",
             kind: Kind::Integer { low: 0, high: 200_000, unit: "leaves" },
             default: Default::Is("20000"),
-            about: "most leaves on one tree, whatever the density asks for",
+            about: "most leaves on one tree; where more are wanted they get larger instead, at most twice as long",
         },
         Field {
             name: "size",
@@ -193,11 +192,28 @@ static BARK_FILE_FIELDS: Record = Record {
     ],
 };
 
+/// The defaults of each leaf and bark, as Markdown.
+pub(super) fn describe_leaves() -> String {
+    let mut out = String::from(
+        "# Leaves and barks\n\n| leaf | size, m | angle, degrees | droop | twig, m | color | bark |\n|---|---|---|---|---|---|---|\n",
+    );
+    let named = |pattern| BARKS.iter().zip(BARK_NAMES).find(|(bark, _)| bark.0 == pattern).map_or("", |(_, name)| name);
+    for (leaf, name) in LEAVES.iter().zip(LEAF_NAMES) {
+        let LeafKind { shape: _, size, angle, droop, twig, color, bark } = leaf;
+        out.push_str(&format!("| {name} | {size} | {angle} | {droop} | {twig} | `{color}` | {} |\n", named(*bark)));
+    }
+    out.push_str("\n| bark | color |\n|---|---|\n");
+    for ((_, color), name) in BARKS.iter().zip(BARK_NAMES) {
+        out.push_str(&format!("| {name} | `{color}` |\n"));
+    }
+    out
+}
+
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
 pub(super) fn foliage(fields: &Reader<'_, '_>) -> Option<(DressParams, LeafArt, BarkPattern)> {
     let item = fields.item("leaf")?;
-    let (art, leaf) = if matches!(item.node.value, Value::Text(_)) {
-        let leaf = &LEAVES[fields.word(LEAF_NAMES, &item)?];
+    let (art, leaf) = if let Pick::Word(leaf) = fields.pick("leaf", &item)? {
+        let leaf = &LEAVES[leaf];
         let art = LeafArt::Made {
             shape: leaf.shape,
             color: fields.color("color").or(linear(leaf.color))?,
@@ -236,15 +252,16 @@ pub(super) fn bark(fields: &Reader<'_, '_>, of_leaf: BarkPattern) -> Option<(Bar
     };
     let art = match fields.item("texture") {
         None => made(BARKS.iter().position(|&(pattern, _)| pattern == of_leaf)?),
-        Some(item) if matches!(item.node.value, Value::Text(_)) => made(fields.word(BARK_NAMES, &item)?),
-        Some(item) => {
-            made_only(fields, &["color", "resolution"], "texture");
-            fields.kind(&BARK_FILES, &item, |_, files| {
-                let (color, normal, roughness) =
-                    (path(files, "color"), path(files, "normal"), path(files, "roughness"));
-                Some(BarkArt::Files { color, normal, roughness })
-            })
-        }
+        Some(item) => match fields.pick("texture", &item)? {
+            Pick::Word(pattern) => made(pattern),
+            Pick::Kind => {
+                made_only(fields, &["color", "resolution"], "texture");
+                fields.kind(&BARK_FILES, &item, |_, files| {
+                    let (color, normal) = (path(files, "color"), path(files, "normal"));
+                    Some(BarkArt::Files { color, normal, roughness: path(files, "roughness") })
+                })
+            }
+        },
     };
     Some((art?, tiling))
 }

@@ -9,6 +9,7 @@ mod look;
 mod nearest;
 mod output;
 mod path;
+mod place;
 pub mod plan;
 mod reader;
 mod report;
@@ -18,6 +19,7 @@ mod species;
 mod syntax;
 mod token;
 
+pub use place::place;
 pub use plan::Plan;
 pub use schema::describe;
 pub use set::load;

@@ -1,7 +1,5 @@
 //! Names and paths that work on every system a preset may be opened on.
 
-use std::collections::BTreeSet;
-
 /// Names that Windows keeps for devices, whatever their extension.
 const RESERVED: [&str; 4] = ["con", "prn", "aux", "nul"];
 /// Longest name of a set or a source.
@@ -31,11 +29,6 @@ fn is_reserved(name: &str) -> bool {
         stem.strip_prefix(prefix).is_some_and(|n| n.len() == 1 && n.bytes().all(|b| (b'1'..=b'9').contains(&b)))
     };
     RESERVED.contains(&stem.as_str()) || port("com") || port("lpt")
-}
-
-/// Whether `name` is new in `names`, upper and lower case alike: some file systems don't tell them apart.
-pub(super) fn is_new(names: &mut BTreeSet<String>, name: &str) -> bool {
-    names.insert(name.to_ascii_lowercase())
 }
 
 /// A path relative to the preset's folder, without `.` and inner `..`; or what is wrong with it and a hint.

@@ -66,6 +66,9 @@ pub struct GrowParams {
     pub allometry: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
+    /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths
+    /// share becomes separate stems.
+    pub bole: f32,
 }
 
 /// One pass of shortest paths and the branches that it adds.

@@ -23,6 +23,14 @@ pub(super) struct Reader<'t, 'r> {
     fields: &'t [(Name, Node)],
 }
 
+/// Which of a field's words, or a kind.
+pub(super) enum Pick {
+    /// The word's index.
+    Word(usize),
+    /// A kind.
+    Kind,
+}
+
 /// A value at hand: where it stands, what it is called.
 pub(super) struct Item<'t> {
     /// The value, or its default.
@@ -70,6 +78,9 @@ impl<'t, 'r> Reader<'t, 'r> {
     ) -> Self {
         let reader = Self { report, record, path, span, fields };
         for (i, (name, _)) in fields.iter().enumerate() {
+            if report.is_full() {
+                break;
+            }
             let path = reader.path_of(&clip(&name.text));
             if record.field(&name.text).is_none() {
                 let hint = match nearest(&name.text, record.names()) {
@@ -141,8 +152,11 @@ impl<'t, 'r> Reader<'t, 'r> {
             }
             Default::Else(_) => None,
             Default::Required => {
-                // An unreadable group is reported once, not for every field.
-                if self.span.is_some() {
+                // An unreadable group is reported once, not for every field; so is a field with a slip in its name.
+                let slip = |(key, _): &(Name, Node)| {
+                    self.record.field(&key.text).is_none() && nearest(&key.text, self.record.names()) == Some(name)
+                };
+                if self.span.is_some() && !self.report.is_full() && !self.fields.iter().any(slip) {
                     self.report.at(self.span, &path, "missing", format!("give {}", self.schema(name).kind.told()));
                 }
                 None
@@ -176,7 +190,12 @@ impl<'t, 'r> Reader<'t, 'r> {
             single + 0.0
         } else {
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let shown = if value.abs() > 1e9 { "the number".to_string() } else { value.to_string() };
+            let shown = match value {
+                _ if value.is_nan() => "`NaN`".to_string(),
+                _ if value.is_infinite() => "infinity".to_string(),
+                _ if value.abs() > 1e9 => format!("{value:e}"),
+                _ => value.to_string(),
+            };
             let message = format!("{shown} is out of range: {low} to {high}{unit}");
             self.report.at(item.span(), &item.path, message, "");
             other
@@ -244,17 +263,58 @@ impl<'t, 'r> Reader<'t, 'r> {
         color
     }
 
-    /// Which of the field's words is given; none where it is absent or wrong.
-    pub(super) fn word(&self, words: &'static [&'static str], item: &Item<'_>) -> Option<usize> {
-        let Value::Text(text) = &item.node.value else { return None };
-        let found = words.iter().position(|word| word == text);
-        if found.is_none() {
-            let all = words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
-            let hint = match nearest(text, words.iter().copied()) {
-                Some(meant) => format!("did you mean \"{meant}\"? There are {all}"),
-                None => format!("there are {all}"),
-            };
-            self.report.at(item.span(), &item.path, format!("there is no \"{}\"", clip(text)), hint);
+    /// Which of the words or kinds of a field is given; none where it is neither (reported).
+    pub(super) fn pick(&self, name: &str, item: &Item<'_>) -> Option<Pick> {
+        let kind = self.schema(name).kind;
+        let Kind::WordOrChoice(words, choice) = kind else { return None };
+        match &item.node.value {
+            Value::Text(text) => {
+                let found = words.iter().position(|word| word == text);
+                if found.is_none() {
+                    let all: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+                    let meant = nearest(text, words.iter().copied()).map(|word| format!("\"{word}\""));
+                    let message = format!("there is no \"{}\"", clip(text));
+                    self.report.at(item.span(), &item.path, message, there_are(meant, &all));
+                }
+                found.map(Pick::Word)
+            }
+            Value::Name(word) if choice.kinds.iter().all(|kind| kind.name != word) => {
+                let message = format!("expected a text in quotes, found the name `{}`", clip(word));
+                let hint = match words.contains(&word.as_str()) {
+                    true => format!("write \"{word}\""),
+                    false => format!("give {}", kind.told()),
+                };
+                self.report.at(item.span(), &item.path, message, hint);
+                None
+            }
+            Value::Name(_) | Value::Record(Some(_), _) | Value::Tuple(Some(_), _) => Some(Pick::Kind),
+            _ => {
+                self.mistyped(item, kind);
+                None
+            }
+        }
+    }
+
+    /// The one of `names` that `item` gives; reported where it is none of them.
+    pub(super) fn reference(&self, item: &Item<'_>, what: &str, names: &[&str]) -> Option<usize> {
+        let (typed, found) = match &item.node.value {
+            Value::Text(text) => (text, names.iter().position(|name| name == text)),
+            other => {
+                let hint = match other {
+                    Value::Name(name) if names.contains(&name.as_str()) => format!("write \"{}\"", clip(name)),
+                    _ => String::new(),
+                };
+                let message = format!("expected a {what}'s name in quotes, found {}", other.is_called());
+                self.report.at(item.span(), &item.path, message, hint);
+                return None;
+            }
+        };
+        if found.is_none() && !self.report.is_full() {
+            let quote = |name: &&str| format!("\"{}\"", clip(name));
+            let all: Vec<String> = names.iter().take(16).map(quote).collect();
+            let meant = nearest(typed, names.iter().copied()).map(|name| quote(&name));
+            let message = format!("there is no {what} \"{}\"", clip(typed));
+            self.report.at(item.span(), &item.path, message, there_are(meant, &all));
         }
         found
     }
@@ -283,18 +343,14 @@ impl<'t, 'r> Reader<'t, 'r> {
             Value::Name(name) => (name, node.span),
             Value::Record(Some(name), _) | Value::Tuple(Some(name), _) => (&name.text, name.span),
             other => {
-                let all = choice.names().collect::<Vec<_>>().join(", ");
-                let message = format!("expected a kind, found {}", other.is_called());
-                self.report.at(item.span(), &item.path, message, format!("one of {all}"));
+                let message = format!("expected {}, found {}", Kind::Choice(choice).told(), other.is_called());
+                self.report.at(item.span(), &item.path, message, "");
                 return None;
             }
         };
         let Some(kind) = choice.kinds.iter().find(|kind| kind.name == name) else {
-            let all = choice.names().collect::<Vec<_>>().join(", ");
-            let hint = match nearest(name, choice.names()) {
-                Some(meant) => format!("did you mean `{meant}`? There are {all}"),
-                None => format!("there are {all}"),
-            };
+            let all: Vec<String> = choice.names().map(String::from).collect();
+            let hint = there_are(nearest(name, choice.names()).map(|meant| format!("`{meant}`")), &all);
             self.report.at(item.given.then_some(span), &item.path, format!("there is no kind `{}`", clip(name)), hint);
             return None;
         };
@@ -339,27 +395,26 @@ impl<'t, 'r> Reader<'t, 'r> {
         let Item { node, path, given } = item;
         let called = node.value.is_called();
         let span = given.then_some(node.span);
-        let items: Vec<Item<'t>> = match node {
+        let items: Vec<Cow<'t, Node>> = match node {
             Cow::Borrowed(Node { value: Value::List(items), .. }) => {
                 items.iter().map(Cow::Borrowed).collect::<Vec<_>>()
             }
             Cow::Owned(Node { value: Value::List(items), .. }) => items.into_iter().map(Cow::Owned).collect(),
             _ => {
-                let hint = format!("expected {}", kind.told());
+                let hint = format!("give {}", kind.told());
                 self.report.at(span, &path, format!("expected a list in [ ], found {called}"), hint);
                 return Vec::new();
             }
-        }
-        .into_iter()
-        .enumerate()
-        .map(|(i, node)| Item { node, path: format!("{path}[{i}]"), given })
-        .collect();
+        };
         if !(low..=high).contains(&items.len()) {
-            let message = format!("{} entries; expected {}", items.len(), kind.told());
-            self.report.at(span, &path, message, "");
-            return items.into_iter().take(high).collect();
+            self.report.at(span, &path, entries(items.len(), kind), "");
         }
         items
+            .into_iter()
+            .take(high)
+            .enumerate()
+            .map(|(i, node)| Item { node, path: format!("{path}[{i}]"), given })
+            .collect()
     }
 
     /// The entries of a map from names, with the place of each name.
@@ -367,17 +422,16 @@ impl<'t, 'r> Reader<'t, 'r> {
         let kind = self.schema(name).kind;
         let Kind::Named { high, .. } = kind else { return Vec::new() };
         let Some(item) = self.item(name) else { return Vec::new() };
-        let Cow::Borrowed(Node { value: Value::Map(entries), .. }) = item.node else {
+        let Cow::Borrowed(Node { value: Value::Map(given), .. }) = item.node else {
             let message = format!("expected a map in {{ }}, found {}", item.node.value.is_called());
             self.report.at(item.span(), &item.path, message, "write {\"name\": …}");
             return Vec::new();
         };
-        if !(1..=high).contains(&entries.len()) {
-            let message = format!("{} entries; expected {}", entries.len(), kind.told());
-            self.report.at(item.span(), &item.path, message, "");
+        if !(1..=high).contains(&given.len()) {
+            self.report.at(item.span(), &item.path, entries(given.len(), kind), "");
         }
         let mut found = Vec::new();
-        for (key, node) in entries.iter().take(high) {
+        for (key, node) in given.iter().take(high) {
             let Value::Text(text) = &key.value else {
                 let message = format!("expected a name in quotes, found {}", key.value.is_called());
                 self.report.at(key.span, &item.path, message, "write {\"name\": …}");
@@ -393,14 +447,16 @@ impl<'t, 'r> Reader<'t, 'r> {
     fn mistyped(&self, item: &Item<'_>, kind: Kind) {
         let found = match &item.node.value {
             Value::Name(name) if matches!(name.as_str(), "NaN" | "inf") => {
-                let message = format!("`{name}` is no number that a tree can have");
+                let message = format!("`{name}` is no number to build with");
                 self.report.at(item.span(), &item.path, message, format!("give {}", kind.told()));
                 return;
             }
             Value::Name(name) => format!("the name `{}`", clip(name)),
             other => other.is_called().to_string(),
         };
-        self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), "");
+        // What people who know RON's Option write.
+        let hint = if found == "the name `None`" { "leave the field out" } else { "" };
+        self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), hint);
     }
 }
 
@@ -411,6 +467,25 @@ pub(super) fn clip(text: &str) -> String {
         shown.push('…');
     }
     shown
+}
+
+/// A wrong number of entries.
+fn entries(count: usize, kind: Kind) -> String {
+    let entries = if count == 1 { "entry" } else { "entries" };
+    format!("{count} {entries}; expected {}", kind.told())
+}
+
+/// What there is, behind the name that was probably meant.
+fn there_are(meant: Option<String>, all: &[String]) -> String {
+    let (start, there) = match meant {
+        Some(meant) => (format!("did you mean {meant}? "), "There"),
+        None => (String::new(), "there"),
+    };
+    match all {
+        [] => start,
+        [only] => format!("{start}{there} is only {only}"),
+        _ => format!("{start}{there} are {}", all.join(", ")),
+    }
 }
 
 fn names_hint(record: &Record) -> String {

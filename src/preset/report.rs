@@ -12,11 +12,13 @@ pub(super) struct Report<'f> {
     file: &'f str,
     // Readers of nested values share one report; a cell spares every one of them a mutable borrow.
     found: RefCell<Vec<Diagnostic>>,
+    /// Of other files, file after file.
+    adopted: RefCell<Vec<Diagnostic>>,
 }
 
 impl<'f> Report<'f> {
     pub(super) fn new(file: &'f str) -> Self {
-        Self { file, found: RefCell::new(Vec::new()) }
+        Self { file, found: RefCell::default(), adopted: RefCell::default() }
     }
 
     fn push(&self, diagnostic: Diagnostic) {
@@ -47,21 +49,25 @@ impl<'f> Report<'f> {
 
     /// Takes over what another file's report found.
     pub(super) fn adopt(&self, diagnostics: Vec<Diagnostic>) {
-        for diagnostic in diagnostics {
-            self.push(diagnostic);
-        }
+        self.adopted.borrow_mut().extend(diagnostics);
     }
 
     /// Whether nothing was found so far.
     pub(super) fn is_clean(&self) -> bool {
-        self.found.borrow().is_empty()
+        self.found.borrow().is_empty() && self.adopted.borrow().is_empty()
     }
 
-    /// All that was found, in the order of the text.
+    /// Whether further errors of this file would be dropped, so that looking for them is in vain.
+    pub(super) fn is_full(&self) -> bool {
+        self.found.borrow().len() > MOST_ERRORS
+    }
+
+    /// All that was found: in the order of the text, then what was adopted.
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
         // Stable: of several errors at one place the first found stays first; "more errors" has no place and goes last.
-        found.sort_by_key(|d| (d.file != self.file, d.span.is_none(), d.span));
+        found.sort_by_key(|d| (d.span.is_none(), d.span));
+        found.append(&mut self.adopted.into_inner());
         found
     }
 }

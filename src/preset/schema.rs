@@ -108,7 +108,9 @@ impl Choice {
 /// A record that holds no field.
 pub(super) static NOTHING: Record = Record { title: "", about: "", fields: &[] };
 
-/// The schema of presets and species for people, as Markdown.
+/// The schema of presets and species for people, as Markdown:
+///
+#[doc = include_str!("schema.md")]
 #[must_use]
 pub fn describe() -> String {
     let mut out = String::new();
@@ -117,6 +119,7 @@ pub fn describe() -> String {
         let mut told: Vec<&'static str> = Vec::new();
         describe_record(record, &mut told, &mut out);
     }
+    out.push_str(&super::look::describe_leaves());
     out
 }
 
@@ -189,23 +192,27 @@ impl Kind {
             Self::Color => "a colour in quotes, as \"#4a6b2c\"".to_string(),
             Self::Text(what) => format!("{what} in quotes"),
             Self::Fields(_) => "fields in ( )".to_string(),
-            Self::Choice(choice) => format!("one of {}", choice.names().collect::<Vec<_>>().join(", ")),
+            Self::Choice(choice) => one_of(choice.names()),
             Self::WordOrChoice(words, choice) => {
-                format!("one of {}, {}", quoted(words), choice.names().collect::<Vec<_>>().join(", "))
+                let words = words.iter().map(|word| format!("\"{word}\""));
+                one_of(words.chain(choice.names().map(String::from)))
             }
             Self::ListOf { choice, low, high } => {
-                format!("a list of {low} to {high} of {}", choice.names().collect::<Vec<_>>().join(", "))
+                format!("a list of {low} to {high}, each {}", one_of(choice.names()))
             }
             Self::Rows { low, high, .. } => format!("a list of {low} to {high} groups of fields"),
-            Self::Texts { what, low, high } if low == high => format!("a list of {low} of {what}"),
-            Self::Texts { what, low, high } => format!("a list of {low} to {high} of {what}"),
+            Self::Texts { what, low, high } if low == high => format!("a list of {low} {what}"),
+            Self::Texts { what, low, high } => format!("a list of {low} to {high} {what}"),
             Self::Named { choice, high } => {
-                format!("up to {high} of {}, each with a name", choice.names().collect::<Vec<_>>().join(", "))
+                format!("a map of 1 to {high} names, each to {}", one_of(choice.names()))
             }
         }
     }
 }
 
-fn quoted(words: &[&str]) -> String {
-    words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
+/// `a`, `a or b`, `a, b or c`.
+fn one_of<T: ToString>(names: impl IntoIterator<Item = T>) -> String {
+    let mut names: Vec<String> = names.into_iter().map(|name| name.to_string()).collect();
+    let last = names.pop().unwrap_or_default();
+    if names.is_empty() { last } else { format!("{} or {last}", names.join(", ")) }
 }

@@ -7,12 +7,11 @@
 //! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::look::{self, BARK, FOLIAGE, path};
-use super::nearest::nearest;
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
-use super::path::{folder, is_new, joined, name_fault, stem};
+use super::path::{folder, joined, name_fault, stem};
 use super::plan::{
     GrowParams, ImportHeight, ImportParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis, Variant,
 };
@@ -20,7 +19,7 @@ use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::species::{HEIGHT, species};
-use super::syntax::{Value, tree};
+use super::syntax::tree;
 use crate::base::Diagnostic;
 
 /// Most variants of a set.
@@ -210,9 +209,9 @@ static MATCHING: Record = Record {
     title: "Matching",
     about: "Weights against each other; only their ratios count.",
     fields: &[
-        weight("crown", "0.4", "shape of the crown that a branch bears"),
+        weight("crown", "0.5", "shape of the crown that a branch bears"),
         weight("direction", "0.3", "direction in which it branches off"),
-        weight("ratio", "0.3", "share of it that bears branches"),
+        weight("ratio", "0.2", "share of it that bears branches"),
     ],
 };
 
@@ -299,16 +298,20 @@ impl SpeciesFiles<'_> {
 /// The sources in the order of their names, and all names that the preset gives, with the index of those that are
 /// sound.
 fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, BTreeMap<String, usize>) {
-    let mut seen = BTreeSet::new();
+    // By name in lower case, as some file systems don't tell the cases apart: name and line.
+    let mut seen: BTreeMap<String, (String, u32)> = BTreeMap::new();
     let mut found: BTreeMap<String, Option<SourceRecipe>> = BTreeMap::new();
     for (name, item) in set.map("sources") {
         if let Some((message, hint)) = name_fault(&name.text) {
             set.report().at(name.span, &item.path, message, hint);
-        } else if !is_new(&mut seen, &name.text) {
-            let message = format!("there is a source \"{}\" already", clip(&name.text));
-            set.report().at(name.span, &item.path, message, "upper and lower case count as the same");
+        }
+        if let Some((first, line)) = seen.get(&name.text.to_lowercase()) {
+            let hint = if *first == name.text { "" } else { "upper and lower case count as the same" };
+            let message = format!("there is a source \"{}\" on line {line} already", clip(first));
+            set.report().at(name.span, &item.path, message, hint);
             continue;
         }
+        seen.insert(name.text.to_lowercase(), (name.text.clone(), name.span.line));
         let recipe = set.kind(&SOURCE, &item, |kind, fields| match kind {
             "Grow" => grow(fields, files).map(SourceRecipe::Grow),
             _ => Some(SourceRecipe::Import(import(fields))),
@@ -351,38 +354,55 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
 }
 
 fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {
+    let names: Vec<&str> = names.keys().map(String::as_str).collect();
     let mut variants = Vec::new();
-    // What an entry makes, as text, and where it stood first.
-    let mut made: BTreeMap<String, String> = BTreeMap::new();
+    // Where each tree was made first.
+    let mut made: BTreeMap<[u64; 7], String> = BTreeMap::new();
     for item in set.list("variants") {
-        let Some((trees, key)) = set.kind(&VARIANT, &item, |kind, fields| match kind {
-            "Source" => as_is(fields, names),
-            _ => blend(fields, names),
-        }) else {
-            continue;
-        };
-        if let Some(first) = made.get(&key) {
-            let hint = "raise its count, or give a Blend another `seed`";
-            set.report().at(item.span(), &item.path, format!("makes the same trees as {first}"), hint);
-            continue;
+        if set.report().is_full() {
+            break;
         }
-        made.insert(key, item.path.clone());
+        let trees = set.kind(&VARIANT, &item, |kind, fields| match kind {
+            "Source" => Some(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)]),
+            _ => blend(fields, &names),
+        });
+        let Some(trees) = trees else { continue };
         if variants.len() + trees.len() > MOST_VARIANTS {
             let message = format!("more than {MOST_VARIANTS} variants in all");
             set.report().at(item.span(), &item.path, message, "split the set");
             break;
+        }
+        for tree in &trees {
+            if let Some(first) = made.insert(identity(tree), item.path.clone()) {
+                let (message, hint) = if first == item.path {
+                    ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
+                } else {
+                    (
+                        format!("makes a tree that {first} makes too"),
+                        "raise a Blend's `count`, or give it another `seed`",
+                    )
+                };
+                set.report().at(item.span(), &item.path, message, hint);
+                break;
+            }
         }
         variants.extend(trees);
     }
     variants
 }
 
-fn as_is(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<(Vec<Variant>, String)> {
-    let source = source(fields, &fields.item("of")?, names)?;
-    Some((vec![Variant::Source(source)], format!("source {source}")))
+/// What decides which tree a variant is.
+fn identity(variant: &Variant) -> [u64; 7] {
+    match *variant {
+        Variant::Source(source) => [0, source as u64, 0, 0, 0, 0, 0],
+        Variant::Blend { from, to, matching: MatchParams { crown, direction, ratio: _ }, batch, progress } => {
+            let bits = |x: f32| u64::from(x.to_bits());
+            [1, from as u64, to as u64, bits(crown), bits(direction), batch, bits(progress)]
+        }
+    }
 }
 
-fn blend(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<(Vec<Variant>, String)> {
+fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<Variant>> {
     let items = fields.list("of");
     let of: Vec<Option<usize>> = items.iter().map(|item| source(fields, item, names)).collect();
     let count = fields.integer("count");
@@ -402,12 +422,11 @@ fn blend(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<(Ve
         fields.fault("of", "blends a source with itself", "name two different sources");
         return None;
     }
-    let trees = (0..count).map(|i| {
-        let progress = low + (high - low) * radical_inverse(i + 1);
+    let tree = |i| {
+        let progress = (low + (high - low) * radical_inverse(i + 1)).clamp(0.0, 1.0);
         Variant::Blend { from, to, matching, batch: (seed << 32) | (i % batches.max(1)), progress }
-    });
-    let key = format!("blend {from} {to} {seed} {batches} {low} {high} {matching:?}");
-    Some((trees.collect(), key))
+    };
+    Some((0..count).map(tree).collect())
 }
 
 fn matching(fields: &Reader<'_, '_>) -> MatchParams {
@@ -421,23 +440,8 @@ fn matching(fields: &Reader<'_, '_>) -> MatchParams {
 }
 
 /// The index of the source that `item` names.
-fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &BTreeMap<String, usize>) -> Option<usize> {
-    let Value::Text(name) = &item.node.value else {
-        let message = format!("expected a source's name in quotes, found {}", item.node.value.is_called());
-        fields.report().at(item.span(), &item.path, message, "");
-        return None;
-    };
-    let found = names.get(name).copied();
-    if found.is_none() {
-        let all = names.keys().take(16).map(|name| format!("\"{}\"", clip(name))).collect::<Vec<_>>().join(", ");
-        let hint = match nearest(name, names.keys().map(String::as_str)) {
-            Some(meant) => format!("did you mean \"{}\"? There are {all}", clip(meant)),
-            None if all.is_empty() => "`sources` names none".to_string(),
-            None => format!("there are {all}"),
-        };
-        fields.report().at(item.span(), &item.path, format!("there is no source \"{}\"", clip(name)), hint);
-    }
-    found
+fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &[&str]) -> Option<usize> {
+    fields.reference(item, "source", names)
 }
 
 /// The i-th number of the van der Corput sequence, 0..1: 1/2, 1/4, 3/4, 1/8, …

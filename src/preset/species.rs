@@ -52,6 +52,12 @@ pub(super) static SPECIES: Record = Record {
             about: "how much of the graph's crookedness stays: 0 for smooth curves, 1 for the paths as they are",
         },
         Field {
+            name: "bole",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "heights" },
+            default: Default::Is("0.0"),
+            about: "clear bole: nothing forks below this height; what would are stems of their own",
+        },
+        Field {
             name: "iterations",
             kind: Kind::Rows { record: &ITERATION, low: 1, high: 16 },
             default: Default::Required,
@@ -284,6 +290,7 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
         tip_radius: species.number("tip_radius"),
         allometry: species.number("allometry"),
         crookedness: species.number("crookedness"),
+        bole: species.number("bole"),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::base::Span;
 /// Longest text, bytes.
 pub(super) const MOST_BYTES: usize = 4 << 20;
 /// Deepest nesting of brackets.
-const MOST_LEVELS: u32 = 64;
+const MOST_LEVELS: usize = 64;
 /// Most values in one text.
 const MOST_VALUES: usize = 100_000;
 
@@ -56,13 +56,12 @@ impl Value {
         match self {
             Self::Bool(_) => "true or false",
             Self::Integer(_) => "a whole number",
-            Self::Float(_) => "a number",
+            Self::Float(_) => "a number with a point",
             Self::Text(_) => "a text",
             Self::Name(_) => "a name",
             Self::Record(None, _) => "fields in ( )",
-            Self::Record(Some(_), _) => "a kind with fields",
             Self::Tuple(None, _) => "values without names in ( )",
-            Self::Tuple(Some(_), _) => "a kind with values without names",
+            Self::Record(Some(_), _) | Self::Tuple(Some(_), _) => "a kind",
             Self::List(_) => "a list",
             Self::Map(_) => "a map",
         }
@@ -76,19 +75,36 @@ pub(super) fn tree(text: &str, report: &Report<'_>) -> Option<Node> {
         report.whole(format!("the file is larger than {} MB", MOST_BYTES >> 20), "presets are a few kilobytes");
         return None;
     }
-    let mut parser =
-        Parser { lexer: Lexer::new(text), token: Token::End, span: Span::point(1, 1), values: 0, level: 0, report };
+    let mut parser = Parser {
+        lexer: Lexer::new(text),
+        token: Token::End,
+        span: Span::point(1, 1),
+        values: 0,
+        open: Vec::new(),
+        report,
+    };
     parser.advance();
+    while parser.token == Token::Broken {
+        parser.advance();
+    }
     if parser.token == Token::End {
-        report.whole("the file is empty", "a preset starts with ( and ends with )");
+        report.whole("the file is empty", "its fields stand between ( and )");
         return None;
     }
-    let node = parser.value();
-    if node.is_some() && parser.token != Token::End && parser.values <= MOST_VALUES {
-        let shown = parser.shown();
-        parser.error(parser.span, format!("{shown} after the end"), "one value in ( ) makes the file");
+    let node = parser.value()?;
+    match parser.token {
+        Token::End => {}
+        Token::Mark(':') if matches!(node.value, Value::Name(_)) => {
+            parser.error(node.span, "the brackets around the file's fields are missing", "start with ( and end with )");
+        }
+        // More likely a bracket too many further up, and that has been said.
+        _ if !report.is_clean() => {}
+        _ => {
+            let shown = parser.shown();
+            parser.error(parser.span, format!("{shown} after the end"), "one pair of ( ) makes the file");
+        }
     }
-    node
+    Some(node)
 }
 
 struct Parser<'t, 'r> {
@@ -96,13 +112,17 @@ struct Parser<'t, 'r> {
     token: Token,
     span: Span,
     values: usize,
-    level: u32,
+    /// The brackets that are open, by what closes them.
+    open: Vec<char>,
     report: &'r Report<'r>,
 }
 
 impl Parser<'_, '_> {
     fn error(&self, span: Span, message: impl Into<String>, hint: impl Into<String>) {
-        self.report.at(span, "", message, hint);
+        // Behind a limit nothing is read, so nothing that seems to be missing is.
+        if self.values <= MOST_VALUES {
+            self.report.at(span, "", message, hint);
+        }
     }
 
     fn advance(&mut self) -> (Token, Span) {
@@ -163,7 +183,7 @@ impl Parser<'_, '_> {
     /// Ends reading: what follows could only repeat the error.
     fn give_up(&mut self, message: String) {
         if self.token != Token::End {
-            self.error(self.span, message, "");
+            self.report.at(self.span, "", message, "");
             self.values = MOST_VALUES + 1;
             self.lexer = Lexer::new("");
             self.token = Token::End;
@@ -171,21 +191,21 @@ impl Parser<'_, '_> {
     }
 
     /// Enters a bracket: its place, or none beyond the deepest level.
-    fn open(&mut self) -> Option<Span> {
-        if self.level == MOST_LEVELS {
+    fn open(&mut self, close: char) -> Option<Span> {
+        if self.open.len() == MOST_LEVELS {
             self.give_up(format!("brackets nest deeper than {MOST_LEVELS} levels"));
             return None;
         }
-        self.level += 1;
+        self.open.push(close);
         Some(self.advance().1)
     }
 
     /// `( … )`, behind the name of a kind or alone.
     fn round(&mut self, name: Option<Name>) -> Option<Node> {
-        let open = self.open()?;
+        let open = self.open(')')?;
         let mut fields = Vec::new();
         let mut items = Vec::new();
-        self.entries(open, ')', |parser| {
+        let ended = self.entries(open, ')', |parser| {
             let node = parser.value()?;
             if parser.token != Token::Mark(':') {
                 items.push(node);
@@ -210,6 +230,7 @@ impl Parser<'_, '_> {
             Some(())
         });
         let end = self.closed(')');
+        ended?;
         let span = join(name.as_ref().map_or(open, |name| name.span), end);
         if !fields.is_empty() && !items.is_empty() {
             self.error(items[0].span, "a value without a name among named fields", "write `name: value`");
@@ -220,19 +241,20 @@ impl Parser<'_, '_> {
     }
 
     fn list(&mut self) -> Option<Node> {
-        let open = self.open()?;
+        let open = self.open(']')?;
         let mut items = Vec::new();
-        self.entries(open, ']', |parser| {
+        let ended = self.entries(open, ']', |parser| {
             items.push(parser.value()?);
             Some(())
         });
-        Some(Node { span: join(open, self.closed(']')), value: Value::List(items) })
+        let span = join(open, self.closed(']'));
+        ended.map(|()| Node { span, value: Value::List(items) })
     }
 
     fn map(&mut self) -> Option<Node> {
-        let open = self.open()?;
+        let open = self.open('}')?;
         let mut entries = Vec::new();
-        self.entries(open, '}', |parser| {
+        let ended = self.entries(open, '}', |parser| {
             let key = parser.value()?;
             if parser.token != Token::Mark(':') {
                 let shown = parser.shown();
@@ -248,20 +270,29 @@ impl Parser<'_, '_> {
             entries.push((key, value));
             Some(())
         });
-        Some(Node { span: join(open, self.closed('}')), value: Value::Map(entries) })
+        let span = join(open, self.closed('}'));
+        ended.map(|()| Node { span, value: Value::Map(entries) })
     }
 
     /// Entries parted by commas, up to the closing bracket, which is left as the token at hand where it is there.
-    fn entries(&mut self, open: Span, close: char, mut entry: impl FnMut(&mut Self) -> Option<()>) {
+    /// None when they run into what stands around them, which has been reported.
+    fn entries(&mut self, open: Span, close: char, mut entry: impl FnMut(&mut Self) -> Option<()>) -> Option<()> {
         loop {
             match self.token {
-                Token::Mark(c) if c == close => return,
+                Token::Mark(c) if c == close => return Some(()),
+                Token::Mark(c @ (')' | ']' | '}')) if !self.open.contains(&c) => {
+                    // Nothing else can have been meant by it.
+                    self.error(self.span, format!("`{c}` where `{close}` should be"), "");
+                    self.token = Token::Mark(close);
+                    return Some(());
+                }
                 Token::End | Token::Mark(')' | ']' | '}') => {
-                    self.unclosed(open, close);
-                    return;
+                    self.unclosed(open, close, &self.shown(), self.span.line);
+                    return Some(());
                 }
                 _ => {}
             }
+            let (shown, line) = (self.shown(), self.span.line);
             if entry(self).is_none() {
                 self.skip_entry();
             }
@@ -272,10 +303,15 @@ impl Parser<'_, '_> {
                 Token::Mark(')' | ']' | '}') | Token::End => {}
                 // Already reported.
                 Token::Broken => self.skip_entry(),
+                Token::Mark(':') if close == ']' => {
+                    // A field's name in a list: the list has ended before it.
+                    self.unclosed(open, close, &shown, line);
+                    return None;
+                }
                 _ => {
                     let shown = self.shown();
                     self.error(self.span, format!("a comma is missing before {shown}"), "");
-                    if matches!(self.token, Token::Mark(':')) {
+                    if self.token == Token::Mark(':') {
                         self.skip_entry();
                     }
                 }
@@ -283,24 +319,24 @@ impl Parser<'_, '_> {
         }
     }
 
-    fn unclosed(&mut self, open: Span, close: char) {
-        if self.values <= MOST_VALUES {
-            let opening = match close {
-                ')' => '(',
-                ']' => '[',
-                _ => '{',
-            };
-            let place = match self.token {
-                Token::End => "at the file's end".to_string(),
-                _ => format!("at line {}, before {}", self.span.line, self.shown()),
-            };
-            self.error(open, format!("this `{opening}` is not closed"), format!("a `{close}` is missing {place}"));
+    /// Reports an open bracket; `found` stands on `line` where it should have been closed.
+    fn unclosed(&self, open: Span, close: char, found: &str, line: u32) {
+        let at_end = self.token == Token::End;
+        if at_end && self.lexer.torn {
+            return;
         }
+        let opening = match close {
+            ')' => '(',
+            ']' => '[',
+            _ => '{',
+        };
+        let place = if at_end { "at the file's end".to_string() } else { format!("on line {line}, before {found}") };
+        self.error(open, format!("this `{opening}` is not closed"), format!("a `{close}` is missing {place}"));
     }
 
     /// Leaves a bracket: the place of the closing one, which is consumed where it is there.
     fn closed(&mut self, close: char) -> Span {
-        self.level -= 1;
+        self.open.pop();
         if self.token == Token::Mark(close) { self.advance().1 } else { self.span }
     }
 

@@ -13,9 +13,9 @@ pub(super) enum Token {
     Mark(char),
     /// A name: of a field, a kind, or `true` and `false`.
     Name(String),
-    /// A whole number that fits `i64` or `u64`.
+    /// A whole number; the largest there is when it is larger.
     Integer(i128),
-    /// Any other number; infinite when it is too large to hold.
+    /// Any other number; infinite when it is too large to hold, NaN when the text says so.
     Float(f64),
     /// A text, its escapes resolved.
     Text(String),
@@ -42,12 +42,20 @@ pub(super) struct Lexer<'t> {
     column: u32,
     /// What was wrong with the tokens so far and has not been fetched yet.
     pub(super) faults: Vec<Fault>,
+    /// Whether a text or comment was not closed: brackets that it swallowed are missing then.
+    pub(super) torn: bool,
 }
 
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
         // Some editors put a byte-order mark before UTF-8; it says nothing.
-        Self { rest: text.strip_prefix('\u{feff}').unwrap_or(text), line: 1, column: 1, faults: Vec::new() }
+        Self {
+            rest: text.strip_prefix('\u{feff}').unwrap_or(text),
+            line: 1,
+            column: 1,
+            faults: Vec::new(),
+            torn: false,
+        }
     }
 
     fn peek(&self) -> Option<char> {
@@ -119,9 +127,14 @@ impl<'t> Lexer<'t> {
                 self.fault(self.since(start), "a preset takes no `#`", "leave attributes out; a comment starts with //")
             }
             Some('0'..='9' | '+' | '-' | '.') => self.number(start),
-            Some(c) if c == '_' || c.is_ascii_alphabetic() => {
-                let name = self.take_while(|c| c == '_' || c.is_ascii_alphanumeric());
-                Token::Name(name.to_string())
+            Some(c) if c == '_' || c.is_alphabetic() => {
+                let name = self.take_while(|c| c == '_' || c.is_alphanumeric());
+                if name.is_ascii() {
+                    Token::Name(name.to_string())
+                } else {
+                    let message = format!("unexpected `{}`", name.chars().take(40).collect::<String>());
+                    self.fault(self.since(start), message, "names are of plain letters; texts stand in double quotes")
+                }
             }
             Some(c) => {
                 self.bump();
@@ -129,7 +142,6 @@ impl<'t> Lexer<'t> {
                     ';' => "separate with a comma",
                     '=' => "write `name: value`",
                     '“' | '”' | '„' | '«' | '»' => "texts stand in straight double quotes",
-                    _ if c.is_alphabetic() => "names are of plain letters; texts stand in double quotes",
                     _ => "",
                 };
                 self.fault(self.since(start), format!("unexpected `{}`", c.escape_debug()), hint)
@@ -181,6 +193,7 @@ impl<'t> Lexer<'t> {
             } else if self.bump().is_none() {
                 let (line, column) = start;
                 let span = Span { line, column, end_line: line, end_column: column + 2 };
+                self.torn = true;
                 self.fault(span, "this comment is never closed", "end it with */");
                 return;
             }
@@ -196,6 +209,7 @@ impl<'t> Lexer<'t> {
             let at = self.here();
             match self.peek() {
                 None | Some('\n') => {
+                    self.torn = true;
                     return self.fault(self.since(start), "this text is never closed", "end it with a double quote");
                 }
                 Some('"') => {
@@ -272,22 +286,20 @@ impl<'t> Lexer<'t> {
             return self.fault(self.since(start), "a name takes no `r#`", "write the name alone");
         }
         let body = self.rest;
-        let mut quotes = 0;
         // Each quote is looked at once: the run of # behind it is skipped whether it closes the text or not.
         loop {
             self.take_while(|c| c != '"');
             let length = body.len() - self.rest.len();
             if self.bump().is_none() {
+                self.torn = true;
                 let hint = format!("end it with \"{}", "#".repeat(hashes.min(8)));
                 return self.fault(self.since(start), "this raw text is never closed", hint);
             }
-            quotes += 1;
             let mut seen = 0;
             while seen < hashes && self.eat("#") {
                 seen += 1;
             }
             if seen == hashes {
-                debug_assert!(quotes > 0);
                 return Token::Text(body[..length].to_string());
             }
         }
@@ -333,8 +345,10 @@ fn value_of(literal: &str) -> Result<Token, (String, &'static str)> {
         _ => (false, literal),
     };
     let bad = |hint| Err((format!("`{shown}` is no number"), hint));
-    if digits.starts_with("inf") || digits.starts_with("NaN") {
-        return bad("a finite number is needed");
+    match digits {
+        "inf" => return Ok(Token::Float(if negative { f64::NEG_INFINITY } else { f64::INFINITY })),
+        "NaN" => return Ok(Token::Float(f64::NAN)),
+        _ => {}
     }
     let plain: String = digits.chars().filter(|&c| c != '_').collect();
     let (radix, body) = match plain.get(..2) {
@@ -361,12 +375,7 @@ fn value_of(literal: &str) -> Result<Token, (String, &'static str)> {
     let whole = !body.is_empty() && body.chars().all(|c| c.is_digit(radix));
     if whole {
         let size = i128::from_str_radix(body, radix).unwrap_or(i128::MAX);
-        let value = if negative { -size } else { size };
-        return if (i128::from(i64::MIN)..=i128::from(u64::MAX)).contains(&value) {
-            Ok(Token::Integer(value))
-        } else {
-            Err((format!("`{shown}` is too large a number"), ""))
-        };
+        return Ok(Token::Integer(if negative { -size } else { size }));
     }
     let float = radix == 10
         && body.starts_with(|c: char| c.is_ascii_digit() || c == '.')

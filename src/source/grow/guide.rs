@@ -30,11 +30,16 @@ pub(super) struct Step {
     pub(super) source: u32,
     /// The node that the step reaches.
     pub(super) node: u32,
+    /// Angle by which the vector leans first, from [`start`]; 0 but on the first hop.
+    pub(super) lean: f32,
 }
 
 impl Step {
     /// The guiding vector of the node that the step reaches.
-    pub(super) fn turned(self, guide: &Guide, seed: Seed) -> Vec3 {
+    pub(super) fn turned(mut self, guide: &Guide, seed: Seed) -> Vec3 {
+        if self.lean != 0.0 {
+            self.vector = lean(self.vector, self.axis(seed), self.lean);
+        }
         let angle = match *guide {
             Guide::Piecewise { first, then, switch } => {
                 if self.hops <= switch {
@@ -57,19 +62,25 @@ impl Step {
         if angle == 0.0 {
             return self.vector;
         }
-        let axis = heading(self.vector).or_else(|| heading(self.edge)).unwrap_or_else(|| random(seed, self.node));
-        lean(self.vector, axis, angle)
+        lean(self.vector, self.axis(seed), angle)
+    }
+
+    fn axis(self, seed: Seed) -> Vec3 {
+        heading(self.vector).or_else(|| heading(self.edge)).unwrap_or_else(|| random(seed, self.node))
     }
 }
 
-/// The guiding vector with which a node of the structure starts a pass; `kept` is the one it had.
-pub(super) fn start(rule: GuideStart, kept: Vec3, position: Vec3, node: u32, seed: Seed) -> Vec3 {
+/// The guiding vector with which a node of the structure starts a pass, and the angle by which it leans on the first
+/// hop; `kept` is the vector it had. A vector that stands upright has no side to lean to until an edge gives it one.
+pub(super) fn start(rule: GuideStart, kept: Vec3, position: Vec3) -> (Vec3, f32) {
     match rule {
-        GuideStart::Kept => kept,
+        GuideStart::Kept => (kept, 0.0),
         GuideStart::ByHeight { low, high } => {
-            let axis = heading(kept).unwrap_or_else(|| random(seed, node));
-            let angle = low + (high - low) * position.y.clamp(0.0, 1.0);
-            lean(Vec3::Y, axis, angle)
+            let angle = (low + (high - low) * position.y.clamp(0.0, 1.0)).clamp(0.0, std::f32::consts::PI);
+            match heading(kept) {
+                Some(heading) => (lean(Vec3::Y, heading, angle), 0.0),
+                None => (Vec3::Y, angle),
+            }
         }
     }
 }
@@ -100,7 +111,7 @@ mod tests {
     const SEED: Seed = Seed::new(1);
 
     fn step(vector: Vec3, edge: Vec3, hops: u32) -> Step {
-        Step { vector, edge: edge.normalize(), position: Vec3::Y, hops, source: 4, node: 9 }
+        Step { vector, edge: edge.normalize(), position: Vec3::Y, hops, source: 4, node: 9, lean: 0.0 }
     }
 
     #[test]
@@ -157,8 +168,13 @@ mod tests {
     #[test]
     fn start_by_height_leans_from_low_to_high() {
         let rule = GuideStart::ByHeight { low: 1.2, high: 0.2 };
-        let v = start(rule, Vec3::Y, Vec3::new(0.0, 0.5, 0.0), 3, SEED);
-        assert!((math::angle(v, Vec3::Y) - 0.7).abs() < 1e-5);
-        assert_eq!(start(GuideStart::Kept, Vec3::X, Vec3::Y, 3, SEED), Vec3::X);
+        let middle = Vec3::new(0.0, 0.5, 0.0);
+        let (v, lean) = start(rule, Vec3::X, middle);
+        assert!((math::angle(v, Vec3::Y) - 0.7).abs() < 1e-5 && lean == 0.0);
+        let (vector, lean) = start(rule, Vec3::Y, middle);
+        let straight = Guide::Piecewise { first: 0.0, then: 0.0, switch: 1 };
+        let w = Step { lean, ..step(vector, Vec3::new(0.0, 1.0, -1.0), 1) }.turned(&straight, SEED);
+        assert!((w - Vec3::new(0.0, math::cos(0.7), -math::sin(0.7))).length() < 1e-5, "{w}");
+        assert_eq!(start(GuideStart::Kept, Vec3::X, Vec3::Y), (Vec3::X, 0.0));
     }
 }

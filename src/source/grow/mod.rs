@@ -65,12 +65,11 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
     let mut structure = Structure::new(&nodes);
     let mut notes = Vec::new();
     for (i, iteration) in params.iterations.iter().enumerate() {
-        extend(&mut structure, &nodes, &graph, iteration, seed.child("iteration").at(i as u64), |note| {
+        extend(&mut structure, &nodes, &graph, iteration, params.bole, seed.child("iteration").at(i as u64), |note| {
             notes.push(format!("iteration {}: {note}", i + 1));
         });
     }
-    let skeleton =
-        skeleton::skeleton(&structure, &nodes, params.height, params.crookedness, params.tip_radius, params.allometry);
+    let skeleton = skeleton::skeleton(&structure, &nodes, params);
     Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
 }
 
@@ -80,6 +79,7 @@ fn extend(
     nodes: &Nodes,
     graph: &Graph,
     iteration: &GrowIteration,
+    bole: f32,
     seed: Seed,
     mut note: impl FnMut(String),
 ) {
@@ -97,7 +97,7 @@ fn extend(
         EndpointRule::Any => endpoints::spread(&candidates, nodes, wanted, seed),
         EndpointRule::Lower | EndpointRule::Higher => candidates,
     };
-    let sources = structure.sources(nodes, iteration.start, seed);
+    let sources = structure.sources(nodes, iteration.start, bole);
     let paths = Paths::find(nodes, graph, &sources, &chosen, &iteration.guide, seed);
     let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
     if !lost.is_empty() {
@@ -139,6 +139,7 @@ fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("nodes", params.nodes as f32, 16.0, 400_000.0)?;
     within("width", params.width, 0.02, 20.0)?;
     within("crookedness", params.crookedness, 0.0, 1.0)?;
+    within("bole", params.bole, 0.0, 1.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
     within("allometry", params.allometry, 0.5, 10.0)?;
     within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;

@@ -16,6 +16,9 @@ use super::yao::{Graph, NONE};
 use crate::base::Seed;
 use crate::preset::plan::Guide;
 
+/// What a unit of length costs on a path that follows its guiding vectors.
+const LENGTH: f32 = 0.15;
+
 /// A node of the structure so far, with the guiding vector it starts with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathSource {
@@ -23,6 +26,10 @@ pub(super) struct PathSource {
     pub(super) node: u32,
     /// A unit vector.
     pub(super) vector: Vec3,
+    /// Angle by which the vector leans on the first hop, see [`start`](super::guide::start).
+    pub(super) lean: f32,
+    /// Whether no path may leave it nor pass through it.
+    pub(super) closed: bool,
 }
 
 /// What the algorithm knows of a node.
@@ -61,9 +68,13 @@ impl Paths {
             State { cost: f32::INFINITY, before: NONE, source: NONE, hops: 0, vector: Vec3::Y, finalized: false };
         let mut states = vec![blank; nodes.len()];
         let mut frontier = BinaryHeap::with_capacity(sources.len() + 1024);
-        for &PathSource { node, vector } in sources {
-            states[node as usize] = State { cost: 0.0, before: node, source: node, vector, ..blank };
-            frontier.push(Reverse(key(0.0, node)));
+        let mut leans = vec![0.0_f32; nodes.len()];
+        for &PathSource { node, vector, lean, closed } in sources {
+            leans[node as usize] = lean;
+            states[node as usize] = State { cost: 0.0, before: node, source: node, vector, finalized: closed, ..blank };
+            if !closed {
+                frontier.push(Reverse(key(0.0, node)));
+            }
         }
         let mut wanted = vec![false; nodes.len()];
         for &t in targets {
@@ -80,7 +91,9 @@ impl Paths {
             let mut vector = state.vector;
             if state.before != node {
                 let edge = (here - nodes.at(state.before)).normalize_or(Vec3::Y);
-                let step = Step { vector, edge, position: here, hops: state.hops, source: state.source, node };
+                // Only sources lean.
+                let lean = leans[state.before as usize];
+                let step = Step { vector, edge, position: here, hops: state.hops, source: state.source, node, lean };
                 vector = step.turned(guide, seed);
             }
             states[node as usize].vector = vector;
@@ -135,9 +148,9 @@ impl Paths {
     }
 }
 
-/// `d (1 - e·v)`, with rounding kept from going below zero.
+/// `d (1 + LENGTH - e·v)`, with rounding kept from going below zero.
 fn weight(edge: Vec3, vector: Vec3) -> f32 {
-    (edge.length() - edge.dot(vector)).max(0.0)
+    (edge.length() * (1.0 + LENGTH) - edge.dot(vector)).max(0.0)
 }
 
 /// Orders by cost, then by node.
@@ -179,7 +192,7 @@ mod tests {
         edges[up as usize][0] = end;
         edges[side as usize][0] = end;
         let graph = Graph { edges };
-        let source = [PathSource { node: root, vector: Vec3::Y }];
+        let source = [PathSource { node: root, vector: Vec3::Y, lean: 0.0, closed: false }];
         // Turning to the horizontal after one hop makes the way across free; the way up from the side costs.
         let guide = Guide::Piecewise { first: std::f32::consts::FRAC_PI_2, then: 0.0, switch: 1 };
         let paths = Paths::find(&nodes, &graph, &source, &[end], &guide, Seed::new(1));
@@ -193,7 +206,7 @@ mod tests {
         let nodes = Nodes::from_positions(vec![Vec3::ZERO, Vec3::Y, Vec3::Y * 9.0], 1.0);
         let graph = Graph::yao(&nodes);
         let far = node_at(&nodes, Vec3::Y * 9.0);
-        let source = [PathSource { node: nodes.root, vector: Vec3::Y }];
+        let source = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
         let paths = Paths::find(&nodes, &graph, &source, &[far], &STRAIGHT, Seed::new(1));
         assert!(!paths.reached(far) && paths.reached(node_at(&nodes, Vec3::Y)));
     }
@@ -203,7 +216,7 @@ mod tests {
         let nodes = Nodes::scatter(400, 0.8, Seed::new(6));
         let graph = Graph::yao(&nodes);
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
-        let source = [PathSource { node: nodes.root, vector: Vec3::Y }];
+        let source = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
         let paths = Paths::find(&nodes, &graph, &source, &all, &STRAIGHT, Seed::new(1));
         let mut costs = vec![f32::INFINITY; nodes.len()];
         costs[nodes.root as usize] = 0.0;

@@ -11,13 +11,26 @@ use super::nodes::Nodes;
 use super::structure::Structure;
 use crate::base::math;
 use crate::plant::{Skeleton, SkeletonNode};
+use crate::preset::plan::GrowParams;
 
 /// No node.
 const NONE: u32 = u32::MAX;
-/// A branch from the root's own node counts as a stem of its own from this share of the thickest's radius.
-const STEM: f32 = 0.45;
+/// Times that every node is drawn towards its neighbours.
+const PASSES: u32 = 6;
+/// Times that the thickest wood is drawn before.
+const STIFF: f32 = 400.0;
+/// A fork below the clear bole becomes two stems where the thinner branch bears at least this share of the tips of the
+/// thicker.
+const STEM: f32 = 0.1;
+/// How far out a stem of its own stands, as a share of the way that its first node is out.
+const APART: f32 = 0.4;
 
-/// A tree of places with radii; parents before children, the root first and its own parent.
+/// By how much a stem is thicker at the ground than the rule says.
+const SWELL: f32 = 0.35;
+/// Up to where, in radii.
+const SWELL_HEIGHT: f32 = 5.0;
+
+/// A forest of places with radii; parents before children, a root its own parent.
 struct Axes {
     places: Vec<Vec3>,
     parents: Vec<u32>,
@@ -26,62 +39,116 @@ struct Axes {
     radii: Vec<f32>,
 }
 
-/// The skeleton of a structure, `height` metres tall; none where nothing rises above the ground.
-pub(super) fn skeleton(
-    structure: &Structure,
-    nodes: &Nodes,
-    height: f32,
-    crookedness: f32,
-    tip_radius: f32,
-    exponent: f32,
-) -> Option<Skeleton> {
-    let places = structure.members.iter().map(|m| nodes.at(m.node)).collect();
-    let parents = structure.members.iter().map(|m| m.parent).collect();
-    let mut axes = Axes::new(places, parents, tip_radius, exponent);
-    axes.smooth(crookedness);
+/// The skeleton of a structure, as tall as `params` say; none where nothing rises above the ground.
+pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams) -> Option<Skeleton> {
+    let (places, parents) = stems(structure, nodes, params.bole);
+    let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
+    axes.smooth(params.crookedness);
     let mut axes = axes.refined();
     let top = axes.places.iter().fold(0.0_f32, |t, p| t.max(p.y));
     if top <= 0.0 {
         return None;
     }
-    let scale = height / top;
+    let scale = params.height / top;
     axes.places.iter_mut().for_each(|p| *p *= scale);
-    Some(axes.into_skeleton())
+    axes.flare();
+    let parent = |i: usize| (axes.parents[i] as usize != i).then_some(axes.parents[i]);
+    let node = |i: usize| SkeletonNode { position: axes.places[i], radius: axes.radii[i], parent: parent(i) };
+    Some(Skeleton { nodes: (0..axes.places.len()).map(node).collect() })
+}
+
+/// Places and parents of a structure whose forks below `bole`, or at the root, are separate stems: the thinner branch of
+/// such a fork gets a root of its own beside the first.
+fn stems(structure: &Structure, nodes: &Nodes, bole: f32) -> (Vec<Vec3>, Vec<u32>) {
+    let members = &structure.members;
+    let (tips, heavy) = carried(&members.iter().map(|m| m.parent).collect::<Vec<_>>());
+    let mut places = Vec::with_capacity(members.len());
+    let mut parents: Vec<u32> = Vec::with_capacity(members.len());
+    let mut moved = vec![0_u32; members.len()];
+    for (i, member) in members.iter().enumerate() {
+        let here = nodes.at(member.node);
+        let fork = member.parent as usize;
+        let thick = heavy[fork];
+        let splits = i != 0
+            && thick as usize != i
+            && (fork == 0 || nodes.at(members[fork].node).y < bole)
+            && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
+        let mut parent = moved[fork];
+        if splits {
+            parent = places.len() as u32;
+            places.push(Vec3::new(here.x, 0.0, here.z) * APART);
+            parents.push(parent);
+        }
+        moved[i] = places.len() as u32;
+        places.push(here);
+        parents.push(if i == 0 { 0 } else { parent });
+    }
+    (places, parents)
+}
+
+/// How many tips each node carries, and which of its children carries the most, the first of equals.
+fn carried(parents: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut tips = vec![0_u32; parents.len()];
+    let mut heavy = vec![NONE; parents.len()];
+    for i in (0..parents.len()).rev() {
+        tips[i] = tips[i].max(1);
+        let parent = parents[i] as usize;
+        if parent != i {
+            let best = heavy[parent];
+            if best == NONE || tips[i] >= tips[best as usize] {
+                heavy[parent] = i as u32;
+            }
+            tips[parent] += tips[i];
+        }
+    }
+    (tips, heavy)
 }
 
 impl Axes {
+    /// Butt swell: the foot of a stem widens into its roots, most at the ground and not at all [`SWELL_HEIGHT`] radii
+    /// above it. Needs metres.
+    fn flare(&mut self) {
+        // Radius of the foot of the stem that a node belongs to; 0 off its main axis, so that hanging twigs stay thin.
+        let mut foot = vec![0.0_f32; self.places.len()];
+        for i in 0..self.places.len() {
+            let parent = self.parents[i] as usize;
+            foot[i] = match parent {
+                _ if parent == i => self.radii[i],
+                _ if self.radii[i] >= foot[parent] * 0.5 => foot[parent],
+                _ => 0.0,
+            };
+            if foot[i] > 0.0 {
+                let left = (1.0 - self.places[i].y / (SWELL_HEIGHT * foot[i])).clamp(0.0, 1.0);
+                self.radii[i] *= 1.0 + SWELL * left * left;
+            }
+        }
+    }
+
     /// Radii by the allometric rule: a node's radius to the `exponent` is the sum of its children's, and a tip's is
     /// `tip_radius`.
     fn new(places: Vec<Vec3>, parents: Vec<u32>, tip_radius: f32, exponent: f32) -> Self {
-        // Count tips instead of adding powers: exact, and no order of summation.
-        let mut tips = vec![0_u32; places.len()];
-        let mut heavy = vec![NONE; places.len()];
-        for i in (0..places.len()).rev() {
-            tips[i] = tips[i].max(1);
-            let parent = parents[i] as usize;
-            if parent != i {
-                let best = heavy[parent];
-                if best == NONE || tips[i] >= tips[best as usize] {
-                    heavy[parent] = i as u32;
-                }
-                tips[parent] += tips[i];
-            }
-        }
+        // Tips are counted, not powers added: exact, and no order of summation.
+        let (tips, heavy) = carried(&parents);
         let radius = |tips: u32| tip_radius * math::pow64(f64::from(tips), 1.0 / f64::from(exponent)) as f32;
         let radii = tips.into_iter().map(radius).collect();
         Self { places, parents, heavy, radii }
     }
 
-    /// Draws nodes towards the middle of their neighbours along their axis: not at all for a crookedness of 1, eight
-    /// times half the way for 0. Radii are drawn likewise but never across a fork into a thinner branch, so that steps
-    /// at forks become tapers.
+    /// Draws nodes towards the middle of their neighbours along their axis: not at all for a crookedness of 1, half the
+    /// way each time for 0. All are drawn [`PASSES`] times, thick wood more often before: it sways less than twigs do,
+    /// and its bends are as long as its crowns of nodes are wide. Radii are drawn likewise but never across a fork into
+    /// a thinner branch, so that steps at forks become tapers.
     fn smooth(&mut self, crookedness: f32) {
-        let passes = 8;
-        let share = 0.5 * (1.0 - crookedness);
-        for _ in 0..passes {
+        let smooth = 1.0 - crookedness;
+        let share = 0.5 * smooth;
+        // Fewer times too, or thick wood would be smooth at any share.
+        let stiff = STIFF * smooth * smooth;
+        let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
+        for pass in (0..PASSES + stiff as u32).rev() {
             let before = self.places.clone();
-            for i in 1..before.len() {
-                if self.heavy[i] != NONE {
+            for i in 0..before.len() {
+                let often = PASSES as f32 + stiff * (self.radii[i] / thickest);
+                if self.heavy[i] != NONE && self.parents[i] as usize != i && (pass as f32) < often {
                     let middle = (before[self.parents[i] as usize] + before[self.heavy[i] as usize]) * 0.5;
                     self.places[i] = before[i].lerp(middle, share);
                 }
@@ -89,9 +156,9 @@ impl Axes {
         }
         for _ in 0..3 {
             let before = self.radii.clone();
-            for i in 1..before.len() {
+            for i in 0..before.len() {
                 let (parent, heavy) = (self.parents[i] as usize, self.heavy[i]);
-                if heavy != NONE && self.heavy[parent] as usize == i {
+                if heavy != NONE && parent != i && self.heavy[parent] as usize == i {
                     self.radii[i] = before[i] * 0.5 + (before[parent] + before[heavy as usize]) * 0.25;
                 }
             }
@@ -129,32 +196,9 @@ impl Axes {
             }
             fine[i] = refined.places.len() as u32;
             refined.places.push(self.places[i]);
-            refined.parents.push(if parent == i { 0 } else { fine[i] - 1 });
+            refined.parents.push(if parent == i { fine[i] } else { fine[i] - 1 });
             refined.radii.push(self.radii[i]);
         }
         refined
-    }
-
-    /// The skeleton. Thick branches from the root's own node are stems of their own, each set apart from the centre by
-    /// its radius: a shrub.
-    fn into_skeleton(self) -> Skeleton {
-        let from_root = |i: usize| i != 0 && self.parents[i] == 0;
-        let thickest = (0..self.places.len()).filter(|&i| from_root(i)).fold(0.0_f32, |r, i| r.max(self.radii[i]));
-        let stems: Vec<usize> =
-            (0..self.places.len()).filter(|&i| from_root(i) && self.radii[i] >= thickest * STEM).collect();
-        let mut nodes: Vec<SkeletonNode> = Vec::with_capacity(self.places.len() + stems.len());
-        nodes.push(SkeletonNode { position: self.places[0], radius: self.radii[0], parent: None });
-        let mut shifted = vec![0_u32; self.places.len()];
-        for i in 1..self.places.len() {
-            let mut parent = shifted[self.parents[i] as usize];
-            if stems.len() > 1 && stems.contains(&i) {
-                let away = Vec3::new(self.places[i].x, 0.0, self.places[i].z).normalize_or(Vec3::ZERO);
-                parent = nodes.len() as u32;
-                nodes.push(SkeletonNode { position: away * self.radii[i], radius: self.radii[i], parent: None });
-            }
-            shifted[i] = nodes.len() as u32;
-            nodes.push(SkeletonNode { position: self.places[i], radius: self.radii[i], parent: Some(parent) });
-        }
-        Skeleton { nodes }
     }
 }

@@ -6,7 +6,6 @@ use super::guide;
 use super::nodes::Nodes;
 use super::paths::{PathSource, Paths};
 use super::yao::NONE;
-use crate::base::Seed;
 use crate::preset::plan::GuideStart;
 
 /// One node of the structure.
@@ -42,11 +41,18 @@ impl Structure {
         self.places[node as usize] != NONE
     }
 
-    /// The members as the sources of a pass.
-    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, seed: Seed) -> Vec<PathSource> {
+    /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
+    /// structure that is nowhere higher starts at its top.
+    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32) -> Vec<PathSource> {
+        let top = self.members.iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max);
+        let bole = bole.min(top);
         self.members
             .iter()
-            .map(|m| PathSource { node: m.node, vector: guide::start(rule, m.vector, nodes.at(m.node), m.node, seed) })
+            .map(|m| {
+                let position = nodes.at(m.node);
+                let (vector, lean) = guide::start(rule, m.vector, position);
+                PathSource { node: m.node, vector, lean, closed: position.y < bole }
+            })
             .collect()
     }
 

@@ -11,14 +11,17 @@
 
 use glam::DVec3;
 
-use super::mend::{self, Children};
+use super::foothold;
+use super::mend;
 use super::nearest::Nearest;
-use super::piece::{Piece, count};
+use super::piece::{Piece, Shape, count};
 
 /// The share of a named parent's gap below which other wood is believed instead.
 const BETTER: f64 = 0.25;
 /// Cost of a bridge to wood that holds the point, as a share of the distance to its axis.
 const INSIDE: f64 = 0.1;
+/// How far a lower order is looked for, as a share of the extent.
+const REACH: f64 = 0.05;
 /// Most fragments of a ring that look for a way out.
 const MOST_TRIES: usize = 8;
 
@@ -37,6 +40,8 @@ pub(super) struct Joined {
     farthest: f64,
     /// Branches whose parent's axis passes nearer elsewhere.
     moved: usize,
+    /// Branches of nodes that ran inside their parent's wood.
+    inside: usize,
 }
 
 impl Joined {
@@ -60,6 +65,12 @@ impl Joined {
                 count(self.moved, "branch", "branches")
             ));
         }
+        if self.inside > 0 {
+            notes.push(format!(
+                "{} along the inside of the parent's wood: now from where its axis is nearest",
+                count(self.inside, "branch ran", "branches ran")
+            ));
+        }
         if self.scraps.0 > 0 {
             notes.push(format!(
                 "{} ({}) dropped, up to {:.2} m from the tree",
@@ -73,26 +84,31 @@ impl Joined {
 
 /// Joins all pieces; `order` lists them parents first, and so does the result, without what was dropped. The base of the
 /// main stem comes to the origin.
-pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>) -> (Vec<u32>, Joined) {
-    let mut joined = Joined { moved: move_along_axes(pieces), ..Joined::default() };
+pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>, shape: Shape) -> (Vec<u32>, Joined) {
+    let mut joined = Joined::default();
+    let mut moved = Vec::new();
+    match shape {
+        Shape::Cylinders => moved = foothold::move_along_axes(pieces),
+        Shape::Nodes => joined.inside = foothold::out_of_wood(pieces, &order),
+    }
+    joined.moved = moved.len();
     let extent = Extent::of(pieces);
-    let order = if joined.moved > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
+    let order = if joined.moved + joined.inside > 0 { mend::order(pieces, &mend::roots(pieces)) } else { order };
     let standing = stems(pieces, &order, &extent);
     joined.stems = standing.len() - 1;
 
     // Fragments: what hangs together by links that are not in doubt.
-    let mut heads: Vec<Head> =
-        standing.iter().map(|&i| Head { piece: i, named: None, target: None, cost: 0.0 }).collect();
+    let mut heads: Vec<Head> = standing.iter().map(|&i| Head { piece: i, named: None, target: None }).collect();
     for &i in &order {
         let piece = &pieces[i as usize];
         match piece.parent {
             None if standing.contains(&i) => {}
-            None => heads.push(Head { piece: i, named: None, target: None, cost: 0.0 }),
+            None => heads.push(Head { piece: i, named: None, target: None }),
             Some(parent) => {
                 let p = &pieces[parent as usize];
                 let gap = p.distance(piece.start) - p.radius;
                 if gap > (3.0 * (p.radius + piece.radius)).max(0.02 * extent.size) {
-                    heads.push(Head { piece: i, named: Some((parent, gap)), target: None, cost: 0.0 });
+                    heads.push(Head { piece: i, named: Some((parent, gap)), target: None });
                 }
             }
         }
@@ -116,24 +132,22 @@ pub(super) fn connect(pieces: &mut [Piece], order: Vec<u32>) -> (Vec<u32>, Joine
 
     let nearest = Nearest::new(pieces);
     for (f, head) in heads.iter_mut().enumerate().skip(standing.len()) {
-        let found = choose(pieces, &nearest, head.piece, |i| fragment[i as usize] != f as u32);
-        match (head.named, found) {
-            (Some((parent, gap)), found) if found.is_none_or(|(_, cost)| cost > gap * BETTER) => {
-                (head.target, head.cost) = (Some(parent), gap);
-            }
-            (_, Some((target, cost))) => {
-                joined.links += usize::from(head.named.is_some());
-                joined.roots += usize::from(head.named.is_none());
-                (head.target, head.cost, head.named) = (Some(target), cost, None);
-            }
-            (_, None) => {}
-        }
+        let found = choose(pieces, &nearest, head.piece, extent.size * REACH, |i| fragment[i as usize] != f as u32);
+        head.target = match (head.named, found) {
+            (Some((parent, gap)), found) if found.is_none_or(|(_, cost)| cost > gap * BETTER) => Some(parent),
+            (_, found) => found.map(|(target, _)| target),
+        };
     }
-    open_rings(pieces, &nearest, &fragment, &mut heads);
+    open_rings(pieces, &nearest, &fragment, &mut heads, extent.size * REACH);
     drop_scraps(pieces, &fragment, &mut heads, &extent, &mut joined);
     for head in &heads {
         pieces[head.piece as usize].parent = head.target;
+        let moved = head.target.is_some() && !head.as_named();
+        joined.links += usize::from(moved && head.named.is_some());
+        joined.roots += usize::from(moved && head.named.is_none());
     }
+    // Of a parent that wasn't believed, it doesn't matter where on its axis it was.
+    joined.moved = moved.iter().filter(|&&(i, at)| pieces[i].parent == Some(at)).count();
     base_at_origin(pieces, standing[0]);
     (mend::order(pieces, &standing), joined)
 }
@@ -146,7 +160,13 @@ struct Head {
     named: Option<(u32, f64)>,
     /// The piece it is joined to; none for stems, and for what is dropped.
     target: Option<u32>,
-    cost: f64,
+}
+
+impl Head {
+    /// Whether it is joined to what the file names.
+    fn as_named(&self) -> bool {
+        self.named.is_some_and(|(parent, _)| self.target == Some(parent))
+    }
 }
 
 /// Where the wood is.
@@ -166,36 +186,6 @@ impl Extent {
         }
         Self { low: low.y, height: high.y - low.y, size: low.distance(high) }
     }
-}
-
-/// Moves branches along their parent's axis, where the file tells axes, to the piece that is nearest to their start.
-/// Links from one piece of an axis to the next stay, so no ring can arise.
-fn move_along_axes(pieces: &mut [Piece]) -> usize {
-    const MOST_STEPS: usize = 16;
-    let children = Children::of(pieces);
-    let mut moves = Vec::new();
-    for (i, piece) in pieces.iter().enumerate() {
-        let Some(parent) = piece.parent.filter(|&p| !piece.carries_on(&pieces[p as usize])) else { continue };
-        let gap = |p: u32| pieces[p as usize].distance(piece.start) - pieces[p as usize].radius;
-        let (mut at, mut least) = (parent, gap(parent));
-        for _ in 0..MOST_STEPS {
-            let here = &pieces[at as usize];
-            let down = here.parent.filter(|&p| here.carries_on(&pieces[p as usize]));
-            let up = children.get(at).iter().copied().take(64).find(|&c| pieces[c as usize].carries_on(here));
-            let next = [down, up].into_iter().flatten().map(|n| (gap(n), n)).min_by(|a, b| a.0.total_cmp(&b.0));
-            match next {
-                Some((gap, n)) if least > 0.0 && gap < least => (at, least) = (n, gap),
-                _ => break,
-            }
-        }
-        if at != parent {
-            moves.push((i, at));
-        }
-    }
-    for &(i, at) in &moves {
-        pieces[i].parent = Some(at);
-    }
-    moves.len()
 }
 
 /// The roots that stand on the ground, the main stem first: of the low ones that with the most wood.
@@ -238,8 +228,28 @@ fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
 }
 
 /// The most suitable wood for a fragment's first piece, and its cost: the distance to its surface, more for wood that
-/// is thinner than the fragment, of no lower branch order, above it, or on the side that it grows towards.
-fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+/// is thinner than the fragment, above it, or on the side that it grows towards.
+///
+/// Where the file tells branch orders, wood of a lower order is looked for first, within `reach`: shoots that leave
+/// one place would otherwise be joined to one another.
+fn choose(
+    pieces: &[Piece],
+    nearest: &Nearest,
+    head: u32,
+    reach: f64,
+    allowed: impl Fn(u32) -> bool,
+) -> Option<(u32, f64)> {
+    let order = pieces[head as usize].order;
+    let lower = |i: u32| pieces[i as usize].order < order && pieces[i as usize].order != Piece::NONE;
+    if order != Piece::NONE
+        && let Some(found) = weigh(pieces, nearest, head, |i| allowed(i) && lower(i)).filter(|f| f.1 <= reach)
+    {
+        return Some(found);
+    }
+    weigh(pieces, nearest, head, allowed)
+}
+
+fn weigh(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
     let piece = &pieces[head as usize];
     let along = piece.end - piece.start;
     nearest.find(piece.start, INSIDE, |i| {
@@ -254,9 +264,6 @@ fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) 
         if other.radius < piece.radius * 0.7 {
             cost *= 1.5;
         }
-        if piece.order != Piece::NONE && other.order != Piece::NONE && other.order >= piece.order {
-            cost *= 3.0;
-        }
         if distance > other.radius {
             if way.y < 0.0 {
                 cost *= 1.25;
@@ -270,7 +277,7 @@ fn choose(pieces: &[Piece], nearest: &Nearest, head: u32, allowed: impl Fn(u32) 
 }
 
 /// Makes every fragment lead to a stem.
-fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut [Head]) {
+fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut [Head], reach: f64) {
     const UNSEEN: u32 = u32::MAX;
     loop {
         // For each fragment the ring that it leads to, numbered from 1, or 0 where it leads to a stem.
@@ -316,16 +323,15 @@ fn open_rings(pieces: &[Piece], nearest: &Nearest, fragment: &[u32], heads: &mut
             let found = tries
                 .iter()
                 .filter_map(|&f| {
-                    choose(pieces, nearest, heads[f as usize].piece, outside).map(|(t, cost)| (f, t, cost))
+                    choose(pieces, nearest, heads[f as usize].piece, reach, outside).map(|(t, cost)| (f, t, cost))
                 })
                 .min_by(|a, b| a.2.total_cmp(&b.2));
             changes.push((members[0], found));
         }
         for (first, found) in changes {
             // There is always wood outside: the main stem's. Were there none, the ring is left out whole.
-            let (f, target, cost) = found.map_or((first, None, 0.0), |(f, t, cost)| (f, Some(t), cost));
-            let head = &mut heads[f as usize];
-            (head.target, head.cost, head.named) = (target, cost, None);
+            let (f, target) = found.map_or((first, None), |(f, t, _)| (f, Some(t)));
+            heads[f as usize].target = target;
         }
     }
 }
@@ -346,14 +352,13 @@ fn drop_scraps(pieces: &[Piece], fragment: &[u32], heads: &mut [Head], extent: &
         }
     }
     for (f, head) in heads.iter_mut().enumerate() {
-        let Some(target) = head.target.filter(|_| head.named.is_none() && !bears[f]) else { continue };
+        let Some(target) = head.target.filter(|_| !head.as_named() && !bears[f]) else { continue };
         let gap = pieces[target as usize].distance(pieces[head.piece as usize].start) - pieces[target as usize].radius;
         if gap > (length[f] * 2.0).max(extent.size * 0.1) {
             head.target = None;
             joined.scraps.0 += 1;
             joined.scraps.1 += rows[f];
             joined.farthest = joined.farthest.max(gap);
-            joined.roots = joined.roots.saturating_sub(1);
         }
     }
 }

@@ -29,10 +29,10 @@ pub(super) fn parents(read: &mut Read, file: &str, notes: &mut Vec<String>) -> R
         });
     }
     let mut lost = Vec::new();
-    for i in 0..pieces.len() {
-        let parent = pieces[i].parent_id;
+    for (i, piece) in pieces.iter_mut().enumerate() {
+        let parent = piece.parent_id;
         match ids.binary_search_by_key(&parent, |&(id, _)| id) {
-            Ok(at) => pieces[i].parent = Some(ids[at].1),
+            Ok(at) => piece.parent = Some(ids[at].1),
             Err(_) if parent <= 0 => {}
             Err(_) => lost.push(i),
         }

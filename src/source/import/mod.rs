@@ -1,12 +1,12 @@
 //! Import: quantitative structure models of laser-scanned trees, and SWC, become a [`Plant`].
 //!
 //! Read are TreeQSM models as CSV or as the text its save function writes, SimpleForest and aRchi CSV, and SWC. The
-//! format is told by the content, never by the name. All of them become one middle form, a list of [`piece::Piece`]s
+//! format is told by the content, never by the name. All of them become one middle form, a list of pieces
 //! (straight stretches of wood that name the piece they grow from), and take the same way from there:
 //!
 //! 1. `cylinders`/`swc`: text to pieces; every number that is none is an error with its place.
 //! 2. `mend`: parents found by id, cycles cut, missing radii filled in.
-//! 3. `connect`: links that can't be true and further roots are bridged to the nearest suitable wood.
+//! 3. `foothold`, `connect`: branches to the nearest place on their axis; links that can't be true and further roots are bridged to the nearest suitable wood.
 //! 4. `trace`: pieces to the nodes of a [`Skeleton`](crate::plant::Skeleton); every branch starts on its parent's axis.
 //!
 //! What was mended is said in [`Imported::notes`]. What is an error: no rows, rows cut short, cells that are no number,
@@ -18,6 +18,7 @@
 mod columns;
 mod connect;
 mod cylinders;
+mod foothold;
 mod mend;
 mod nearest;
 mod piece;
@@ -79,7 +80,8 @@ pub struct Imported {
 /// Reads a structure model.
 ///
 /// `file` is the name that errors carry; nothing else is read from it. Linear in the file's size but for sorting and for
-/// the search of wood near each further root (n log n); memory is bounded by a small multiple of the file.
+/// the search of wood near each further root (n log n); memory stays below about
+/// thirty times the file, of which the plant itself is the most.
 ///
 /// # Errors
 ///
@@ -96,7 +98,7 @@ pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Importe
     upright::stand(&mut read.pieces, params.up, &mut notes);
     let order = mend::cut_cycles(&mut read, &mut notes);
     mend::radii(&mut read.pieces, &order, &mut notes);
-    let (order, joined) = connect::connect(&mut read.pieces, order);
+    let (order, joined) = connect::connect(&mut read.pieces, order, read.shape);
     let (mut nodes, gaps) = trace::trace(&read.pieces, &order, read.shape);
     let factor = upright::scale(&mut nodes, params.height, &mut notes)
         .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;

@@ -31,7 +31,7 @@ pub(super) fn read(mut table: Table<'_>) -> Result<Read, Vec<Diagnostic>> {
         if !check_width(&table, row, &cells, width, &mut errors) {
             continue;
         }
-        let column = |k: usize| Column { at: width - 7 + k, factor: 1.0 };
+        let column = |k: usize| Column { at: width + k - 7, factor: 1.0 };
         let mut at = Cells { table: &table, row, cells: &cells, errors: &mut errors };
         let id = at.whole(Column { at: 0, factor: 1.0 }, "id");
         let position =

@@ -227,10 +227,19 @@ pub(super) fn sniff<'a>(bytes: &'a [u8], file: &'a str) -> Result<Sniffed<'a>, V
         .map_or(Separator::Blanks, Separator::Byte);
     let mut cells = Vec::new();
     table.split(first, 0, &mut cells);
-    if cells.iter().all(|cell| table.number(cell).is_some()) {
+    if !cells.is_empty() && cells.iter().all(|cell| table.number(cell).is_some()) {
         // Rows of numbers with tabs may hold runs of them.
         let separator = if table.separator == Separator::Byte(b'\t') { Separator::Blanks } else { table.separator };
-        return Ok(Sniffed { table: Table { separator, ..start }, format: Kind::Swc });
+        let table = Table { separator, ..start };
+        table.split(first, 0, &mut cells);
+        if !(6..=7).contains(&cells.len()) {
+            return Err(vec![
+                Diagnostic::new(file, format!("the first row holds {} numbers and no header", cells.len()))
+                    .with_span(Some(table.span(first, &[], 0)))
+                    .with_hint("SWC has 7 columns and no header, cylinders need a header"),
+            ]);
+        }
+        return Ok(Sniffed { table, format: Kind::Swc });
     }
     if cells.len() < 3 {
         let shown = shortened(&String::from_utf8_lossy(first.text.get(..200).unwrap_or(first.text)));

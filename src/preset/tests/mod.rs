@@ -1,5 +1,8 @@
 //! Tests of the whole folder: presets in, plans or diagnostics out.
 
+mod defaults;
+mod hostile;
+
 use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
 use super::*;
 use crate::base::Diagnostic;
@@ -22,13 +25,13 @@ fn load_with_oak(text: &str) -> Result<Plan, Vec<Diagnostic>> {
 
 #[test]
 fn the_avenue_is_what_its_comments_say() {
-    let plan = load_with_oak(include_str!("../../presets/avenue.ron")).expect("loads");
+    let plan = load_with_oak(include_str!("../../../presets/avenue.ron")).expect("loads");
     assert_eq!((plan.name.as_str(), plan.seed, plan.sources.len(), plan.variants.len()), ("avenue", 41, 2, 8));
     let heights = plan.sources.iter().map(|source| match &source.recipe {
         SourceRecipe::Grow(grow) => (source.name.as_str(), grow.seed, grow.height),
         SourceRecipe::Import(_) => ("", 0, 0.0),
     });
-    assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 14.0)]);
+    assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 15.0)]);
     assert_eq!(plan.variants[0], Variant::Source(0));
     assert!(matches!(plan.variants[2], Variant::Blend { from: 0, to: 1, batch: 0, progress: 0.5, .. }));
     assert!(matches!(plan.leaf_art, LeafArt::Made { shape: LeafShape::Oak, .. }));

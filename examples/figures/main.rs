@@ -1,0 +1,79 @@
+//! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
+//!
+//! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`.
+//!
+//! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
+//! but the goals.
+
+#![expect(clippy::print_stdout, reason = "a program that prints")]
+#![expect(clippy::disallowed_methods, reason = "a clock is what it measures with")]
+
+mod line;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A measured figure.
+pub(crate) struct Figure {
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    goal: &'static str,
+    how: String,
+}
+
+impl Figure {
+    pub(crate) fn new(name: &'static str, value: f64, unit: &'static str, how: impl Into<String>) -> Self {
+        Self { name, value, unit, goal: "", how: how.into() }
+    }
+
+    pub(crate) fn goal(mut self, goal: &'static str) -> Self {
+        self.goal = goal;
+        self
+    }
+
+    pub(crate) fn print(&self) {
+        let rounded = (self.value * 1e5).round() / 1e5;
+        let line = serde_json::json!({
+            "figure": self.name, "value": rounded, "unit": self.unit, "goal": self.goal, "how": self.how,
+        });
+        println!("{line}");
+    }
+}
+
+/// Median time of `runs` runs after one that is not counted, seconds.
+pub(crate) fn seconds(runs: usize, mut run: impl FnMut()) -> f64 {
+    run();
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = Instant::now();
+            run();
+            start.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// The project's folder.
+pub(crate) fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The folder of real trees, where there is one.
+pub(crate) fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("TREEWRIGHT_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    folder.is_dir().then_some(folder)
+}
+
+fn main() {
+    let topics: Vec<String> = std::env::args().skip(1).collect();
+    let wanted = |topic: &str| topics.is_empty() || topics.iter().any(|t| t == topic);
+    if let Some(unknown) = topics.iter().find(|t| t.as_str() != "line") {
+        println!("no topic {unknown}; there is: line");
+        std::process::exit(2);
+    }
+    if wanted("line") {
+        line::print();
+    }
+}

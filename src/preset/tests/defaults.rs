@@ -1,0 +1,136 @@
+//! The tables of the schema: every default is sound, in its range, and what an absent field means.
+
+use super::*;
+use crate::preset::report::Report;
+use crate::preset::schema::{Choice, Default, Form, Kind, Record};
+use crate::preset::set::SET;
+use crate::preset::species::SPECIES;
+use crate::preset::syntax::{Node, Value, tree};
+
+/// Everything that the tables give a default for.
+const SPELLED_OUT: &str = r##"(
+    seed: 1,
+    sources: {
+        "oak": Grow(species: "species/oak.ron", seed: 1, height: 12.0),
+        "scan": Import(file: "scan.csv", up: Detect),
+    },
+    variants: [
+        Blend(
+            of: ["oak", "scan"], count: 3, from: 0.15, to: 0.85, batches: 3, seed: 0,
+            matching: (crown: 0.5, direction: 0.3, ratio: 0.2),
+        ),
+    ],
+    foliage: (
+        leaf: "oak", density: 1.0, most: 20000, size: 0.11, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
+        color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
+    ),
+    bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
+    mesh: (sides: 12, error: 0.01),
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads],
+    atlas: (size: 2048, gutter: 8),
+    engines: [Generic],
+)"##;
+
+const SHORT: &str = r#"(
+    sources: {"scan": Import(file: "scan.csv"), "oak": Grow(species: "species/oak.ron")},
+    variants: [Blend(of: ["oak", "scan"], count: 3)],
+)"#;
+
+#[test]
+fn what_is_left_out_has_the_documented_default() {
+    let (short, full) = (load_with_oak(SHORT).expect("loads"), load_with_oak(SPELLED_OUT).expect("loads"));
+    assert_eq!(short, full);
+    let progress: Vec<f32> = short
+        .variants
+        .iter()
+        .map(|variant| match variant {
+            Variant::Blend { progress, .. } => *progress,
+            Variant::Source(_) => 0.0,
+        })
+        .collect();
+    assert!(progress.iter().zip([0.5, 0.325, 0.675]).all(|(a, b)| (a - b).abs() < 1e-6), "{progress:?}");
+}
+
+#[test]
+fn species_defaults_are_the_documented_ones() {
+    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
+    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, iterations: [(
+        endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
+        guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
+    )])";
+    assert_eq!(short, species("a.ron", full));
+    assert!(short.is_ok());
+}
+
+#[test]
+fn raising_a_count_leaves_the_first_trees_alone() {
+    let few = load_with_oak(SHORT).expect("loads").variants;
+    let many = load_with_oak(&SHORT.replace("count: 3", "count: 100")).expect("loads").variants;
+    assert_eq!(few, many[..3]);
+    let mut progress: Vec<f32> = many
+        .iter()
+        .map(|variant| match variant {
+            Variant::Blend { progress, .. } => *progress,
+            Variant::Source(_) => 0.0,
+        })
+        .collect();
+    progress.sort_by(f32::total_cmp);
+    assert!(progress[0] >= 0.15 && progress[99] <= 0.85);
+    assert!(progress.windows(2).all(|pair| pair[1] - pair[0] < 0.02), "{progress:?}");
+}
+
+/// Whether a default's text is of its kind and in its range.
+fn fits(node: &Node, kind: Kind) -> bool {
+    match (kind, &node.value) {
+        (Kind::Number { low, high, .. }, &Value::Float(value)) => (low..=high).contains(&(value as f32)),
+        (Kind::Integer { low, high, .. }, &Value::Integer(value)) => {
+            (i128::from(low)..=i128::from(high)).contains(&value)
+        }
+        (Kind::WordOrChoice(words, _), Value::Text(text)) => words.contains(&text.as_str()),
+        (Kind::Fields(record), Value::Record(None, fields)) => {
+            fields.is_empty() && record.fields.iter().all(|field| !matches!(field.default, Default::Required))
+        }
+        (
+            Kind::Choice(choice),
+            Value::Name(name) | Value::Record(Some(super::super::syntax::Name { text: name, .. }), _),
+        ) => choice.kinds.iter().any(|kind| kind.name == name),
+        (Kind::ListOf { choice, low, high }, Value::List(items)) => {
+            (low..=high).contains(&items.len()) && items.iter().all(|item| fits(item, Kind::Choice(choice)))
+        }
+        _ => false,
+    }
+}
+
+fn check_record(record: &'static Record) {
+    for field in record.fields {
+        assert!(!field.about.is_empty(), "{}.{}", record.title, field.name);
+        assert_eq!(record.fields.iter().filter(|other| other.name == field.name).count(), 1, "{}", field.name);
+        if let Default::Is(text) = field.default {
+            let report = Report::new("");
+            let node = tree(text, &report).expect("a default is a value");
+            assert!(report.is_clean() && fits(&node, field.kind), "{}.{} = {text}", record.title, field.name);
+        }
+        match field.kind {
+            Kind::Fields(record) | Kind::Rows { record, .. } => check_record(record),
+            Kind::Choice(choice)
+            | Kind::WordOrChoice(_, choice)
+            | Kind::ListOf { choice, .. }
+            | Kind::Named { choice, .. } => check_choice(choice),
+            _ => {}
+        }
+    }
+}
+
+fn check_choice(choice: &'static Choice) {
+    for kind in choice.kinds {
+        if let Form::One(record) | Form::Fields(record) = kind.form {
+            check_record(record);
+        }
+    }
+}
+
+#[test]
+fn every_default_of_the_tables_is_in_its_range() {
+    check_record(&SET);
+    check_record(&SPECIES);
+}

@@ -1,0 +1,247 @@
+//! The command builds every shipped preset into whole, valid, repeatable sets, and says what is wrong with a bad one.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use treewright::source::glb::read_glb;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn treewright(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+    command.current_dir(root());
+    arguments.iter().for_each(|a| {
+        command.arg(a);
+    });
+    command.output().unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every file below a folder, by its path there.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut work = vec![folder.to_path_buf()];
+    while let Some(next) = work.pop() {
+        for entry in fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                work.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+/// The shipped presets, built once for all tests.
+fn shipped() -> &'static BTreeMap<String, Vec<u8>> {
+    static SETS: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
+    SETS.get_or_init(|| {
+        let out = tempfile::tempdir().unwrap();
+        let output = treewright(&[&"build", &"presets", &"--out", &out.path()]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        files(out.path())
+    })
+}
+
+fn manifests() -> impl Iterator<Item = (String, serde_json::Value)> {
+    shipped()
+        .iter()
+        .filter(|(name, _)| name.ends_with(".manifest.json"))
+        .map(|(name, bytes)| (name.clone(), serde_json::from_slice(bytes).unwrap()))
+}
+
+/// A small preset that builds in a moment, in a folder of its own with the shipped species.
+fn small_project() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("species")).unwrap();
+    fs::copy(root().join("presets/species/shrub.ron"), folder.path().join("species/shrub.ron")).unwrap();
+    fs::write(folder.path().join("small.ron"), SMALL).unwrap();
+    folder
+}
+
+const SMALL: &str = r#"(
+    seed: 1,
+    sources: {
+        "a": Grow(species: "species/shrub.ron", seed: 1),
+    },
+    variants: [Source("a")],
+    foliage: (leaf: "beech", density: 0.3, most: 300),
+    lods: [Full, CrossedQuads],
+    atlas: (size: 512),
+)"#;
+
+#[test]
+fn every_shipped_preset_becomes_a_whole_set() {
+    let presets: Vec<PathBuf> = fs::read_dir(root().join("presets"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|e| e == "ron"))
+        .collect();
+    assert!(presets.len() >= 2);
+    assert_eq!(manifests().count(), presets.len());
+    for (name, manifest) in manifests() {
+        let folder = name.split('/').next().unwrap();
+        for file in manifest["files"].as_array().unwrap() {
+            let path = format!("{folder}/{}", file["file"].as_str().unwrap());
+            let bytes = shipped().get(&path).unwrap_or_else(|| panic!("{path} is missing"));
+            assert_eq!(file["blake3"], treewright::base::Key::of_bytes(bytes).to_hex(), "{path}");
+        }
+        let listed = manifest["files"].as_array().unwrap().len() + 1;
+        assert_eq!(shipped().keys().filter(|k| k.starts_with(&format!("{folder}/"))).count(), listed, "{folder}");
+        assert!(shipped().contains_key(&format!("{folder}/{folder}_contact.png")));
+    }
+}
+
+#[test]
+fn every_variant_is_connected_and_gets_coarser_from_level_to_level() {
+    for (name, manifest) in manifests() {
+        let variants = manifest["variants"].as_array().unwrap();
+        assert!(variants.len() >= 6, "{name}");
+        for variant in variants {
+            assert_eq!(variant["topology_continuity"], 1.0, "{name}: {}", variant["name"]);
+            let levels = variant["levels"].as_array().unwrap();
+            let triangles: Vec<u64> = levels.iter().map(|l| l["triangles"].as_u64().unwrap()).collect();
+            let coverage: Vec<f64> = levels.iter().map(|l| l["screen_coverage"].as_f64().unwrap()).collect();
+            assert!(triangles.windows(2).all(|w| w[1] < w[0]), "{name}: {triangles:?}");
+            assert!(coverage.windows(2).all(|w| w[1] < w[0]), "{name}: {coverage:?}");
+        }
+    }
+}
+
+#[test]
+fn every_asset_reads_back_with_its_levels_and_materials() {
+    let mut count = 0;
+    for (name, bytes) in shipped().iter().filter(|(name, _)| name.ends_with(".glb")) {
+        let info = read_glb(bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(info.meshes.len() >= 4, "{name}");
+        assert!(info.extensions_required.is_empty(), "{name}");
+        assert_eq!(info.extensions_used, ["MSFT_lod"], "{name}");
+        // A second reader agrees.
+        let other = gltf::Gltf::from_slice(bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(other.meshes().len(), info.meshes.len(), "{name}");
+        count += 1;
+    }
+    assert!(count >= 12, "{count} assets");
+}
+
+#[test]
+fn a_second_build_changes_nothing_and_one_thread_makes_the_same_bytes() {
+    let project = small_project();
+    let out = project.path().join("out");
+    let build = |force: bool, threads: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+        command.arg("build").arg(project.path()).arg("--out").arg(&out).env("RAYON_NUM_THREADS", threads);
+        if force {
+            command.arg("--force");
+        }
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        (files(&out), errors(&output))
+    };
+    let (first, _) = build(false, "2");
+    let (second, said) = build(false, "2");
+    assert_eq!(first, second);
+    assert!(said.contains("nothing had changed"), "{said}");
+    let (third, _) = build(true, "1");
+    assert!(first == third, "one thread made other bytes");
+}
+
+#[test]
+fn what_a_preset_no_longer_makes_is_removed_and_nothing_else() {
+    let project = small_project();
+    let out = project.path().join("out");
+    let preset = project.path().join("small.ron");
+    fs::write(&preset, SMALL.replace(r#"[Source("a")]"#, r#"[Source("a"), Source("a")]"#)).unwrap();
+    let build = || treewright(&[&"build", &preset, &"--out", &out]);
+    assert_eq!(build().status.code(), Some(0));
+    let mine = out.join("small/notes.txt");
+    fs::write(&mine, "mine").unwrap();
+    assert!(out.join("small/small_002.glb").exists());
+    fs::write(&preset, SMALL).unwrap();
+    let output = build();
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    assert!(!out.join("small/small_002.glb").exists());
+    assert_eq!(fs::read_to_string(mine).unwrap(), "mine");
+}
+
+#[test]
+fn a_bad_preset_names_file_line_and_fix_and_leaves_the_old_set() {
+    let project = small_project();
+    let out = project.path().join("out");
+    let preset = project.path().join("small.ron");
+    assert_eq!(treewright(&[&"build", &preset, &"--out", &out]).status.code(), Some(0));
+    let before = files(&out);
+    fs::write(&preset, SMALL.replace("density: 0.3", "densty: 0.3").replace("size: 512", "size: 500")).unwrap();
+    let output = treewright(&[&"build", &preset, &"--out", &out]);
+    let said = errors(&output);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.contains("small.ron:7:"), "{said}");
+    assert!(said.contains("density"), "no suggestion: {said}");
+    assert!(said.contains("small.ron:9:"), "only the first error is told: {said}");
+    assert!(files(&out) == before);
+}
+
+#[test]
+fn a_missing_scan_is_an_error_at_its_line() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    fs::write(&preset, SMALL.replace(r#"Grow(species: "species/shrub.ron", seed: 1)"#, r#"Import(file: "gone.csv")"#))
+        .unwrap();
+    let output = treewright(&[&"build", &preset, &"--out", &project.path().join("out")]);
+    let said = errors(&output);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said.contains("small.ron:4:") && said.contains("gone.csv"), "{said}");
+}
+
+#[test]
+fn wrong_usage_is_exit_code_2() {
+    assert_eq!(treewright(&[&"build", &"presets"]).status.code(), Some(2));
+    assert_eq!(treewright(&[&"grow"]).status.code(), Some(2));
+    assert_eq!(treewright(&[&"build", &"no/such/folder", &"--out", &"target/none"]).status.code(), Some(1));
+}
+
+#[test]
+fn the_set_of_scans_is_twelve_connected_hybrids() {
+    let data = std::env::var_os("TREEWRIGHT_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    if !data.is_dir() {
+        assert!(std::env::var_os("CI").is_none(), "the test data is missing: {}", data.display());
+        eprintln!("skipped: no test data at {}", data.display());
+        return;
+    }
+    let project = tempfile::tempdir().unwrap();
+    for (folder, name) in [("presets/species", "oak.ron")] {
+        fs::create_dir_all(project.path().join(folder)).unwrap();
+        fs::copy(root().join(folder).join(name), project.path().join(folder).join(name)).unwrap();
+    }
+    fs::create_dir_all(project.path().join("scans")).unwrap();
+    for name in ["itsme_tree_2.csv", "rtwig_small.csv"] {
+        fs::copy(data.join("skeleton").join(name), project.path().join("scans").join(name)).unwrap();
+    }
+    let text = fs::read_to_string(root().join("examples/scans.ron")).unwrap();
+    let text = text.replace("../../shared/data/skeleton/", "scans/").replace("../presets/", "presets/");
+    let preset = project.path().join("scans.ron");
+    fs::write(&preset, text).unwrap();
+    let out = project.path().join("out");
+    let output = treewright(&[&"build", &preset, &"--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    assert!(errors(&output).contains("bridged"), "what was bridged is not told: {}", errors(&output));
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("scans/scans.manifest.json")).unwrap()).unwrap();
+    let variants = manifest["variants"].as_array().unwrap();
+    assert_eq!(variants.len(), 12);
+    for variant in variants {
+        assert_eq!(variant["topology_continuity"], 1.0, "{}", variant["name"]);
+        assert!(variant["leaves"].as_u64().unwrap() > 200, "{} is bare", variant["name"]);
+    }
+}
