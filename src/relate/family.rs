@@ -11,6 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::Weights;
+use super::alignment::alignment;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use crate::base::Rotation;
@@ -284,7 +285,7 @@ impl Family {
                 let direction = branching_vector(plant.points(id));
                 let turn = match reference {
                     None => Rotation::IDENTITY,
-                    Some(reference) => Rotation::between(reference, direction),
+                    Some(reference) => alignment(reference, direction),
                 };
                 reference = reference.or(Some(direction));
                 self.members.push(Member {

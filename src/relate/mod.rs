@@ -1,5 +1,6 @@
 //! Plants in correspondence: matching them, and the [`Family`] that every blend is made from.
 
+mod alignment;
 mod assignment;
 mod family;
 mod fuzzy;
