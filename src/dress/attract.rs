@@ -43,10 +43,8 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
                 return None;
             }
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
-            let mut nearest = f32::INFINITY;
-            grid.near(p, wood.reach, |j| nearest = nearest.min(wood.near[j as usize].distance_squared(p)));
-            let far = nearest.sqrt() / wood.reach;
-            (s.at(4).unit() >= far * far && far < 1.0).then_some(p)
+            let near = wood.reach * s.at(4).unit().sqrt();
+            grid.any(&wood.near, p, near).then_some(p)
         })
         .collect()
 }

@@ -39,7 +39,14 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
     let mut shoots: Vec<Shoot> = wood
         .starts
         .iter()
-        .map(|s| Shoot { position: s.position, parent: None, direction: s.direction, depth: 0, children: 0, latest: Vec3::ZERO })
+        .map(|s| Shoot {
+            position: s.position,
+            parent: None,
+            direction: s.direction,
+            depth: 0,
+            children: 0,
+            latest: Vec3::ZERO,
+        })
         .collect();
     let most = shoots.len() + points.len() * usize::from(wood.rounds);
     let grid = Grid::new(points, influence * 0.5);

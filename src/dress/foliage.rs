@@ -53,7 +53,8 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
                 // The plant's own branch ends are leafy first.
                 0.1 * exponential(address(seed, site).child("order"), 1.0)
             } else {
-                let inside = math::smoothstep(0.1, 0.9, wood.crown.depth(posed.at(&plant, site.chain, 0.5).position) / deepest);
+                let inside =
+                    math::smoothstep(0.1, 0.9, wood.crown.depth(posed.at(&plant, site.chain, 0.5).position) / deepest);
                 exponential(chain.child("order"), 1.0 - 0.75 * inside)
                     + 0.25 * exponential(address(seed, site).child("order"), if site.terminal { 4.0 } else { 1.0 })
             };
@@ -96,7 +97,10 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
             continue;
         }
         let tip = plant.radii(id)[plant.radii(id).len() - 1];
-        if own && (tip > wood.thin || posed.chain(plant, id).last().is_none_or(|p| p.y < wood.floor)) {
+        if own
+            && (tip > wood.thin
+                || (plant.chain(id).parent.is_none() && posed.chain(plant, id).last().is_none_or(|p| p.y < wood.floor)))
+        {
             continue;
         }
         let leafy =
@@ -148,10 +152,11 @@ fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressPa
     let y = axis * cos + radial * sin;
     let droop = params.droop * s.child("droop").range(0.4, 1.0);
     let y = (y - Vec3::Y * droop).normalize_or(axis);
-    // The upper face looks up and out of the crown, with some disorder.
+    // The upper face looks out of the crown and a little up, with some disorder: a card is looked at from the ground,
+    // and one that lies flat shows an edge, or its unlit back.
     let (low, high) = wood.crown.bounds();
     let out = (pose.position - (low + high) * 0.5).normalize_or(Vec3::Y);
-    let face = out * 0.85 + Vec3::Y * 0.45 + s.child("face").direction() * 0.5;
+    let face = Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5;
     let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
     let x = y.cross(z);
     let local = |v| pose.frame.to_local(v);

@@ -65,6 +65,19 @@ impl Grid {
         }
     }
 
+    /// Whether one of the points `points`, the ones the grid was made of, lies within `radius` of `centre`.
+    pub(super) fn any(&self, points: &[Vec3], centre: Vec3, radius: f32) -> bool {
+        let (low, high) = (self.place(centre - radius), self.place(centre + radius));
+        let within = |&i: &u32| points[i as usize].distance_squared(centre) < radius * radius;
+        (low[2]..=high[2]).any(|z| {
+            (low[1]..=high[1]).any(|y| {
+                let from = self.starts[self.index([low[0], y, z])] as usize;
+                let to = self.starts[self.index([high[0], y, z]) + 1] as usize;
+                self.items[from..to].iter().any(within)
+            })
+        })
+    }
+
     fn place(&self, p: Vec3) -> [usize; 3] {
         let q = (p - self.low) / self.cell;
         // A cast saturates: below zero is 0.
@@ -73,5 +86,26 @@ impl Grid {
 
     fn index(&self, place: [usize; 3]) -> usize {
         (place[2] * self.size[1] + place[1]) * self.size[0] + place[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+
+    #[test]
+    fn no_point_of_a_ball_is_missed() {
+        let points: Vec<Vec3> =
+            (0..500).map(|i| Seed::new(1).at(i).direction() * Seed::new(2).at(i).range(0.0, 4.0)).collect();
+        let grid = Grid::new(&points, 0.7);
+        for i in 0..50 {
+            let centre = Seed::new(3).at(i).direction() * 3.0;
+            let mut found = Vec::new();
+            grid.near(centre, 1.1, |p| found.push(p as usize));
+            let inside: Vec<usize> = (0..points.len()).filter(|&p| points[p].distance(centre) < 1.1).collect();
+            assert!(inside.iter().all(|p| found.contains(p)));
+            assert_eq!(grid.any(&points, centre, 1.1), !inside.is_empty());
+        }
     }
 }

@@ -30,3 +30,138 @@ pub fn dress(plant: &Plant, params: &DressParams, seed: Seed) -> Plant {
     let twiggy = twig::add(plant, &posed, &wood, &shoots);
     foliage::add(plant, twiggy, &wood, params, seed.child("leaves"))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::plant::{PlantBuilder, dump};
+
+    fn params() -> DressParams {
+        DressParams {
+            density: 1.0,
+            most_leaves: 20_000,
+            leaf_size: 0.3,
+            leaf_spread: 0.2,
+            leaf_angle: 0.9,
+            twig_length: 0.5,
+            droop: 0.2,
+            pictures: 3,
+        }
+    }
+
+    /// A trunk of `height` metres with limbs all round its upper half.
+    fn tree(height: f32, limbs: u64) -> Plant {
+        let mut builder = PlantBuilder::new();
+        let h = height;
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * (h * 0.5), Vec3::Y * h], &[h * 0.02, h * 0.015, h * 0.001]);
+        for i in 0..limbs {
+            let s = Seed::new(5).at(i);
+            let out = Vec3::new(s.direction().x, 0.35, s.direction().z).normalize() * (h * 0.25);
+            let location = 0.4 + 0.55 * s.at(9).unit();
+            builder.branch(stem, location, &[Vec3::ZERO, out * 0.5, out], &[h * 0.006, h * 0.003, h * 0.001]);
+        }
+        builder.finish().unwrap()
+    }
+
+    #[test]
+    fn the_plants_own_chains_stay_what_they_were() {
+        let bare = tree(8.0, 12);
+        let leafy = dress(&bare, &params(), Seed::new(1));
+        assert!(leafy.chains().len() > bare.chains().len() && leafy.leaves().len() > 100);
+        for id in bare.chain_ids() {
+            assert_eq!(bare.points(id), leafy.points(id));
+            assert_eq!(bare.radii(id), leafy.radii(id));
+            assert_eq!((bare.chain(id).parent, bare.chain(id).location), (leafy.chain(id).parent, leafy.chain(id).location));
+        }
+    }
+
+    #[test]
+    fn raising_the_density_only_adds() {
+        let bare = tree(8.0, 12);
+        let places = |density: f32| {
+            let plant = dress(&bare, &DressParams { density, ..params() }, Seed::new(1));
+            let posed = plant.pose();
+            let mut places: Vec<[u32; 3]> = plant
+                .leaves()
+                .iter()
+                .map(|l| (posed.leaf(&plant, l).position + posed.leaf(&plant, l).frame.y * l.size).to_array().map(f32::to_bits))
+                .collect();
+            places.sort_unstable();
+            places
+        };
+        let (few, many) = (places(0.3), places(0.9));
+        assert!(few.len() * 2 < many.len(), "{} {}", few.len(), many.len());
+        assert!(few.iter().all(|p| many.binary_search(p).is_ok()));
+    }
+
+    #[test]
+    fn leaf_area_follows_the_crown_at_every_size() {
+        for (height, limbs) in [(3.7, 20), (8.0, 20), (17.0, 4)] {
+            let plant = dress(&tree(height, limbs), &params(), Seed::new(2));
+            let area: f32 = plant.leaves().iter().map(|l| l.size * l.size).sum();
+            // The bare limbs span a disc of half the height.
+            let disc = std::f32::consts::PI * (height * 0.25) * (height * 0.25);
+            assert!(area > disc * 2.0 && area < disc * 40.0, "{height}: {area} over {disc}");
+        }
+    }
+
+    #[test]
+    fn capped_leaves_grow_up_to_twice_their_size() {
+        let bare = tree(8.0, 12);
+        let plant = dress(&bare, &DressParams { most_leaves: 50, leaf_spread: 0.0, ..params() }, Seed::new(1));
+        assert_eq!(plant.leaves().len(), 50);
+        assert!(plant.leaves().iter().all(|l| (l.size - 0.6).abs() < 1e-5));
+    }
+
+    #[test]
+    fn foliage_keeps_to_the_wood() {
+        let bare = tree(8.0, 3);
+        let plant = dress(&bare, &params(), Seed::new(1));
+        let (posed, wood) = (plant.pose(), bare.pose());
+        for leaf in plant.leaves() {
+            let p = posed.leaf(&plant, leaf).position;
+            // Against the axes, finely sampled.
+            let nearest = bare
+                .chain_ids()
+                .flat_map(|id| (0..=40).map(move |k| (id, k as f32 / 40.0)))
+                .map(|(id, t)| wood.at(&bare, id, t).position.distance(p))
+                .fold(f32::MAX, f32::min);
+            assert!(nearest < 3.0, "{nearest}");
+            assert!(p.y > 8.0 * 0.2);
+        }
+    }
+
+    #[test]
+    fn leaves_that_a_plant_brings_are_all_it_gets() {
+        let once = dress(&tree(5.0, 6), &params(), Seed::new(1));
+        assert_eq!(dress(&once, &params(), Seed::new(2)), once);
+    }
+
+    #[test]
+    fn the_same_plant_and_seed_give_the_same_leaves() {
+        let bare = tree(5.0, 6);
+        let (a, b) = (dress(&bare, &params(), Seed::new(1)), dress(&bare, &params(), Seed::new(1)));
+        assert_eq!(dump(&a), dump(&b));
+        assert!(a != dress(&bare, &params(), Seed::new(2)));
+    }
+
+    #[test]
+    fn wild_parameters_and_plants_break_nothing() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::ZERO], &[0.0, 0.0]);
+        let point = builder.finish().unwrap();
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y], &[0.0; 3]);
+        builder.branch(stem, 1.0, &[Vec3::ZERO, Vec3::ZERO], &[3.0, 0.0]);
+        let odd = builder.finish().unwrap();
+        for plant in [point, odd, tree(2.0, 1), tree(90.0, 2), Plant::default()] {
+            for (leaf_size, twig_length, density, pictures) in [(1e-6, 1e-6, 1.0, 0), (50.0, 80.0, 9.0, 1), (0.0, 0.0, 1.0, 1)] {
+                let wild = DressParams { leaf_size, twig_length, density, pictures, most_leaves: 3000, ..params() };
+                let leafy = dress(&plant, &wild, Seed::new(1));
+                assert!(leafy.leaves().len() <= 3000);
+            }
+        }
+    }
+}

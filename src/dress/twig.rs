@@ -71,7 +71,11 @@ impl Wood {
         }
         // A scan or a sapling may have a few bare limbs only: 1 where twigs have to make the whole crown. The wood's
         // length is a measure of it that cutting chains finer does not change.
-        let length: f32 = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()).map(|id| posed.curve(plant, id).length()).sum();
+        let length: f32 = plant
+            .chain_ids()
+            .filter(|&id| plant.chain(id).parent.is_some())
+            .map(|id| posed.curve(plant, id).length())
+            .sum();
         let sparse = 1.0 - (length / (extent * SPARSE)).min(1.0);
         let twig = params.twig_length.clamp(extent * 0.01, extent * 0.15);
         let reach = (twig * 2.2).max(extent * 0.16 * sparse);
@@ -100,7 +104,20 @@ impl Wood {
         let near = starts.iter().map(|s| s.position).collect();
         let leaf = params.leaf_size.min(extent * LEAF_SHARE);
         let tip = (leaf * 0.006).clamp(extent * 1e-4, extent * 1e-3);
-        Some(Self { crown, swell, floor: base - swell * 0.7, step, reach, rounds, spacing: step * 0.95, starts, near, leaf, tip, thin })
+        Some(Self {
+            crown,
+            swell,
+            floor: base - swell * 0.7,
+            step,
+            reach,
+            rounds,
+            spacing: step * 0.95,
+            starts,
+            near,
+            leaf,
+            tip,
+            thin,
+        })
     }
 }
 

@@ -71,9 +71,10 @@ impl CrownLight {
     #[must_use]
     pub fn outward(&self, point: Vec3) -> Vec3 {
         let half = ((self.high - self.low) * 0.5).max(Vec3::splat(self.dark * 0.25 + 1e-6));
-        // Seen from a little below the middle: the underside of a crown is flatter than its top.
-        let from = self.centre() - Vec3::Y * (half.y * 0.25);
-        ((point - from) / half / half * half.max_element()).normalize_or(Vec3::Y)
+        let d = (point - self.centre()) / half / half;
+        // Engines turn the normals of a card's back round. Normals that lean on the horizon keep the far rim of a crown,
+        // which is seen from behind, from looking down into the dark.
+        Vec3::new(d.x, d.y * 0.65, d.z).normalize_or(Vec3::Y)
     }
 
     /// Share of the sky that a place sees, 255 is all.

@@ -9,6 +9,8 @@ mod lightmap;
 mod rings;
 mod sides;
 mod tangent;
+#[cfg(test)]
+mod tests;
 mod tube;
 
 use glam::{Vec2, Vec3};

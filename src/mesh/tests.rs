@@ -1,0 +1,249 @@
+//! Properties of the whole mesher over random plants.
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::base::{Rotation, Seed};
+use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
+
+/// A random plant: crooked chains of any thickness, some points doubled, some radii zero, and leaves.
+fn plant(seed: u64, wild: bool) -> Plant {
+    let seed = Seed::new(seed).child("plant");
+    let mut builder = PlantBuilder::new();
+    for i in 0..14 {
+        let s = seed.at(i);
+        let count = 2 + s.child("count").index(9);
+        let mut points = vec![Vec3::ZERO];
+        for k in 1..count as u64 {
+            let step = (s.at(k).direction() * 0.6 + Vec3::Y) * s.at(k).child("step").range(0.05, 0.7);
+            let still = wild && s.at(k).child("still").unit() < 0.2;
+            points.push(points[points.len() - 1] + if still { Vec3::ZERO } else { step });
+        }
+        let base = if i == 0 { 0.3 } else { s.child("radius").range(0.001, 0.15) };
+        let radii: Vec<f32> = (0..count)
+            .map(|k| {
+                if wild && s.at(k as u64).child("zero").unit() < 0.2 {
+                    0.0
+                } else {
+                    base * (1.0 - k as f32 / count as f32)
+                }
+            })
+            .collect();
+        if i == 0 {
+            builder.stem(Vec3::ZERO, &points, &radii);
+        } else {
+            builder.branch(ChainId(s.child("parent").index(i as usize) as u32), s.child("at").unit(), &points, &radii);
+        }
+        for k in 0..6 {
+            let l = s.child("leaf").at(k);
+            let orientation = Rotation::about(l.direction(), l.range(0.0, 6.0));
+            let size = if wild && k == 0 { 0.0 } else { 0.2 };
+            builder.leaf(Leaf { chain: ChainId(i as u32), location: l.unit(), orientation, size, slot: k as u16 });
+        }
+    }
+    builder.finish().unwrap()
+}
+
+const DETAIL: TubeDetail = TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7 };
+
+#[test]
+fn meshes_of_random_plants_are_sound() {
+    for seed in 0..60 {
+        let plant = plant(seed, seed % 2 == 1);
+        let posed = plant.pose();
+        for error in [0.0, 0.004, 0.5] {
+            let mut bark = tubes(&plant, &posed, &TubeDetail { error, ..DETAIL });
+            add_tangents(&mut bark).unwrap();
+            assert_eq!(problems(&bark), [""; 0], "bark of {seed} at {error}");
+            optimize(&mut bark).unwrap();
+            assert_eq!(problems(&bark), [""; 0]);
+        }
+        for shape in [CardShape::Flat, CardShape::Folded] {
+            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), shape);
+            add_tangents(&mut leaf).unwrap();
+            assert_eq!(problems(&leaf), [""; 0], "leaves of {seed}");
+        }
+    }
+}
+
+#[test]
+fn a_straight_taper_needs_its_two_ends_only_and_stands_where_it_should() {
+    let mut builder = PlantBuilder::new();
+    let points: Vec<Vec3> = (0..=50).map(|k| Vec3::Y * (k as f32 * 0.1)).collect();
+    let stem = builder.stem(Vec3::ZERO, &points, &[0.2; 51]);
+    let radii: Vec<f32> = (0..=50).map(|k| 0.05 - 0.001 * k as f32).collect();
+    builder.branch(stem, 0.6, &points.iter().map(|p| Vec3::new(p.y, 0.0, 0.0)).collect::<Vec<_>>(), &radii);
+    let plant = builder.finish().unwrap();
+    let posed = plant.pose();
+    let detail = TubeDetail { error: 0.05, ..DETAIL };
+    let mesh = tubes(&plant, &posed, &detail);
+    assert_eq!(problems(&mesh), [""; 0]);
+    assert!(mesh.indices.len() / 3 < 160, "{}", mesh.indices.len() / 3);
+    let top = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.y));
+    assert!(top > 5.0 && top < 5.2, "{top}");
+    assert!(mesh.positions.iter().all(|p| p.y > -1e-4));
+    let tip = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.x));
+    assert!((tip - 5.0).abs() < 0.01, "{tip}");
+}
+
+#[test]
+fn a_branch_starts_inside_its_parents_wood() {
+    for (angle, radius) in [(1.57, 0.15), (1.0, 0.19), (0.6, 0.1), (0.3, 0.05), (2.4, 0.02)] {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.2]);
+        let (sin, cos) = crate::base::math::sin_cos(angle);
+        let way = Vec3::new(sin, cos, 0.0);
+        builder.branch(stem, 0.5, &[Vec3::ZERO, way, way * 2.0], &[radius, radius * 0.8, 0.01]);
+        let plant = builder.finish().unwrap();
+        let posed = plant.pose();
+        let mesh = tubes(&plant, &posed, &DETAIL);
+        // The branch's skin comes second: what of it lies nearer to the trunk's axis than the trunk's surface is hidden.
+        let branch =
+            mesh.positions.iter().rposition(|p| p.y >= 3.9 && p.x.abs() < 0.25 && p.z.abs() < 0.25).unwrap() + 1;
+        let distance = |p: Vec3| Vec3::new(p.x, 0.0, p.z).length();
+        let first = mesh.positions[branch..].iter().take(4);
+        assert!(first.clone().count() == 4 && first.clone().all(|&p| distance(p) <= 0.2 + 1e-4), "{angle} {radius}");
+        assert!(mesh.positions[branch..].iter().any(|&p| distance(p) > 0.5));
+    }
+}
+
+#[test]
+fn tubes_face_outward() {
+    let mut builder = PlantBuilder::new();
+    builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[0.3, 0.25, 0.2]);
+    let plant = builder.finish().unwrap();
+    let mesh = tubes(&plant, &plant.pose(), &DETAIL);
+    for t in mesh.indices.chunks_exact(3) {
+        let [a, b, c] = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize]);
+        let face = (b - a).cross(c - a);
+        let middle = (a + b + c) / 3.0;
+        assert!(face.dot(middle - Vec3::Y * 1.0) > 0.0);
+        assert!(t.iter().all(|&i| mesh.normals[i as usize].dot(face) > 0.0));
+    }
+}
+
+#[test]
+fn bark_goes_round_a_whole_number_of_times() {
+    let plant = plant(3, false);
+    let mesh = tubes(&plant, &plant.pose(), &DETAIL);
+    let widest = mesh.uvs.iter().fold(0.0_f32, |a, uv| a.max(uv.x));
+    // 2 π 0.3 m over tiles of 0.7 m.
+    assert_eq!(widest, 3.0);
+}
+
+#[test]
+fn a_card_spans_its_picture_from_base_to_tip() {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+    builder.leaf(Leaf { chain: stem, location: 0.5, orientation: Rotation::IDENTITY, size: 0.4, slot: 7 });
+    let plant = builder.finish().unwrap();
+    let posed = plant.pose();
+    let mesh = leaf_cards(
+        &plant,
+        &posed,
+        &[LeafCard { leaf: 0, scale: 1.5 }, LeafCard { leaf: 9, scale: 1.0 }],
+        CardShape::Flat,
+    );
+    assert_eq!(mesh.positions.len(), 4);
+    assert_eq!(mesh.tiles, [7; 4]);
+    for (p, uv) in mesh.positions.iter().zip(&mesh.uvs) {
+        let expected = Vec3::new((uv.x - 0.5) * 0.6, 1.0 + (1.0 - uv.y) * 0.6, 0.0);
+        assert!(p.distance(expected) < 1e-5, "{p} {uv}");
+    }
+    let none = leaf_cards(&plant, &posed, &[LeafCard { leaf: 0, scale: 0.0 }], CardShape::Folded);
+    assert_eq!(none, Mesh::default());
+}
+
+#[test]
+fn dropping_thin_wood_drops_what_it_bears() {
+    let plant = plant(5, false);
+    let posed = plant.pose();
+    let all = tubes(&plant, &posed, &DETAIL);
+    let thick = tubes(&plant, &posed, &TubeDetail { min_radius: 0.08, ..DETAIL });
+    let none = tubes(&plant, &posed, &TubeDetail { min_radius: 9.0, ..DETAIL });
+    assert!(thick.indices.len() < all.indices.len() && !thick.indices.is_empty());
+    assert_eq!(none, Mesh::default());
+}
+
+#[test]
+fn the_middle_of_a_crown_is_darker_than_its_rim() {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.1, 0.05]);
+    for i in 0..400 {
+        let s = Seed::new(1).at(i);
+        let p = s.direction() * 3.0;
+        let id = builder.branch(stem, 0.6, &[Vec3::ZERO, p], &[0.01, 0.005]);
+        builder.leaf(Leaf { chain: id, location: 1.0, orientation: Rotation::IDENTITY, size: 0.1, slot: 0 });
+    }
+    let plant = builder.finish().unwrap();
+    let light = CrownLight::of(&plant, &plant.pose());
+    let middle = light.shade(Vec3::Y * 4.8);
+    assert!(middle < 120 && light.shade(Vec3::Y * 7.7) > 225, "{middle}");
+    assert!(light.shade(Vec3::Y * 20.0) == 255);
+    assert!(light.outward(Vec3::new(3.0, 4.8, 0.0)).x > 0.95);
+}
+
+#[test]
+fn broken_meshes_are_told_and_never_reach_the_optimizer() {
+    let mut mesh = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        normals: vec![Vec3::Z; 3],
+        uvs: vec![Vec2::ZERO; 3],
+        occlusion: vec![255; 3],
+        indices: vec![0, 1, 2],
+        ..Mesh::default()
+    };
+    assert_eq!(problems(&mesh), [""; 0]);
+    // No texture direction at all: a fallback.
+    add_tangents(&mut mesh).unwrap();
+    assert_eq!(problems(&mesh), [""; 0]);
+    let sound = mesh.clone();
+    mesh.indices = vec![0, 1, 3];
+    assert_eq!(problems(&mesh).len(), 1);
+    assert_eq!(optimize(&mut mesh), Err(MeshError::OutOfRange { at: 2, index: 3, vertices: 3 }));
+    mesh.indices = vec![0, 1];
+    assert_eq!(add_tangents(&mut mesh), Err(MeshError::Ragged(2)));
+    assert_eq!(problems(&mesh).len(), 1);
+    mesh = Mesh { indices: vec![0, 1, 1], normals: vec![Vec3::NAN; 3], ..sound.clone() };
+    assert_eq!(problems(&mesh).len(), 3, "{:?}", problems(&mesh));
+    mesh = Mesh { uvs: vec![], ..sound };
+    assert!(matches!(optimize(&mut mesh), Ok(())) && !problems(&mesh).is_empty());
+}
+
+#[test]
+fn tangents_follow_u_and_the_picture_is_not_mirrored() {
+    let mut mesh = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        normals: vec![Vec3::Z; 3],
+        uvs: vec![Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(0.0, 0.0)],
+        occlusion: vec![255; 3],
+        indices: vec![0, 1, 2],
+        ..Mesh::default()
+    };
+    add_tangents(&mut mesh).unwrap();
+    assert_eq!(mesh.tangents, [[1.0, 0.0, 0.0, 1.0]; 3]);
+}
+
+#[test]
+fn optimizing_keeps_every_triangle() {
+    let plant = plant(8, false);
+    let mut mesh = tubes(&plant, &plant.pose(), &DETAIL);
+    add_tangents(&mut mesh).unwrap();
+    let corners = |mesh: &Mesh| {
+        let mut triangles: Vec<Vec<[u32; 3]>> = mesh
+            .indices
+            .chunks_exact(3)
+            .map(|t| {
+                let mut t: Vec<_> =
+                    t.iter().map(|&i| mesh.positions[i as usize].to_array().map(f32::to_bits)).collect();
+                t.sort_unstable();
+                t
+            })
+            .collect();
+        triangles.sort_unstable();
+        triangles
+    };
+    let before = corners(&mesh);
+    optimize(&mut mesh).unwrap();
+    assert_eq!(before, corners(&mesh));
+}
