@@ -1,5 +1,6 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod alpha;
 mod bark_art;
 mod bark_height;
 mod coverage;
@@ -23,6 +24,7 @@ pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
+pub use alpha::ALPHA_CUTOFF;
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -38,6 +38,10 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
             if s.at(3).unit() > 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside) {
                 return None;
             }
+            // Foliage comes in clumps with gaps between.
+            if s.at(5).unit() > math::smoothstep(0.18, 0.5, clump(p / (wood.reach * 1.1), seed.child("clumps"))) {
+                return None;
+            }
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
             let mut nearest = f32::INFINITY;
             grid.near(p, wood.reach, |j| nearest = nearest.min(wood.near[j as usize].distance_squared(p)));
@@ -45,4 +49,19 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
             (s.at(4).unit() >= far * far && far < 1.0).then_some(p)
         })
         .collect()
+}
+
+/// Smooth noise with features of about 1, 0..=1: the eight corners' random values, eased.
+fn clump(p: Vec3, seed: Seed) -> f32 {
+    let cell = p.floor();
+    let f = p - cell;
+    let f = f * f * (Vec3::splat(3.0) - f * 2.0);
+    let corner = |x: f32, y: f32, z: f32| {
+        // Cells are counted from a corner far away, so that they are never negative.
+        let at = |v: f32| (v + 1_048_576.0) as u64;
+        seed.at(at(cell.x + x)).at(at(cell.y + y)).at(at(cell.z + z)).unit()
+    };
+    let row = |y: f32, z: f32| corner(0.0, y, z) * (1.0 - f.x) + corner(1.0, y, z) * f.x;
+    let face = |z: f32| row(0.0, z) * (1.0 - f.y) + row(1.0, z) * f.y;
+    face(0.0) * (1.0 - f.z) + face(1.0) * f.z
 }

@@ -12,11 +12,10 @@ use super::grid::Grid;
 use super::twig::Wood;
 use crate::base::Seed;
 
-/// Rounds, and so the longest twig in steps.
-const ROUNDS: u16 = 9;
 /// Twigs that may leave one place on the wood, and one node of a twig.
-const FORKS_WOOD: u8 = 2;
-const FORKS_TWIG: u8 = 2;
+const FORKS: u8 = 2;
+/// Cosine of the smallest angle between two shoots of one node.
+const APART: f32 = 0.8;
 
 /// A node of a twig or a place on the wood where twigs can start.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +29,8 @@ pub(super) struct Shoot {
     /// Steps from the wood.
     pub(super) depth: u16,
     children: u8,
+    /// Direction of its latest child.
+    latest: Vec3,
 }
 
 /// Grows twigs. The first of the result are the wood's `starts`, in order.
@@ -38,15 +39,15 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
     let mut shoots: Vec<Shoot> = wood
         .starts
         .iter()
-        .map(|s| Shoot { position: s.position, parent: None, direction: s.direction, depth: 0, children: 0 })
+        .map(|s| Shoot { position: s.position, parent: None, direction: s.direction, depth: 0, children: 0, latest: Vec3::ZERO })
         .collect();
-    let most = shoots.len() + points.len() * usize::from(ROUNDS);
+    let most = shoots.len() + points.len() * usize::from(wood.rounds);
     let grid = Grid::new(points, influence * 0.5);
     // For each point the nearest shoot and its squared distance; reached points are done.
     let mut nearest = vec![(f32::INFINITY, u32::MAX); points.len()];
     let mut done = vec![false; points.len()];
     let mut fresh = 0;
-    for _ in 0..ROUNDS {
+    for _ in 0..wood.rounds {
         for (i, shoot) in shoots.iter().enumerate().skip(fresh) {
             grid.near(shoot.position, influence, |p| {
                 let p = p as usize;
@@ -69,8 +70,7 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
         for group in pulls.chunk_by(|a, b| a.0 == b.0) {
             let from = group[0].0;
             let shoot = shoots[from as usize];
-            let forks = if shoot.parent.is_some() { FORKS_TWIG } else { FORKS_WOOD };
-            if shoot.children >= forks || shoot.depth >= ROUNDS || shoots.len() >= most {
+            if shoot.children >= FORKS || shoot.depth >= wood.rounds || shoots.len() >= most {
                 continue;
             }
             let pull: Vec3 =
@@ -81,24 +81,16 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
                 .normalize_or(shoot.direction);
             let start = wood.starts.get(from as usize).map_or(0.0, |s| s.radius);
             let position = shoot.position + direction * (step.max(start + step * 0.5));
-            let crowded = shoot.children > 0
-                && shoots[fresh.min(shoots.len())..]
-                    .iter()
-                    .rev()
-                    .take(1)
-                    .any(|s| s.position.distance(position) < step * 0.3);
-            // The same way again: the first child's direction is kept in the parent's, see below.
-            if crowded || (shoot.children > 0 && direction.dot(shoot.direction) > 0.8) {
+            // Points that pull the same way again are in balance with others: give them up.
+            if shoot.children > 0 && direction.dot(shoot.latest) > APART {
                 group.iter().for_each(|&(_, p)| done[p as usize] = true);
                 continue;
             }
             let parent = &mut shoots[from as usize];
             parent.children += 1;
-            if parent.parent.is_some() {
-                parent.direction = direction;
-            }
+            parent.latest = direction;
             let depth = shoot.depth + 1;
-            shoots.push(Shoot { position, parent: Some(from), direction, depth, children: 0 });
+            shoots.push(Shoot { position, parent: Some(from), direction, depth, children: 0, latest: Vec3::ZERO });
             grew = true;
         }
         if !grew {

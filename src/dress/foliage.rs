@@ -1,8 +1,11 @@
 //! Leaves along the twigs.
 //!
 //! Sites follow each other along a twig by the golden angle, with one at its end. Each site has a place in one fixed,
-//! seeded order in which outer and terminal sites come early; the density says how far down the order leaves are put.
-//! Their number follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean
+//! seeded order, and the density says how far down the order leaves are put. In the order the sites of a twig stand
+//! close together and those of outer twigs early: so a thin crown has fewer leafy twigs with gaps between them, as a
+//! real one has, and not the same twigs with fewer leaves, which looks like confetti. Twigs left bare are dropped.
+//!
+//! The number of leaves follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean
 //! area of the crown's shadows from three sides, whatever the size of the tree.
 
 use std::f32::consts::TAU;
@@ -11,11 +14,11 @@ use glam::Vec3;
 
 use super::twig::Wood;
 use crate::base::{Frame, Rotation, Seed, math};
-use crate::plant::{ChainId, Leaf, Plant, PlantBuilder, Posed};
+use crate::plant::{ChainId, Leaf, Plant, Posed};
 use crate::preset::plan::DressParams;
 
 /// Card area over shadow area at density 1.
-const INDEX: f32 = 3.6;
+const INDEX: f32 = 8.0;
 /// Golden angle, radians.
 const GOLDEN: f32 = 2.399_963;
 /// Largest factor by which leaves are enlarged when there may not be enough of them.
@@ -33,7 +36,7 @@ struct Site {
 pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams, seed: Seed) -> Plant {
     let posed = plant.pose();
     let sites = sites(bare, &plant, &posed, wood, params);
-    let card = params.leaf_size * params.leaf_size;
+    let card = wood.leaf * wood.leaf;
     let area = params.density * INDEX * shadow(&posed, wood);
     let want = (area / card.max(1e-8)).min(4e6);
     let allowed = want.min(params.most_leaves as f32).min(sites.len() as f32).max(1.0);
@@ -45,22 +48,37 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
         .iter()
         .enumerate()
         .map(|(i, site)| {
-            let depth = wood.crown.depth(posed.curve(&plant, site.chain).point(f64::from(site.location)));
-            let inside = math::smoothstep(0.1, 0.9, depth / deepest);
-            let weight = (1.0 - 0.75 * inside) * if site.terminal { 4.0 } else { 1.0 };
-            let u = address(seed, site).child("order").unit();
-            (-math::ln((u + 1e-7).min(1.0)) / weight, i as u32)
+            let chain = seed.at(u64::from(site.chain.0));
+            let key = if site.chain.index() < bare.chains().len() {
+                // The plant's own branch ends are leafy first.
+                0.1 * exponential(address(seed, site).child("order"), 1.0)
+            } else {
+                let inside = math::smoothstep(0.1, 0.9, wood.crown.depth(posed.at(&plant, site.chain, 0.5).position) / deepest);
+                exponential(chain.child("order"), 1.0 - 0.75 * inside)
+                    + 0.25 * exponential(address(seed, site).child("order"), if site.terminal { 4.0 } else { 1.0 })
+            };
+            (key, i as u32)
         })
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     order.truncate(allowed as usize);
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
-    let leaves: Vec<Leaf> =
-        chosen.iter().map(|&i| leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed)).collect();
-    let mut builder = PlantBuilder::from_plant(plant.clone());
-    leaves.into_iter().for_each(|l| builder.leaf(l));
+    let mut leafy = vec![false; plant.chains().len()];
+    chosen.iter().for_each(|&i| leafy[sites[i as usize].chain.index()] = true);
+    let (mut builder, moved) = super::twig::prune(&plant, bare.chains().len(), &mut leafy);
+    for &i in &chosen {
+        let leaf = leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed);
+        if let Some(chain) = moved[leaf.chain.index()] {
+            builder.leaf(Leaf { chain, ..leaf });
+        }
+    }
     builder.finish().unwrap_or(plant)
+}
+
+/// An exponentially distributed number of mean 1 / `rate`.
+fn exponential(seed: Seed, rate: f32) -> f32 {
+    -math::ln((seed.unit() + 1e-7).min(1.0)) / rate
 }
 
 fn address(seed: Seed, site: &Site) -> Seed {
@@ -69,7 +87,7 @@ fn address(seed: Seed, site: &Site) -> Seed {
 
 /// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
 fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
-    let gap = (params.leaf_size * 0.3).max(wood.step * 0.2);
+    let gap = (wood.leaf * 0.3).max(wood.step * 0.2);
     let mut sites = Vec::new();
     for id in plant.chain_ids() {
         let own = id.index() < bare.chains().len();
@@ -133,13 +151,13 @@ fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressPa
     // The upper face looks up and out of the crown, with some disorder.
     let (low, high) = wood.crown.bounds();
     let out = (pose.position - (low + high) * 0.5).normalize_or(Vec3::Y);
-    let face = out * 0.6 + Vec3::Y * 0.5 + s.child("face").direction() * 0.55;
+    let face = out * 0.85 + Vec3::Y * 0.45 + s.child("face").direction() * 0.5;
     let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
     let x = y.cross(z);
     let local = |v| pose.frame.to_local(v);
     let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let spread = params.leaf_spread.clamp(0.0, 0.9);
-    let size = params.leaf_size * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
+    let size = wood.leaf * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
     Leaf { chain: site.chain, location: site.location, orientation, size, slot }
 }

@@ -9,6 +9,12 @@ use crate::preset::plan::DressParams;
 
 /// Share of the thickest radius up to which wood bears twigs.
 const THIN: f32 = 0.22;
+/// How far a twig's points may lie from a straight line to be left out, in steps.
+const STRAIGHT: f32 = 0.14;
+/// Longest leaf, as a share of the plant's extent: a picture meant for a tall tree must not swallow a sapling.
+const LEAF_SHARE: f32 = 1.0 / 15.0;
+/// Length of all branches, in extents of the plant, from which on a plant has a crown of its own.
+const SPARSE: f32 = 8.0;
 
 /// A place on the wood where a twig can start.
 #[derive(Clone, Copy, Debug)]
@@ -35,12 +41,16 @@ pub(super) struct Wood {
     pub(super) step: f32,
     /// How far from the wood a leaf point may lie.
     pub(super) reach: f32,
+    /// Longest twig, in steps.
+    pub(super) rounds: u16,
     /// Distance between leaf points at the hull.
     pub(super) spacing: f32,
     /// Places where twigs can start.
     pub(super) starts: Vec<Start>,
     /// The same places' positions.
     pub(super) near: Vec<Vec3>,
+    /// Length of a leaf's picture.
+    pub(super) leaf: f32,
     /// Radius of a twig's tip.
     pub(super) tip: f32,
     /// Up to this radius wood bears twigs.
@@ -59,19 +69,25 @@ impl Wood {
         if !(extent > 1e-4 && extent < 1e5) {
             return None;
         }
-        let step = (params.twig_length * 0.4).clamp(extent * 0.004, extent * 0.1);
+        // A scan or a sapling may have a few bare limbs only: 1 where twigs have to make the whole crown. The wood's
+        // length is a measure of it that cutting chains finer does not change.
+        let length: f32 = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()).map(|id| posed.curve(plant, id).length()).sum();
+        let sparse = 1.0 - (length / (extent * SPARSE)).min(1.0);
+        let twig = params.twig_length.clamp(extent * 0.01, extent * 0.15);
+        let reach = (twig * 2.2).max(extent * 0.16 * sparse);
+        let step = (twig * 0.5).max(reach / 7.0);
+        let rounds = (reach / step * 1.4 + 1.0) as u16;
+        let swell = (twig * 0.6).max(extent * 0.09 * sparse);
         let base = crown_base(plant, posed, low.y, high.y);
         let mut crown = Crown::new(Vec3::new((low.x + high.x) * 0.5, base, (low.z + high.z) * 0.5));
         for &p in posed.positions().iter().filter(|p| p.y >= base) {
             crown.add(p);
         }
-        let reach = (params.twig_length * 2.2).clamp(step * 3.0, extent * 0.3);
-        let swell = params.twig_length.min(extent * 0.1) * 0.6;
         let mut thin = thickest * THIN;
         let mut starts = Vec::new();
         for _ in 0..4 {
-            starts = places(plant, posed, thin, base - swell, step);
-            let bearing = starts.len() as f32 * step;
+            starts = places(plant, posed, thin, base - swell * 0.7, step * 0.7);
+            let bearing = starts.len() as f32 * step * 0.7;
             if bearing > extent * 2.0 {
                 break;
             }
@@ -82,8 +98,9 @@ impl Wood {
             return None;
         }
         let near = starts.iter().map(|s| s.position).collect();
-        let tip = (params.leaf_size * 0.006).clamp(extent * 1e-4, extent * 1e-3);
-        Some(Self { crown, swell, floor: base - swell, step, reach, spacing: step * 1.25, starts, near, tip, thin })
+        let leaf = params.leaf_size.min(extent * LEAF_SHARE);
+        let tip = (leaf * 0.006).clamp(extent * 1e-4, extent * 1e-3);
+        Some(Self { crown, swell, floor: base - swell * 0.7, step, reach, rounds, spacing: step * 0.95, starts, near, leaf, tip, thin })
     }
 }
 
@@ -159,6 +176,7 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
             path.push(on);
             end = on;
         }
+        let path = straightened(&path, base, shoots, &children, wood.step * STRAIGHT);
         let points: Vec<Vec3> = std::iter::once(Vec3::ZERO)
             .chain(path.iter().map(|&n| frame.to_local(shoots[n as usize].position - base)))
             .collect();
@@ -181,6 +199,50 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
         }
     }
     builder.finish().unwrap_or_else(|_| plant.clone())
+}
+
+/// A twig's nodes without those that lie between others within `tolerance`; forks and the tip stay.
+fn straightened(path: &[u32], base: Vec3, shoots: &[Shoot], children: &[Vec<u32>], tolerance: f32) -> Vec<u32> {
+    let mut kept: Vec<u32> = Vec::with_capacity(path.len());
+    for (k, &node) in path.iter().enumerate() {
+        let next = path.get(k + 1).map(|&n| shoots[n as usize].position);
+        let before = kept.last().map_or(base, |&n| shoots[n as usize].position);
+        let stays = match next {
+            _ if children[node as usize].len() > 1 => true,
+            None => true,
+            Some(next) => {
+                let p = shoots[node as usize].position - before;
+                let along = (next - before).normalize_or_zero();
+                (p - along * p.dot(along)).length() > tolerance
+            }
+        };
+        if stays {
+            kept.push(node);
+        }
+    }
+    kept
+}
+
+/// The plant without those twigs, of the chains from `first` on, on which and beyond which no leaf sits; and where each
+/// chain went.
+pub(super) fn prune(plant: &Plant, first: usize, leafy: &mut [bool]) -> (PlantBuilder, Vec<Option<ChainId>>) {
+    for id in plant.chain_ids().rev() {
+        if let (true, Some(parent)) = (leafy[id.index()], plant.chain(id).parent) {
+            leafy[parent.index()] = true;
+        }
+    }
+    let mut builder = PlantBuilder::new();
+    let mut moved: Vec<Option<ChainId>> = Vec::with_capacity(leafy.len());
+    for id in plant.chain_ids() {
+        let chain = plant.chain(id);
+        let stays = id.index() < first || leafy[id.index()];
+        let place = stays.then(|| match chain.parent.and_then(|p| moved[p.index()]) {
+            Some(parent) => builder.branch(parent, chain.location, plant.points(id), plant.radii(id)),
+            None => builder.stem(chain.origin, plant.points(id), plant.radii(id)),
+        });
+        moved.push(place);
+    }
+    (builder, moved)
 }
 
 /// The frame at `t` as [`Posed`] will find it.

@@ -118,8 +118,8 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> V
     let (full, fade, wide, most) = match base {
         Base::Fork { axis, parent } => {
             let surface = emergence(fine, axis, parent).min(total * 0.6);
-            let wide = (0.42 * own).min((parent * 0.96 - own).max(0.0));
-            let fade = (own * 1.6).min((total - surface) * 0.5).max(apart);
+            let wide = (0.36 * own).min((parent * 0.96 - own).max(0.0));
+            let fade = (own * 2.2).min((total - surface) * 0.5).max(apart);
             // A collar that moves the surface by less than the bound is not worth its rings.
             if wide > error * 0.5 {
                 stops.extend([surface * 0.55, surface, surface + fade * 0.45, surface + fade, surface + fade * 2.0]);

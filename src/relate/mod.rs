@@ -7,6 +7,8 @@ mod kernel;
 #[cfg(test)]
 pub(crate) mod random_plant;
 mod resample;
+#[cfg(test)]
+mod tests;
 mod topology_tree;
 mod weights;
 
