@@ -18,6 +18,7 @@ pub use spray::spray_span;
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
+pub(crate) use srgb::encode as srgb_byte;
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
