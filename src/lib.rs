@@ -9,6 +9,7 @@ pub mod base;
 pub mod blend;
 pub mod dress;
 pub mod export;
+pub mod lod;
 pub mod mesh;
 pub mod plant;
 pub mod preset;

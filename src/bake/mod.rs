@@ -25,6 +25,7 @@ pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 pub use alpha::ALPHA_CUTOFF;
+pub(crate) use srgb::encode as srgb_byte;
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

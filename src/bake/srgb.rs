@@ -18,7 +18,7 @@ static ENCODE: LazyLock<Vec<u8>> = LazyLock::new(|| {
 });
 
 /// The byte of a linear value; values outside 0..=1 are clamped, NaN is 0.
-pub(super) fn encode(linear: f32) -> u8 {
+pub(crate) fn encode(linear: f32) -> u8 {
     ENCODE[((linear * STEPS as f32 + 0.5).clamp(0.0, STEPS as f32)) as usize]
 }
 
