@@ -1,8 +1,12 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod atlas;
 mod coverage;
+mod resample;
+mod skyline;
 
-pub use coverage::ALPHA_CUTOFF;
+pub use atlas::{Atlas, AtlasError, Rect, pack};
+pub use coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
