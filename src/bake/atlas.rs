@@ -5,12 +5,12 @@
 //! are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
 //! sides stay powers of two.
 //!
-//! Limits: sides up to 8192; what lies outside all cells has the mean colour of the pictures and no alpha.
+//! Colour is dilated under alpha and between the cells. Limits: sides up to 8192.
 
 use glam::Vec2;
 
 use super::resample::shrink;
-use super::{Maps, skyline};
+use super::{Maps, dilate, skyline};
 use crate::mesh::Mesh;
 use crate::preset::plan::AtlasParams;
 
@@ -169,11 +169,10 @@ fn is_whole(maps: &Maps) -> bool {
 
 fn draw(tiles: &[&Maps], rects: &[Rect], width: u32, height: u32, margin: u32) -> Maps {
     let texels = width as usize * height as usize;
-    let [r, g, b] = mean_color(tiles);
     let mut maps = Maps {
         width,
         height,
-        color: vec![[r, g, b, 0]; texels],
+        color: vec![[0; 4]; texels],
         normal: vec![[128, 128, 255]; texels],
         orm: vec![[255, 255, 0]; texels],
     };
@@ -199,17 +198,8 @@ fn draw(tiles: &[&Maps], rects: &[Rect], width: u32, height: u32, margin: u32) -
             }
         }
     }
+    dilate(&mut maps);
     maps
-}
-
-/// Mean of what shows, for the space between; black when nothing does.
-fn mean_color(tiles: &[&Maps]) -> [u8; 3] {
-    let mut sum = [0_u64; 4];
-    for &[r, g, b, a] in tiles.iter().flat_map(|t| &t.color) {
-        let a = u64::from(a);
-        sum = [sum[0] + a * u64::from(r), sum[1] + a * u64::from(g), sum[2] + a * u64::from(b), sum[3] + a];
-    }
-    [0, 1, 2].map(|k| sum[k].checked_div(sum[3]).unwrap_or(0) as u8)
 }
 
 #[cfg(test)]

@@ -1,163 +1,89 @@
-//! Alpha coverage: how much of a cut-out picture is left in its mips, and a correction that keeps it.
+//! How much of each pixel of a row a polygon covers.
 //!
-//! Engines box-filter the mips of a PNG, and thin leaves then fall below the cut-off: the tree dissolves with distance
-//! (three.js #20522, godot-proposals #9152). Castaño's remedy (2010, "Computing Alpha Mipmaps") scales the alpha of each
-//! mip, but a PNG has none. So level 0 gets a halo: transparent texels up to [`REACH`] from the leaf get an alpha below
-//! the cut-off, which doesn't show at level 0 and lifts the averages. How strong is found by bisection on the summed
-//! error of the first four mips.
-//!
-//! Limits: the halo stays below the cut-off, so it can't restore everything; under bilinear magnification it moves the
-//! visible edge outwards by up to 0.3 of a texel. Colour under alpha must be dilated, as everywhere here.
+//! Every row is cut into four lines; on each, the polygon's spans (non-zero winding) are found and their part of every
+//! pixel is exact along x. Cost: the polygon's edges plus the pixels that it covers, for each line.
 
-use super::Maps;
+use glam::Vec2;
 
-/// Alpha at which a leaf's texel is solid: the cut-off of the `MASK` material, as a share of full alpha.
-pub const ALPHA_CUTOFF: f32 = 0.5;
+/// Lines a row is cut into.
+const LINES: usize = 4;
 
-/// Mips that the correction looks at.
-const MIPS: usize = 4;
-/// How far the halo reaches, texels.
-const REACH: u32 = 4;
-/// Largest alpha of the halo; 128 is the first that is solid.
-const MOST_HALO: u32 = 110;
-
-/// Share of solid texels at each mip, level 0 first, at most `levels` of them; box-filtered as engines do. Empty
-/// for a picture without texels or whose arrays aren't of its size.
-#[must_use]
-pub fn coverage(maps: &Maps, levels: usize) -> Vec<f32> {
-    let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    coverage_of(alpha, maps.width as usize, maps.height as usize, levels)
-}
-
-/// Coverage before and after a correction.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CoverageReport {
-    /// Share of solid texels, level 0 to 4, as the picture was.
-    pub before: Vec<f32>,
-    /// The same as it is now.
-    pub after: Vec<f32>,
-    /// Alpha of the halo beside the leaf, 0..=110.
-    pub halo: u8,
-}
-
-/// Raises alpha around what is solid, below the cut-off, so that the first four mips keep level 0's coverage as nearly
-/// as that can. What is solid at level 0 stays exactly the same.
-pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
-    let (width, height) = (maps.width as usize, maps.height as usize);
-    let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    let before = coverage_of(alpha.clone(), width, height, MIPS + 1);
-    if before.is_empty() {
-        return CoverageReport { after: before.clone(), before, halo: 0 };
-    }
-    let near = distance(&alpha, width, height);
-    let with = |halo: u32| -> Vec<u8> {
-        let lift = |(&a, &d): (&u8, &u8)| match u32::from(d) {
-            0 => a,
-            d if d > REACH => a,
-            d => a.max((halo * (REACH + 1 - d) / REACH) as u8),
+/// Adds the polygon's coverage, 0..=1, of the pixels of row `y` to `out`, whose index 0 is the pixel `x` = 0; gives back
+/// the range of pixels that were touched. The polygon is closed, in pixels, y down. `crossings` is scratch space.
+pub(super) fn cover_row(
+    polygon: &[Vec2],
+    y: u32,
+    out: &mut [f32],
+    crossings: &mut Vec<(f32, i32)>,
+) -> std::ops::Range<usize> {
+    let (mut first, mut last) = (out.len(), 0);
+    for line in 0..LINES {
+        let at = y as f32 + (line as f32 + 0.5) / LINES as f32;
+        crossings.clear();
+        let mut a = match polygon.last() {
+            Some(&p) => p,
+            None => return 0..0,
         };
-        alpha.iter().zip(&near).map(lift).collect()
-    };
-    let excess = |halo: u32| -> f32 {
-        let c = coverage_of(with(halo), width, height, MIPS + 1);
-        c.iter().map(|v| v - c[0]).sum()
-    };
-    let (mut low, mut high) = (0, MOST_HALO + 1);
-    while high > low + 1 {
-        let middle = u32::midpoint(low, high);
-        if excess(middle) <= 0.0 { low = middle } else { high = middle }
-    }
-    let best = if high <= MOST_HALO && excess(high).abs() < excess(low).abs() { high } else { low };
-    for (color, alpha) in maps.color.iter_mut().zip(with(best)) {
-        color[3] = alpha;
-    }
-    CoverageReport { before, after: coverage(maps, MIPS + 1), halo: best as u8 }
-}
-
-fn coverage_of(mut alpha: Vec<u8>, mut width: usize, mut height: usize, levels: usize) -> Vec<f32> {
-    let mut shares = Vec::new();
-    if alpha.len() != width * height {
-        return shares;
-    }
-    while shares.len() < levels && !alpha.is_empty() {
-        let solid = alpha.iter().filter(|&&a| f32::from(a) >= ALPHA_CUTOFF * 255.0).count();
-        shares.push(solid as f32 / alpha.len() as f32);
-        if width == 1 && height == 1 {
-            break;
+        for &b in polygon {
+            if (a.y <= at) != (b.y <= at) {
+                let x = a.x + (b.x - a.x) * ((at - a.y) / (b.y - a.y));
+                crossings.push((x, if a.y < b.y { 1 } else { -1 }));
+            }
+            a = b;
         }
-        let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-        let mut next = Vec::with_capacity(w * h);
-        for y in 0..h {
-            let rows = [(2 * y).min(height - 1) * width, (2 * y + 1).min(height - 1) * width];
-            for x in 0..w {
-                let columns = [(2 * x).min(width - 1), (2 * x + 1).min(width - 1)];
-                let sum: u32 =
-                    rows.iter().flat_map(|r| columns.iter().map(move |c| r + c)).map(|i| u32::from(alpha[i])).sum();
-                next.push(((sum + 2) / 4) as u8);
+        crossings.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        let mut winding = 0;
+        let mut start = 0.0;
+        for &(x, turn) in crossings.iter() {
+            if winding == 0 {
+                start = x;
+            }
+            winding += turn;
+            if winding == 0 {
+                let (from, to) = (start.clamp(0.0, out.len() as f32), x.clamp(0.0, out.len() as f32));
+                if to > from {
+                    let (p, q) = (from as usize, (to.ceil() as usize).min(out.len()));
+                    for (i, value) in out[p..q].iter_mut().enumerate() {
+                        let left = (p + i) as f32;
+                        *value += (to.min(left + 1.0) - from.max(left)) * (1.0 / LINES as f32);
+                    }
+                    first = first.min(p);
+                    last = last.max(q);
+                }
             }
         }
-        (alpha, width, height) = (next, w, h);
     }
-    shares
-}
-
-/// City-block distance to the next solid texel, at most 255; 0 for what is solid.
-fn distance(alpha: &[u8], width: usize, height: usize) -> Vec<u8> {
-    let mut near: Vec<u8> =
-        alpha.iter().map(|&a| if f32::from(a) >= ALPHA_CUTOFF * 255.0 { 0 } else { u8::MAX }).collect();
-    let step = |near: &mut [u8], to: usize, from: usize| near[to] = near[to].min(near[from].saturating_add(1));
-    for i in 0..near.len() {
-        if i % width > 0 {
-            step(&mut near, i, i - 1);
-        }
-        if i >= width {
-            step(&mut near, i, i - width);
-        }
-    }
-    for i in (0..near.len()).rev() {
-        if i % width + 1 < width {
-            step(&mut near, i, i + 1);
-        }
-        if i + width < width * height {
-            step(&mut near, i, i + width);
-        }
-    }
-    near
+    if first < last { first..last } else { 0..0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn stripes(period: usize) -> Maps {
-        let n = 64 * 64;
-        let color = (0..n).map(|i| [90, 120, 60, if i % 64 % period < 2 { 255 } else { 0 }]).collect();
-        Maps { width: 64, height: 64, color, normal: vec![[128, 128, 255]; n], orm: vec![[255, 200, 0]; n] }
+    #[test]
+    fn a_box_covers_exactly_its_area() {
+        let square = [Vec2::new(0.25, 0.0), Vec2::new(2.5, 0.0), Vec2::new(2.5, 1.0), Vec2::new(0.25, 1.0)];
+        let mut row = [0.0; 4];
+        let touched = cover_row(&square, 0, &mut row, &mut Vec::new());
+        assert_eq!(row, [0.75, 1.0, 0.5, 0.0]);
+        assert_eq!(touched, 0..3);
     }
 
     #[test]
-    fn coverage_counts_solid_texels_and_halves_the_mips() {
-        assert_eq!(coverage(&stripes(4), 3), [0.5, 0.5, 1.0]);
-        assert_eq!(coverage(&stripes(64), 9).len(), 7);
+    fn winding_either_way_and_twice_covers_once() {
+        let ring = [Vec2::new(0.0, 0.0), Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0)];
+        let twice: Vec<Vec2> = ring.iter().chain(&ring).copied().collect();
+        let mut row = [0.0; 2];
+        cover_row(&twice, 0, &mut row, &mut Vec::new());
+        assert_eq!(row, [1.0, 0.0]);
     }
 
     #[test]
-    fn correction_leaves_level_0_and_brings_the_mips_nearer() {
-        let mut maps = stripes(7);
-        let solid = |m: &Maps| m.color.iter().map(|c| c[3] >= 128).collect::<Vec<_>>();
-        let was = solid(&maps);
-        let report = preserve_coverage(&mut maps);
-        assert_eq!(solid(&maps), was);
-        let error = |c: &[f32]| c[1..].iter().map(|v| v - c[0]).sum::<f32>().abs();
-        assert!(error(&report.after) < 0.5 * error(&report.before), "{report:?}");
-    }
-
-    #[test]
-    fn nothing_stays_nothing() {
-        let mut maps = stripes(64);
-        maps.color.iter_mut().for_each(|c| c[3] = 0);
-        assert_eq!(preserve_coverage(&mut maps).after, [0.0; 5]);
-        let mut none = Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] };
-        assert!(preserve_coverage(&mut none).before.is_empty());
+    fn what_lies_outside_the_row_is_cut_off() {
+        let wide = [Vec2::new(-9.0, -3.0), Vec2::new(50.0, -3.0), Vec2::new(50.0, 9.0), Vec2::new(-9.0, 9.0)];
+        let mut row = [0.0; 3];
+        assert_eq!(cover_row(&wide, 2, &mut row, &mut Vec::new()), 0..3);
+        assert_eq!(row, [1.0; 3]);
+        assert_eq!(cover_row(&[], 2, &mut row, &mut Vec::new()), 0..0);
     }
 }

@@ -1,12 +1,28 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
 mod atlas;
+mod bark_art;
+mod bark_height;
 mod coverage;
+mod dilate;
+mod leaf_art;
+mod leaf_outline;
+mod leaf_veins;
+mod mip_coverage;
+mod noise;
 mod resample;
 mod skyline;
+mod spray;
+mod srgb;
+mod user_art;
 
 pub use atlas::{Atlas, AtlasError, Rect, pack};
-pub use coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
+pub use bark_art::bark_maps;
+pub use dilate::dilate;
+pub use leaf_art::leaf_maps;
+pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
+pub use spray::spray_span;
+pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,0 +1,181 @@
+//! Colour, normal and material under transparent pixels, so that filtering and mips never mix in a fringe.
+//!
+//! Push-pull (Gortler et al. 1996, "The Lumigraph", 3.4): averages of the seen pixels go up a pyramid, each empty
+//! pixel then takes the nearest level's value that has any. Time and memory are linear in the pixels.
+
+use super::Maps;
+
+/// Pixels of less alpha than this count as unseen: what a picture holds there is often a left-over of its editor.
+const SEEN: u8 = 8;
+
+/// Channels that are filled: three of colour, normal and ORM.
+const CHANNELS: usize = 9;
+
+struct Level {
+    width: usize,
+    height: usize,
+    values: Vec<[f32; CHANNELS]>,
+    weights: Vec<f32>,
+}
+
+/// Fills the colour, normal and ORM of every pixel whose alpha is below 8/255 from the seen pixels around it. Alpha
+/// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
+/// do not match its size.
+pub fn dilate(maps: &mut Maps) {
+    let (width, height) = (maps.width as usize, maps.height as usize);
+    let count = width * height;
+    if count == 0 || maps.color.len() != count || maps.normal.len() != count || maps.orm.len() != count {
+        return;
+    }
+    if maps.color.iter().all(|p| p[3] >= SEEN) || maps.color.iter().all(|p| p[3] < SEEN) {
+        return;
+    }
+    let mut levels = vec![bottom(maps)];
+    while let Some(next) = levels.last().filter(|l| l.width > 1 || l.height > 1).map(push) {
+        levels.push(next);
+    }
+    while let Some(coarse) = levels.pop() {
+        match levels.last_mut() {
+            Some(fine) => pull(&coarse, fine),
+            None => write_back(&coarse, maps),
+        }
+    }
+}
+
+fn bottom(maps: &Maps) -> Level {
+    let mut values = Vec::with_capacity(maps.color.len());
+    let mut weights = Vec::with_capacity(maps.color.len());
+    for ((c, n), o) in maps.color.iter().zip(&maps.normal).zip(&maps.orm) {
+        values.push([c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from));
+        weights.push(if c[3] < SEEN { 0.0 } else { f32::from(c[3]) / 255.0 });
+    }
+    Level { width: maps.width as usize, height: maps.height as usize, values, weights }
+}
+
+/// The level of half the size: averages by weight.
+fn push(fine: &Level) -> Level {
+    let (width, height) = (fine.width.div_ceil(2), fine.height.div_ceil(2));
+    let mut values = vec![[0.0; CHANNELS]; width * height];
+    let mut weights = vec![0.0; width * height];
+    for y in 0..fine.height {
+        for x in 0..fine.width {
+            let (from, to) = (y * fine.width + x, y / 2 * width + x / 2);
+            let weight = fine.weights[from];
+            for (sum, value) in values[to].iter_mut().zip(fine.values[from]) {
+                *sum += value * weight;
+            }
+            weights[to] += weight;
+        }
+    }
+    for (value, weight) in values.iter_mut().zip(&mut weights) {
+        if *weight > 0.0 {
+            for channel in value {
+                *channel /= *weight;
+            }
+            *weight = weight.min(1.0);
+        }
+    }
+    Level { width, height, values, weights }
+}
+
+/// Fills the empty pixels of `fine` from `coarse`, whose pixels all have a value, bilinearly.
+fn pull(coarse: &Level, fine: &mut Level) {
+    for y in 0..fine.height {
+        // A fine pixel's centre lies a quarter of a coarse pixel from its parent's.
+        let y0 = y / 2;
+        let y1 = if y % 2 == 0 { y0.saturating_sub(1) } else { (y0 + 1).min(coarse.height - 1) };
+        for x in 0..fine.width {
+            let at = y * fine.width + x;
+            if fine.weights[at] > 0.0 {
+                continue;
+            }
+            let x0 = x / 2;
+            let x1 = if x % 2 == 0 { x0.saturating_sub(1) } else { (x0 + 1).min(coarse.width - 1) };
+            let corners = [(x0, y0, 0.5625), (x1, y0, 0.1875), (x0, y1, 0.1875), (x1, y1, 0.0625)];
+            let mut value = [0.0; CHANNELS];
+            for (cx, cy, weight) in corners {
+                for (sum, v) in value.iter_mut().zip(coarse.values[cy * coarse.width + cx]) {
+                    *sum += v * weight;
+                }
+            }
+            fine.values[at] = value;
+        }
+    }
+}
+
+fn write_back(level: &Level, maps: &mut Maps) {
+    let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
+    for (((color, normal), orm), v) in pixels.zip(&level.values) {
+        if color[3] >= SEEN {
+            continue;
+        }
+        let byte = |x: f32| (x + 0.5).clamp(0.0, 255.0) as u8;
+        for i in 0..3 {
+            color[i] = byte(v[i]);
+            orm[i] = byte(v[6 + i]);
+        }
+        *normal = unit_normal([v[3], v[4], v[5]]);
+    }
+}
+
+/// An averaged normal, in bytes about 128, made unit length again; straight up where it cancels out.
+fn unit_normal(v: [f32; 3]) -> [u8; 3] {
+    let n = v.map(|c| c - 128.0);
+    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+    if length < 1.0 {
+        return [128, 128, 255];
+    }
+    n.map(|c| (c / length * 127.0 + 128.5).clamp(0.0, 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(width: u32, height: u32, seen: impl Fn(u32, u32) -> bool) -> Maps {
+        let mut maps = Maps { width, height, color: vec![], normal: vec![], orm: vec![] };
+        for y in 0..height {
+            for x in 0..width {
+                let on = seen(x, y);
+                maps.color.push(if on { [60, 90, 30, 255] } else { [0; 4] });
+                maps.normal.push(if on { [128, 218, 218] } else { [0; 3] });
+                maps.orm.push(if on { [255, 150, 0] } else { [0; 3] });
+            }
+        }
+        maps
+    }
+
+    #[test]
+    fn every_unseen_pixel_takes_the_seen_colour_and_alpha_stays() {
+        for (w, h) in [(1, 7), (16, 16), (13, 5), (33, 64)] {
+            let mut maps = picture(w, h, |x, y| (x, y) == (w / 2, h / 2));
+            let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
+            dilate(&mut maps);
+            assert!(maps.color.iter().all(|c| c[..3] == [60, 90, 30]), "{w}x{h}");
+            assert!(maps.normal.iter().all(|n| n[1] >= 217 && n[2] >= 217), "{w}x{h}");
+            assert!(maps.orm.iter().all(|o| *o == [255, 150, 0]));
+            assert_eq!(alpha, maps.color.iter().map(|c| c[3]).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn seen_pixels_do_not_change() {
+        let before = picture(20, 20, |x, y| (x + y) % 3 == 0);
+        let mut after = before.clone();
+        dilate(&mut after);
+        for (a, b) in before.color.iter().zip(&after.color) {
+            assert!(a[3] == 0 || a == b);
+        }
+    }
+
+    #[test]
+    fn an_empty_picture_or_a_broken_one_is_left_alone() {
+        for mut maps in
+            [picture(4, 4, |_, _| false), picture(0, 0, |_, _| true), Maps { width: 9, ..picture(2, 2, |_, _| true) }]
+        {
+            let before = maps.clone();
+            dilate(&mut maps);
+            assert_eq!(before, maps);
+        }
+    }
+}

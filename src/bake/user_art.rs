@@ -1,0 +1,284 @@
+//! The user's own pictures as maps: PNG, JPEG and WebP, decoded within limits.
+//!
+//! A picture of a leaf stands with its petiole at the bottom centre, as made ones do, and needs alpha. A missing normal
+//! map is made from the colour's luminance, a missing roughness is even. Maps of other sizes are resampled to the
+//! colour's. EXIF orientation and colour profiles are not read: pictures are taken as sRGB, upright.
+
+use std::io::Cursor;
+
+use glam::Vec3;
+use image::{DynamicImage, ImageReader, Limits, imageops::FilterType};
+
+use super::leaf_art::encode_normal;
+use super::{Maps, dilate};
+
+/// What a picture is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArtUse {
+    /// A leaf or spray: needs alpha; colour is carried on under it.
+    Leaf,
+    /// A tile of bark: alpha is not read, and what is made from it repeats at the edges.
+    Bark,
+}
+
+/// Which of the files of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArtFile {
+    /// Colour.
+    Color,
+    /// Normal map.
+    Normal,
+    /// Roughness.
+    Roughness,
+}
+
+impl std::fmt::Display for ArtFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Color => "colour picture",
+            Self::Normal => "normal map",
+            Self::Roughness => "roughness map",
+        })
+    }
+}
+
+/// What a picture may ask of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArtLimits {
+    /// Longest edge, pixels.
+    pub edge: u32,
+    /// Bytes that decoding one picture may take.
+    pub bytes: u64,
+}
+
+impl Default for ArtLimits {
+    /// 8192 pixels, 512 MiB.
+    fn default() -> Self {
+        Self { edge: 8192, bytes: 512 << 20 }
+    }
+}
+
+/// Why pictures can't be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ArtError {
+    /// The bytes are no PNG, JPEG or WebP.
+    #[error("the {file} is not a PNG, JPEG or WebP file")]
+    Format {
+        /// Which file.
+        file: ArtFile,
+    },
+    /// The file is damaged or of a kind that the decoder doesn't know.
+    #[error("the {file} can't be decoded: {reason}")]
+    Decode {
+        /// Which file.
+        file: ArtFile,
+        /// The decoder's words.
+        reason: String,
+    },
+    /// Longer than the limit, or too much memory.
+    #[error(
+        "the {file} is too large: at most {edge} pixels an edge and {bytes} bytes decoded are taken; scale it down"
+    )]
+    TooLarge {
+        /// Which file.
+        file: ArtFile,
+        /// The limit, pixels.
+        edge: u32,
+        /// The limit, bytes.
+        bytes: u64,
+    },
+    /// A leaf without transparency.
+    #[error(
+        "the leaf's colour picture has no transparent pixel; save it as PNG or WebP with an alpha channel that cuts the leaf out"
+    )]
+    NoAlpha,
+    /// A leaf that is transparent all over.
+    #[error("the leaf's colour picture is transparent all over; its alpha channel may be inverted")]
+    NothingSeen,
+}
+
+/// Roughness where no map says otherwise: leaves, bark.
+const ROUGH: [u8; 2] = [148, 224];
+
+/// The maps of the user's own pictures, of the colour picture's size. See the head of the file for what is made where
+/// a map is missing.
+///
+/// # Errors
+/// Bytes that are no picture, damaged or beyond `limits`; a leaf that has no transparent or no opaque pixel.
+pub fn maps_from_images(
+    color: &[u8],
+    normal: Option<&[u8]>,
+    roughness: Option<&[u8]>,
+    purpose: ArtUse,
+    limits: ArtLimits,
+) -> Result<Maps, ArtError> {
+    let picture = decode(color, ArtFile::Color, limits)?.into_rgba8();
+    let (width, height) = picture.dimensions();
+    let mut pixels: Vec<[u8; 4]> = picture.pixels().map(|p| p.0).collect();
+    match purpose {
+        ArtUse::Bark => pixels.iter_mut().for_each(|p| p[3] = 255),
+        ArtUse::Leaf if pixels.iter().all(|p| p[3] == 255) => return Err(ArtError::NoAlpha),
+        ArtUse::Leaf if pixels.iter().all(|p| p[3] < 128) => return Err(ArtError::NothingSeen),
+        ArtUse::Leaf => {}
+    }
+    let resized = |bytes: &[u8], file: ArtFile| -> Result<DynamicImage, ArtError> {
+        let image = decode(bytes, file, limits)?;
+        let same = image.width() == width && image.height() == height;
+        Ok(if same { image } else { image.resize_exact(width, height, FilterType::Triangle) })
+    };
+    let normal = match normal {
+        Some(bytes) => resized(bytes, ArtFile::Normal)?
+            .into_rgb8()
+            .pixels()
+            .map(|p| {
+                encode_normal(Vec3::from_array(p.0.map(|c| f32::from(c) - 127.5)).max(Vec3::new(-128.0, -128.0, 1.0)))
+            })
+            .collect(),
+        None => normals_of(&pixels, width as usize, height as usize, purpose),
+    };
+    let orm = match roughness {
+        Some(bytes) => resized(bytes, ArtFile::Roughness)?.into_luma8().pixels().map(|p| [255, p.0[0], 0]).collect(),
+        None => vec![[255, ROUGH[usize::from(purpose == ArtUse::Bark)], 0]; pixels.len()],
+    };
+    let mut maps = Maps { width, height, color: pixels, normal, orm };
+    if purpose == ArtUse::Leaf {
+        dilate(&mut maps);
+    }
+    Ok(maps)
+}
+
+fn decode(bytes: &[u8], file: ArtFile, limits: ArtLimits) -> Result<DynamicImage, ArtError> {
+    let too_large = ArtError::TooLarge { file, edge: limits.edge, bytes: limits.bytes };
+    let open = || {
+        let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?;
+        let mut bounds = Limits::default();
+        bounds.max_image_width = Some(limits.edge);
+        bounds.max_image_height = Some(limits.edge);
+        bounds.max_alloc = Some(limits.bytes);
+        reader.limits(bounds);
+        reader.format().is_some().then_some(reader)
+    };
+    let reader = open().ok_or(ArtError::Format { file })?;
+    // The header first: a picture that only claims to be huge is refused before anything is allocated for it.
+    let (width, height) = reader.into_dimensions().map_err(|e| error(&e, file, &too_large))?;
+    if width > limits.edge || height > limits.edge || u64::from(width) * u64::from(height) * 4 > limits.bytes {
+        return Err(too_large);
+    }
+    let reader = open().ok_or(ArtError::Format { file })?;
+    reader.decode().map_err(|e| error(&e, file, &too_large))
+}
+
+fn error(error: &image::ImageError, file: ArtFile, too_large: &ArtError) -> ArtError {
+    match error {
+        image::ImageError::Limits(_) => too_large.clone(),
+        image::ImageError::Unsupported(_) if !matches!(file, ArtFile::Color) => ArtError::Format { file },
+        other => ArtError::Decode { file, reason: other.to_string() },
+    }
+}
+
+/// Normals of the relief that luminance suggests: bright is high. Gentle, since shadows in a photograph are no relief.
+fn normals_of(pixels: &[[u8; 4]], width: usize, height: usize, purpose: ArtUse) -> Vec<[u8; 3]> {
+    let light: Vec<f32> = pixels
+        .iter()
+        .map(|p| (0.3 * f32::from(p[0]) + 0.59 * f32::from(p[1]) + 0.11 * f32::from(p[2])) / 255.0)
+        .collect();
+    let wraps = purpose == ArtUse::Bark;
+    let near = |i: usize, step: isize, n: usize| {
+        let at = i as isize + step;
+        if wraps { at.rem_euclid(n as isize) as usize } else { at.clamp(0, n as isize - 1) as usize }
+    };
+    let strength = if wraps { 2.0 } else { 1.2 };
+    let mut normals = Vec::with_capacity(pixels.len());
+    for y in 0..height {
+        for x in 0..width {
+            let here = light[y * width + x];
+            // Beyond the cut of a leaf nothing is known: the surface goes on level.
+            let at = |px: usize, py: usize| {
+                let i = py * width + px;
+                if pixels[i][3] < 128 { here } else { light[i] }
+            };
+            let dx = at(near(x, 1, width), y) - at(near(x, -1, width), y);
+            let dy = at(x, near(y, -1, height)) - at(x, near(y, 1, height));
+            normals.push(encode_normal(Vec3::new(-dx * strength, -dy * strength, 1.0)));
+        }
+    }
+    normals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageFormat, Rgba, RgbaImage};
+
+    fn png(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [u8; 4]) -> Vec<u8> {
+        let image = RgbaImage::from_fn(width, height, |x, y| Rgba(pixel(x, y)));
+        let mut bytes = Vec::new();
+        image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
+        bytes
+    }
+
+    fn leaf(x: u32, _: u32) -> [u8; 4] {
+        if x < 4 { [60, 90, 30, 255] } else { [0; 4] }
+    }
+
+    fn load(bytes: &[u8], purpose: ArtUse) -> Result<Maps, ArtError> {
+        maps_from_images(bytes, None, None, purpose, ArtLimits::default())
+    }
+
+    #[test]
+    fn a_leaf_keeps_its_alpha_and_gets_colour_under_it() {
+        let maps = load(&png(8, 6, leaf), ArtUse::Leaf).unwrap();
+        assert_eq!((maps.width, maps.height, maps.color.len()), (8, 6, 48));
+        assert!(maps.color.iter().all(|c| c[..3] == [60, 90, 30]));
+        assert_eq!(maps.color[7][3], 0);
+        assert!(maps.normal.iter().all(|n| *n == [128, 128, 255]));
+    }
+
+    #[test]
+    fn maps_of_another_size_are_brought_to_the_colours() {
+        let bump = png(3, 9, |_, _| [128, 200, 220, 255]);
+        let rough = png(16, 2, |_, _| [40, 40, 40, 255]);
+        let maps = maps_from_images(&png(8, 6, leaf), Some(&bump), Some(&rough), ArtUse::Bark, ArtLimits::default());
+        let maps = maps.unwrap();
+        assert!(maps.orm.iter().all(|o| *o == [255, 40, 0]) && maps.normal.len() == 48);
+        assert!(maps.color.iter().all(|c| c[3] == 255));
+    }
+
+    #[test]
+    fn leaves_without_a_cut_out_are_refused_with_a_hint() {
+        let opaque = load(&png(4, 4, |_, _| [1, 2, 3, 255]), ArtUse::Leaf).unwrap_err();
+        assert_eq!(opaque, ArtError::NoAlpha);
+        assert!(opaque.to_string().contains("alpha channel"));
+        assert_eq!(load(&png(4, 4, |_, _| [0; 4]), ArtUse::Leaf), Err(ArtError::NothingSeen));
+    }
+
+    #[test]
+    fn hostile_bytes_are_errors() {
+        let good = png(32, 32, leaf);
+        assert_eq!(load(b"", ArtUse::Bark), Err(ArtError::Format { file: ArtFile::Color }));
+        assert_eq!(load(b"no picture at all", ArtUse::Bark), Err(ArtError::Format { file: ArtFile::Color }));
+        for cut in 0..good.len() - 12 {
+            assert!(load(&good[..cut], ArtUse::Leaf).is_err(), "cut at {cut}");
+        }
+        for i in 0..good.len() {
+            let mut bad = good.clone();
+            bad[i] ^= 0x55;
+            let _ = load(&bad, ArtUse::Leaf);
+        }
+        let normal = maps_from_images(&good, Some(b"x"), None, ArtUse::Leaf, ArtLimits::default());
+        assert_eq!(normal, Err(ArtError::Format { file: ArtFile::Normal }));
+    }
+
+    #[test]
+    fn pictures_beyond_the_limits_are_refused_by_their_header() {
+        let limits = ArtLimits { edge: 16, bytes: 1 << 20 };
+        let error = maps_from_images(&png(17, 4, leaf), None, None, ArtUse::Leaf, limits).unwrap_err();
+        assert!(matches!(error, ArtError::TooLarge { edge: 16, .. }), "{error}");
+        // A header that claims 2^31 pixels an edge.
+        let mut bomb = png(8, 8, leaf);
+        bomb[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+        assert!(load(&bomb, ArtUse::Bark).is_err());
+        let small = ArtLimits { edge: 8192, bytes: 100 };
+        assert!(maps_from_images(&png(32, 32, leaf), None, None, ArtUse::Leaf, small).is_err());
+    }
+}
