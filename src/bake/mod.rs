@@ -1,6 +1,7 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
 mod alpha;
+mod atlas;
 mod bark_art;
 mod bark_height;
 mod coverage;
@@ -8,17 +9,22 @@ mod dilate;
 mod leaf_art;
 mod leaf_outline;
 mod leaf_veins;
+mod mip_coverage;
 mod noise;
 mod picture;
 mod raster;
+mod resample;
 mod shade;
+mod skyline;
 mod spray;
 mod srgb;
 mod user_art;
 
+pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
+pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
 pub use spray::spray_span;
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};

@@ -5,6 +5,8 @@
 
 mod glb;
 mod png;
+#[cfg(test)]
+mod tests;
 
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps};

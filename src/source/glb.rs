@@ -13,6 +13,8 @@
 mod accessor;
 mod json;
 mod scene;
+#[cfg(test)]
+mod tests;
 
 use serde::Serialize;
 
