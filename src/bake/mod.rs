@@ -1,15 +1,16 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
-mod alpha;
 mod atlas;
 mod bark_art;
 mod bark_height;
 mod coverage;
+mod contact_sheet;
 mod dilate;
 mod leaf_art;
 mod leaf_outline;
 mod leaf_veins;
 mod mip_coverage;
+mod letters;
 mod noise;
 mod picture;
 mod raster;
@@ -22,6 +23,7 @@ mod user_art;
 
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
+pub use contact_sheet::{Sheet, SheetCell, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
@@ -30,7 +32,6 @@ pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
-pub use alpha::ALPHA_CUTOFF;
 pub(crate) use srgb::encode as srgb_byte;
 
 /// A material's maps, all of one size, rows from the top.

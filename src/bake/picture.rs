@@ -3,7 +3,8 @@
 //! Colours are averaged in linear light and weighted by alpha, so that what lies under the alpha never bleeds into a
 //! leaf. Each level has an alpha threshold of its own, chosen so that the share of texels that pass is that of the full
 //! picture at 0.5 (Castaño, "Computing alpha mipmaps", 2010), and alpha is never tested at a level where no threshold
-//! comes near that share: needles and lobes keep their area however small they are drawn. Linear light is held as 16-bit integers; sums of these are exact, so nothing depends on their order.
+//! comes near that share: needles and lobes keep their area however small they are drawn. Linear light is held as 16-bit
+//! integers; sums of these are exact, so nothing depends on their order.
 
 use glam::Vec3;
 
@@ -107,10 +108,19 @@ impl Picture {
         level
     }
 
-    /// Whether the picture covers the point: alpha test with edges clamped.
+    /// Whether the picture covers the point: alpha test with edges clamped, of the nearest texel or, where texels are
+    /// large, of the four around it.
     #[inline]
-    pub(super) fn covers(&self, level: usize, u: f32, v: f32) -> bool {
+    pub(super) fn covers(&self, level: usize, magnified: bool, u: f32, v: f32) -> bool {
         let level = &self.levels[level.min(self.alpha_levels - 1)];
+        if magnified {
+            let (x0, x1, fx) = neighbours(u, level.width, Repeat::Cutout);
+            let (y0, y1, fy) = neighbours(v, level.height, Repeat::Cutout);
+            let alpha = |x: u32, y: u32| f32::from(level.color[(y * level.width + x) as usize][3]);
+            let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
+            let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
+            return upper + (lower - upper) * fy >= f32::from(level.threshold);
+        }
         // `as` takes NaN to 0 and clamps what is out of range.
         let x = ((u * level.width as f32) as u32).min(level.width - 1);
         let y = ((v * level.height as f32) as u32).min(level.height - 1);
@@ -253,8 +263,8 @@ mod tests {
         // Needles a pixel wide, one in eight: plain averages would all fall below a half.
         let picture = Picture::new(&maps(256, 256, |x, _| [0, 128, 0, if x % 8 == 0 { 255 } else { 0 }]));
         for level in 0..9 {
-            let kept =
-                (0..256 * 256).filter(|i| picture.covers(level, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            let kept = (0..256 * 256)
+                .filter(|i| picture.covers(level, false, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
             assert_eq!(kept.count(), 256 * 32, "level {level}");
         }
         // A disc stays one down to the smallest level.
@@ -278,7 +288,7 @@ mod tests {
     #[test]
     fn broken_maps_and_coordinates_are_answered() {
         let empty = Picture::new(&Maps { width: 9, height: 9, color: vec![], normal: vec![], orm: vec![] });
-        assert!(empty.covers(5, f32::NAN, f32::INFINITY));
+        assert!(empty.covers(5, true, f32::NAN, f32::INFINITY));
         for repeat in [Repeat::Tiled, Repeat::Cutout] {
             let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, f32::NAN, -1e30, repeat);
             assert!(texel.color.is_finite());

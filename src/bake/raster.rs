@@ -202,7 +202,8 @@ fn project(mesh: &Mesh, view: &View, grid: Grid) -> Vec<Point> {
     let scale_y = grid.rows as f32 * 0.5 / view.half_height * SUBSAMPLE;
     let (mid_x, mid_y) = (grid.columns as f32 * 0.5 * SUBSAMPLE, grid.rows as f32 * 0.5 * SUBSAMPLE);
     mesh.positions
-        .iter()
+        .par_iter()
+        .with_min_len(4096)
         .map(|&p| {
             let local = view.frame.to_local(p - view.centre);
             let (x, y) = (mid_x + local.x * scale_x, mid_y - local.y * scale_y);
@@ -283,6 +284,8 @@ struct Setup {
     uv: [Vec2; 3],
     picture: Option<usize>,
     level: usize,
+    /// A texel is larger than a sample.
+    magnified: bool,
     back: bool,
 }
 
@@ -306,12 +309,13 @@ impl Setup {
         let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
         let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
         let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
-        let level = picture.map_or(0, |t| {
+        let (level, magnified) = picture.map_or((0, false), |t| {
             let (e1, e2) = (uv[1] - uv[0], uv[2] - uv[0]);
             let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
-            surface.pictures[t].level(texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE)))
+            let share = texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE));
+            (surface.pictures[t].level(share), share < 1.0)
         });
-        Some(Self { corners, points, area, uv, picture, level, back })
+        Some(Self { corners, points, area, uv, picture, level, magnified, back })
     }
 
     /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
@@ -338,15 +342,19 @@ impl Setup {
         for row in rows.0..=rows.1 {
             let y = row as i32 * 256 + 128;
             let mut e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
+            let Some((left, right)) = span(e, step, bias, columns) else { continue };
+            for (e, step) in e.iter_mut().zip(step) {
+                *e += step * (left - columns.0) as i64;
+            }
             let line = &mut buffer[(row - first) * grid.columns..][..grid.columns];
-            for sample in &mut line[columns.0..=columns.1] {
+            for sample in &mut line[left..=right] {
                 if e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
                     let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
                     let depth = a.depth + wb * db + wc * dc;
                     if depth > sample.depth && depth <= range.0 && depth >= range.1 {
                         let shown = cutout.is_none_or(|picture| {
                             let uv = self.uv[0] + ub * wb + uc * wc;
-                            picture.covers(self.level, uv.x, uv.y)
+                            picture.covers(self.level, self.magnified, uv.x, uv.y)
                         });
                         if shown {
                             *sample = Sample { depth, surface: name.0, triangle: name.1 };
@@ -395,6 +403,27 @@ impl Setup {
         }
         Fragment { color: color * shade, normal, occlusion, back: self.back }
     }
+}
+
+/// The columns of a row that lie within all edges, where the row is long enough for divisions to pay. `e` are the edges'
+/// values at the first of `columns`, each growing by `step` a column and inside where at least `bias`.
+fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
+    let count = (columns.1 - columns.0) as i64;
+    if count < 6 {
+        return Some(columns);
+    }
+    let (mut low, mut high) = (0, count);
+    for k in 0..3 {
+        let short = bias[k] - e[k];
+        if step[k] > 0 {
+            low = low.max((short + step[k] - 1).div_euclid(step[k]));
+        } else if step[k] < 0 {
+            high = high.min((-short).div_euclid(-step[k]));
+        } else if short > 0 {
+            return None;
+        }
+    }
+    (low <= high).then(|| (columns.0 + low as usize, columns.0 + high as usize))
 }
 
 /// Twice the signed area of the triangle (p, q, (x, y)).

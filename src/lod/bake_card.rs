@@ -18,6 +18,9 @@ const SAMPLES: u32 = 3;
 const SPECK: f32 = 0.02;
 /// How much of a card's vertex normals is the crown's; the rest is the card's own, which an engine turns to the viewer.
 const CANOPY: f32 = 0.5;
+/// How far baked normals are drawn to the card's own. An engine turns normals round on the back of a card; what points
+/// along the card or up would be lit from the wrong side there.
+const FACING: f32 = 0.6;
 /// Roughness of leaves, of 255.
 const ROUGHNESS: u8 = 200;
 
@@ -165,7 +168,7 @@ fn maps(drawn: &Target, ground: &Target, place: &Place) -> Maps {
         maps.orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
         let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
         let along = (place.frame.x - up * up.dot(place.frame.x)).normalize_or(place.frame.x);
-        let n = drawn.normal[i];
+        let n = (drawn.normal[i] + place.frame.z * FACING).normalize_or(place.frame.z);
         // A tangent-space normal can't point behind the surface.
         let n = Vec3::new(n.dot(along), n.dot(up.cross(along)), n.dot(up).max(0.05)).normalize_or(Vec3::Z);
         maps.normal[i] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);

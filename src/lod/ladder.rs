@@ -146,7 +146,7 @@ impl References {
     fn at(&mut self, size: f32, full: &TreeMesh, wardrobe: &Wardrobe) -> &Reference {
         let pixels = (size * SCREEN + 0.5) as u32;
         self.drawn.entry(pixels).or_insert_with(|| {
-            let views = if pixels > 160 { VIEWS / 2 } else { VIEWS };
+            let views = if pixels > 110 { VIEWS / 2 } else { VIEWS };
             Reference::new(full, wardrobe, pixels, views)
         })
     }
@@ -156,9 +156,9 @@ impl References {
 fn sizes(lod: &Lod, above: f32) -> Vec<f32> {
     let all: &[f32] = match lod {
         Lod::Full => &[1.0],
-        Lod::Thinned { .. } => &[0.3, 0.2, 0.13],
-        Lod::BillboardCloud { .. } => &[0.15, 0.1, 0.07, 0.05],
-        Lod::CrossedQuads => &[0.05, 0.035, 0.025],
+        Lod::Thinned { .. } => &[0.25, 0.12],
+        Lod::BillboardCloud { .. } => &[0.1, 0.05],
+        Lod::CrossedQuads => &[0.035, 0.025],
     };
     let below: Vec<f32> = all.iter().copied().filter(|s| *s < above * 0.8).collect();
     if below.is_empty() { vec![above * 0.6] } else { below }

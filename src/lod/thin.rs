@@ -10,7 +10,7 @@ use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents,
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
 /// Steps in search of the wood's detail.
-const STEPS: usize = 7;
+const STEPS: usize = 4;
 /// Triangles of a flat leaf.
 const FLAT: usize = 2;
 /// Triangles of a folded leaf.
