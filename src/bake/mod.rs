@@ -1,6 +1,5 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
-mod alpha;
 mod atlas;
 mod bark_art;
 mod bark_height;
@@ -30,7 +29,6 @@ pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
-pub use alpha::ALPHA_CUTOFF;
 pub(crate) use srgb::encode as srgb_byte;
 
 /// A material's maps, all of one size, rows from the top.
