@@ -17,7 +17,8 @@
 //! overwrite the source's own. Here the rule is a correction: linear radii are scaled by `(A / E)^0.4`, with A what the
 //! blended chain carries (its tip, and the children that are there) and E what its sources carry in its shares, both
 //! summed at the blended locations. A equals E at the corners; a bough whose children have not grown is thinner, and a
-//! slim trunk whose limbs are still the other source's is stouter. Three guards: the scale stays below [`MOST_THICKENING`]; a chain tapers wherever its linear radii do (a
+//! slim trunk whose limbs are still the other source's is stouter. Three guards: no chain's base gets thicker than its thickest
+//! member's (limbs of the other source would make a trunk three times as thick as both); a chain tapers wherever its linear radii do (a
 //! child that is missing would otherwise leave a waist); and a child's base is at most as thick against its parent as in
 //! its sources, or as thick as the parent.
 //!
@@ -35,9 +36,6 @@ use crate::plant::{ChainId, Leaf, Plant, PlantBuilder, carried, carrier, counts,
 
 /// How far a chain may be stretched to reach as far as its members do on average.
 const MOST_STRETCH: f32 = 1.5;
-
-/// How far the allometric rule may thicken a chain over its sources' radii.
-const MOST_THICKENING: f64 = 8.0;
 
 /// What feeds a kin.
 #[derive(Clone, Copy, PartialEq)]
@@ -258,6 +256,7 @@ impl<'a> Blend<'a> {
     /// Scales the linear radii by the allometric rule, from the tips down.
     fn apply_rule(&mut self) {
         let family = self.family;
+        let sources = family.plants.len();
         // What each chain's base asks of its parent, as radius^2.5.
         let mut loads = vec![0.0_f64; self.kins.len()];
         // Location, what the child carries, what the sources' child carries.
@@ -291,6 +290,14 @@ impl<'a> Blend<'a> {
             let parameters = &self.parameters[span];
             let tip = f64::from(radii[radii.len() - 1]);
             let (mut load, mut expected) = (carried(tip), carried(tip));
+            let (thickest, mean) = family
+                .row(k)
+                .iter()
+                .zip(&self.shares[k * sources..])
+                .fold((0.0_f32, 0.0_f32), |(thickest, mean), (member, share)| {
+                    (thickest.max(member.base), mean + member.base * share)
+                });
+            let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
             let (mut scale, mut next) = (1.0_f32, 0);
             let (mut linear_above, mut above) = (radii[radii.len() - 1], radii[radii.len() - 1]);
             for (radius, &parameter) in radii.iter_mut().zip(parameters).rev() {
@@ -304,7 +311,7 @@ impl<'a> Blend<'a> {
                     scale = if load == expected || expected <= 0.0 {
                         1.0
                     } else {
-                        carrier(load / expected).min(MOST_THICKENING) as f32
+                        (carrier(load / expected) as f32).min(most)
                     };
                 }
                 let linear = *radius;
