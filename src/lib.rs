@@ -8,6 +8,8 @@ pub mod bake;
 pub mod base;
 pub mod blend;
 pub mod dress;
+pub mod export;
+pub mod lod;
 pub mod mesh;
 pub mod plant;
 pub mod preset;

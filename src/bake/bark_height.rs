@@ -41,7 +41,7 @@ impl Bark {
         let sizes: [(u32, u32); 7] = match pattern {
             BarkPattern::Furrowed => [(4, 3), (16, 9), (11, 3), (17, 15), (3, 3), (44, 8), (90, 50)],
             BarkPattern::Papery => [(3, 3), (9, 14), (6, 22), (3, 4), (3, 5), (4, 50), (60, 110)],
-            BarkPattern::Plated => [(4, 3), (17, 13), (6, 3), (13, 9), (3, 3), (20, 30), (80, 80)],
+            BarkPattern::Plated => [(4, 3), (15, 9), (6, 3), (14, 10), (3, 3), (20, 30), (60, 60)],
             BarkPattern::Smooth => [(3, 3), (9, 9), (11, 16), (2, 3), (3, 4), (8, 34), (90, 110)],
         };
         let field = |name: &str, i: usize| Noise::new(seed.child(name), sizes[i].0, sizes[i].1);
@@ -95,10 +95,14 @@ impl Bark {
         let grain = self.grain.octaves(x, y, 3);
         let fine = self.fine.octaves(u, v, 2);
         let crown = 0.62 + 0.38 * ridge;
-        let height = ridge * crown * (0.78 + 0.22 * crack) + 0.15 * grain * (0.3 + ridge) + 0.06 * fine
+        let height = ridge * crown * (0.78 + 0.22 * crack)
+            + 0.15 * grain * (0.3 + ridge)
+            + 0.06 * fine
             + 0.08 * (unit(block.id, 1) - 0.5) * ridge;
         let deep = mix(0.24, 1.0, math::smoothstep(-0.05, 0.7, height));
-        let tone = deep * (1.0 + 0.20 * grain + 0.16 * fine + 0.14 * (unit(block.id, 2) - 0.5));
+        let tone = deep
+            * (1.0 + 0.34 * grain + 0.26 * fine + 0.26 * (unit(block.id, 2) - 0.5) + 0.24 * (unit(lens.id, 3) - 0.5))
+            * (0.8 + 0.2 * crack);
         // Furrows are redder (fresh cork), ridge tops greyer and here and there green-grey with algae.
         let moss = math::smoothstep(0.15, 0.75, self.broad.shifted(5).octaves(u, v, 4)) * ridge;
         let hue = Vec3::new(1.16, 0.98, 0.80).lerp(Vec3::new(1.0, 1.0, 1.0), ridge);
@@ -119,12 +123,14 @@ impl Bark {
         let flake = self.fine.octaves(x, y, 3);
         let layers = 3.0 * (0.5 + 0.5 * self.warp_fine.shifted(7).octaves(x, y, 3)) + 2.0 * step;
         let terrace = (layers.floor() + math::smoothstep(0.75, 1.0, layers - layers.floor())) / 5.0;
-        let height = top * (0.42 + 0.38 * terrace + 0.16 * scale + 0.10 * unit(plate.id, 4)) + 0.05 * flake;
+        let height = top * (0.36 + 0.46 * terrace + 0.20 * scale + 0.10 * unit(plate.id, 4)) + 0.09 * flake;
         let deep = mix(0.16, 1.0, math::smoothstep(0.0, 0.42, height));
-        let tone = deep * (0.86 + 0.16 * scale) * (1.0 + 0.14 * flake + 0.26 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
+        let tone = deep
+            * (0.74 + 0.28 * scale)
+            * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
         // Lower layers are fresh and orange, outer ones weathered and grey.
         let weather = (0.55 * terrace + 0.45 * unit(split.id, 6) + 0.25 * self.broad.octaves(u, v, 3)).clamp(0.0, 1.0);
-        let hue = Vec3::new(1.14, 0.95, 0.80).lerp(Vec3::new(0.96, 1.03, 1.14), weather);
+        let hue = Vec3::new(1.16, 0.94, 0.76).lerp(Vec3::new(0.92, 1.05, 1.28), math::smoothstep(0.15, 0.8, weather));
         Spot { height, tone: hue * tone, rough: 0.88 + 0.05 * flake - 0.05 * (1.0 - weather) }
     }
 
@@ -134,20 +140,15 @@ impl Bark {
         let fine = self.fine.octaves(u, v, 2);
         let broad = self.broad.octaves(u, v, 4);
         // Lenticels: short dark dashes around the trunk, one in some of the cells.
-        let mut dash = self.dash(self.cells.cells(x, y, 0.9), 0.4, 0.42, 0.17);
-        dash = dash.max(0.7 * self.dash(self.cells.shifted(3).cells(x, y, 0.9), 0.4, 0.14, 0.12));
+        let ragged = 0.5 * streak + 0.35 * fine;
+        let mut dash = self.dash(self.cells.cells(x, y, 0.9), 0.4, 0.42, 0.17, ragged);
+        dash = dash.max(0.7 * self.dash(self.cells.shifted(3).cells(x, y, 0.9), 0.4, 0.14, 0.12, ragged));
         // Scars: dark, rough lozenges where branches were shed.
-        let scar_cell = self.small.cells(x, y + 0.012 * self.warp_fine.octaves(u, v, 3), 0.5);
-        let size = 0.05 + 0.17 * unit(scar_cell.id, 9);
-        let ragged = 0.07 * self.warp_fine.shifted(2).octaves(u, v, 4);
-        let out = scar_cell.offset[0].abs();
-        let lozenge = (out * 0.85 + (scar_cell.offset[1] - 0.28 * out).abs() * 1.9) + ragged;
-        let has = if unit(scar_cell.id, 10) < 0.7 { 1.0 } else { 0.0 };
-        let scar = has * (1.0 - math::smoothstep(size * 0.7, size, lozenge));
+        let scar_cell = self.small.cells(x, y + 0.012 * self.warp_fine.octaves(u, v, 2), 0.5);
+        let (scar, rough_scar) = self.scar(scar_cell, u, v);
         // Curls of peeling layers: thin raised edges along the streaks.
         let peel = self.warp_fine.shifted(4).octaves(u, v, 3);
         let edge = math::smoothstep(0.30, 0.33, peel);
-        let rough_scar = self.fine.shifted(1).octaves(u, v, 3);
         let height = 0.55 + 0.10 * streak + 0.05 * fine + 0.12 * edge + 0.20 * dash + scar * (0.5 * rough_scar - 0.15);
         let pale = 1.0 + 0.11 * streak + 0.05 * fine + 0.08 * broad - 0.06 * edge;
         let warm = math::smoothstep(0.0, 0.8, broad + 0.3 * streak);
@@ -158,9 +159,24 @@ impl Bark {
         Spot { height, tone, rough: mix(0.56 + 0.05 * fine, 0.92, scar.max(dash * 0.8)) }
     }
 
+    /// How much of a dark scar a place in a cell shows, and the scar's own relief.
+    fn scar(&self, cell: Cell, u: f32, v: f32) -> (f32, f32) {
+        let out = cell.offset[0].abs();
+        let lozenge = out * 0.8 + (cell.offset[1] - 0.16 * out).abs() * 1.7;
+        // Most places are far from any scar: its noise is spared there.
+        if unit(cell.id, 10) > 0.7 || lozenge > 0.32 {
+            return (0.0, 0.0);
+        }
+        let share = unit(cell.id, 9);
+        let size = 0.06 + 0.2 * share * share;
+        let ragged = 0.085 * self.warp_fine.shifted(2).octaves(u, v, 4) + 0.02 * self.fine.shifted(2).at(u, v);
+        let scar = 1.0 - math::smoothstep(size * 0.72, size, lozenge + ragged);
+        (scar, self.fine.shifted(1).octaves(u, v, 3))
+    }
+
     /// A dash around the trunk within a cell: 1 on it. `share` of the cells have one, of up to this half length and
-    /// half thickness in cells.
-    fn dash(&self, cell: Cell, share: f32, length: f32, thick: f32) -> f32 {
+    /// half thickness in cells; `ragged` frays its edge.
+    fn dash(&self, cell: Cell, share: f32, length: f32, thick: f32, ragged: f32) -> f32 {
         if unit(cell.id, 1) > share {
             return 0.0;
         }
@@ -168,8 +184,8 @@ impl Bark {
         let thick = thick * (0.5 + 0.5 * unit(cell.id, 3));
         let along = (cell.offset[0] / length).abs();
         let across = (cell.offset[1] / thick).abs();
-        let round = (along * along + across * across).sqrt();
-        1.0 - math::smoothstep(0.55, 1.0, round)
+        let round = (along * along + across * across).sqrt() + ragged;
+        1.0 - math::smoothstep(0.5, 1.0, round)
     }
 
     fn smooth(&self, u: f32, v: f32) -> Spot {
@@ -178,7 +194,7 @@ impl Bark {
         let fine = self.fine.octaves(u, v, 2);
         let broad = self.broad.octaves(u, v, 4);
         let blotch = math::smoothstep(0.05, 0.4, self.broad.shifted(3).octaves(u, v, 5));
-        let dash = self.dash(self.cells.cells(x, y, 0.9), 0.35, 0.22, 0.10);
+        let dash = self.dash(self.cells.cells(x, y, 0.9), 0.35, 0.22, 0.10, 0.3 * fine);
         // Eyes of shed twigs: low rings, wider than high.
         let eye = self.small.cells(x, y, 0.6);
         let wide = 0.10 + 0.07 * unit(eye.id, 5);

@@ -17,10 +17,6 @@ pub(super) fn cover_row(
     crossings: &mut Vec<(f32, i32)>,
 ) -> std::ops::Range<usize> {
     let (mut first, mut last) = (out.len(), 0);
-    let (low, high) = polygon.iter().fold((f32::MAX, f32::MIN), |(l, h), p| (l.min(p.y), h.max(p.y)));
-    if high < y as f32 || low > (y + 1) as f32 {
-        return 0..0;
-    }
     for line in 0..LINES {
         let at = y as f32 + (line as f32 + 0.5) / LINES as f32;
         crossings.clear();

@@ -170,7 +170,9 @@ mod tests {
 
     #[test]
     fn an_empty_picture_or_a_broken_one_is_left_alone() {
-        for mut maps in [picture(4, 4, |_, _| false), picture(0, 0, |_, _| true), Maps { width: 9, ..picture(2, 2, |_, _| true) }] {
+        for mut maps in
+            [picture(4, 4, |_, _| false), picture(0, 0, |_, _| true), Maps { width: 9, ..picture(2, 2, |_, _| true) }]
+        {
             let before = maps.clone();
             dilate(&mut maps);
             assert_eq!(before, maps);

@@ -7,6 +7,7 @@
 use glam::Vec2;
 
 use super::leaf_outline::{PALMATE_VEINS, pinnate, vein_phase};
+use crate::base::math;
 use crate::preset::plan::LeafShape;
 
 /// A place on a blade.
@@ -34,14 +35,17 @@ fn feathered(shape: LeafShape, x: f32, y: f32, footprint: f32) -> Relief {
     // Phase to distance: veins are `1 / veins` apart along the midrib, and slanted.
     let slant = 1.0 / (form.veins * (1.0 + form.slope * form.slope).sqrt());
     let reach = (1.0 - across / (form.half_width * 1.05)).clamp(0.0, 1.0);
-    let side = 0.8 * line(off * slant, 0.0055 * (0.35 + 0.65 * reach), footprint) * reach.min(0.25) * 4.0;
+    // Narrow leaves show little of their side veins.
+    let bold = math::smoothstep(0.03, 0.2, form.half_width);
+    let side = 0.8 * bold * line(off * slant, 0.0055 * (0.35 + 0.65 * reach), footprint) * reach.min(0.25) * 4.0;
     // Finer veins between, square to the side veins, offset from one field to the next.
     let rungs = form.veins * 2.3;
     let cross = across * rungs + 0.37 * phase.floor();
     let fine = 0.28 * line((cross - cross.floor() - 0.5).abs() / rungs, 0.0022, footprint);
     let groove = (1.0 - across / (0.14 * form.half_width)).max(0.0);
     // The bulge between two veins has its creases on them.
-    let height = 0.3 * slant * (4.0 * off * (1.0 - off)) * reach.min(0.5) - 0.05 * form.half_width * groove * groove;
+    let height =
+        0.24 * bold * slant * (4.0 * off * (1.0 - off)) * reach.min(0.5) - 0.05 * form.half_width * groove * groove;
     Relief { vein: midrib.max(side).max(fine), height }
 }
 
@@ -88,7 +92,9 @@ mod tests {
 
     #[test]
     fn the_midrib_is_a_vein_in_a_groove_on_every_blade() {
-        for shape in [LeafShape::Oak, LeafShape::Birch, LeafShape::Beech, LeafShape::Willow, LeafShape::Ash, LeafShape::Maple] {
+        for shape in
+            [LeafShape::Oak, LeafShape::Birch, LeafShape::Beech, LeafShape::Willow, LeafShape::Ash, LeafShape::Maple]
+        {
             let middle = relief(shape, 0.0, 0.4, 0.001);
             let beside = relief(shape, 0.012, 0.4, 0.001);
             assert!(middle.vein > 0.9, "{shape:?} {middle:?}");

@@ -1,5 +1,6 @@
 //! Pictures: the CPU rasterizer, made bark and leaves, atlas packing.
 
+mod atlas;
 mod bark_art;
 mod bark_height;
 mod coverage;
@@ -7,22 +8,28 @@ mod dilate;
 mod leaf_art;
 mod leaf_outline;
 mod leaf_veins;
+mod mip_coverage;
 mod noise;
 mod picture;
 mod raster;
+mod resample;
 mod shade;
+mod skyline;
 mod spray;
 mod srgb;
 mod user_art;
 
+pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
+pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
 pub use spray::spray_span;
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
+pub(crate) use srgb::encode as srgb_byte;
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

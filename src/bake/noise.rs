@@ -44,19 +44,19 @@ impl Noise {
 
     /// Gradient noise at lattice coordinates, about -1..=1, mean 0.
     pub(super) fn gradient(self, x: f32, y: f32) -> f32 {
-        let (fx, fy) = (x.floor(), y.floor());
-        let (dx, dy) = (x - fx, y - fy);
-        let x0 = wrap(fx as i32, self.period[0]);
-        let y0 = wrap(fy as i32, self.period[1]);
+        let ((fx, dx), (fy, dy)) = (split(x), split(y));
+        let x0 = wrap(fx, self.period[0]);
+        let y0 = wrap(fy, self.period[1]);
         let x1 = if x0 + 1 == self.period[0] { 0 } else { x0 + 1 };
         let y1 = if y0 + 1 == self.period[1] { 0 } else { y0 + 1 };
-        let corner = |cx: i32, cy: i32, ox: f32, oy: f32| {
-            let h = self.hash(cx, cy);
+        let (h0, h1) = (self.row(y0), self.row(y1));
+        let corner = |cx: i32, row: u32, ox: f32, oy: f32| {
+            let h = in_row(row, cx);
             low(h) * ox + high(h) * oy
         };
         let (sx, sy) = (fade(dx), fade(dy));
-        let top = mix(corner(x0, y0, dx, dy), corner(x1, y0, dx - 1.0, dy), sx);
-        let bottom = mix(corner(x0, y1, dx, dy - 1.0), corner(x1, y1, dx - 1.0, dy - 1.0), sx);
+        let top = mix(corner(x0, h0, dx, dy), corner(x1, h0, dx - 1.0, dy), sx);
+        let bottom = mix(corner(x0, h1, dx, dy - 1.0), corner(x1, h1, dx - 1.0, dy - 1.0), sx);
         1.5 * mix(top, bottom, sy)
     }
 
@@ -78,14 +78,13 @@ impl Noise {
     /// up to half of `jitter` (0..=1) along each axis.
     pub(super) fn cells(self, u: f32, v: f32, jitter: f32) -> Cell {
         let (x, y) = (u * self.period[0] as f32, v * self.period[1] as f32);
-        let (fx, fy) = (x.floor(), y.floor());
-        let (bx, by) = (fx as i32, fy as i32);
-        let (dx, dy) = (x - fx, y - fy);
+        let ((bx, dx), (by, dy)) = (split(x), split(y));
         let mut near = [(0.0_f32, 0.0_f32); 9];
         let (mut best, mut best_at, mut id) = (f32::MAX, 0, 0);
+        let rows = [-1, 0, 1].map(|oy| self.row(wrap(by + oy, self.period[1])));
         for (k, slot) in near.iter_mut().enumerate() {
             let (ox, oy) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
-            let h = self.hash(wrap(bx + ox, self.period[0]), wrap(by + oy, self.period[1]));
+            let h = in_row(rows[k / 3], wrap(bx + ox, self.period[0]));
             let rx = ox as f32 + 0.5 + 0.5 * jitter * low(h) - dx;
             let ry = oy as f32 + 0.5 + 0.5 * jitter * high(h) - dy;
             *slot = (rx, ry);
@@ -108,9 +107,14 @@ impl Noise {
         Cell { border: border.max(0.0), offset: [-cx, -cy], id }
     }
 
-    fn hash(self, x: i32, y: i32) -> u32 {
-        scramble((x as u32).wrapping_mul(0x9e37_79b1) ^ scramble((y as u32).wrapping_add(self.seed)))
+    fn row(self, y: i32) -> u32 {
+        scramble((y as u32).wrapping_add(self.seed))
     }
+}
+
+/// The bits of a lattice point in a row.
+const fn in_row(row: u32, x: i32) -> u32 {
+    scramble((x as u32).wrapping_mul(0x9e37_79b1) ^ row)
 }
 
 /// A number in 0.0..1.0 from the bits of a cell, another one for each `salt`.
@@ -121,6 +125,13 @@ pub(super) fn unit(id: u32, salt: u32) -> f32 {
 /// Linear interpolation.
 pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
+}
+
+/// Floor and fraction. Without SSE 4.1 `f32::floor` is a call; a cast and a comparison are not.
+fn split(x: f32) -> (i32, f32) {
+    let cut = x as i32;
+    let floor = if x < cut as f32 { cut - 1 } else { cut };
+    (floor, x - floor as f32)
 }
 
 /// `i` modulo `period`; most places lie in the tile or just beside it, where no division is needed.

@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use super::Maps;
-use crate::base::math;
+use super::srgb::decode;
 
 /// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
 const SMALLEST_ALPHA_EDGE: u32 = 32;
@@ -82,7 +82,8 @@ impl Picture {
             let mut next = half(last);
             let (threshold, off) = threshold(&next.color, kept as f64 / texels as f64);
             next.threshold = threshold;
-            let shapely = next.width.min(next.height) >= SMALLEST_ALPHA_EDGE && off <= 0.1 * kept as f64 / texels as f64;
+            let shapely =
+                next.width.min(next.height) >= SMALLEST_ALPHA_EDGE && off <= 0.1 * kept as f64 / texels as f64;
             if shapely && alpha_levels == levels.len() {
                 alpha_levels += 1;
             }
@@ -200,7 +201,7 @@ fn half(from: &Level) -> Level {
                 }
             }
             let mean: [u64; 7] =
-                std::array::from_fn(|k| if alpha > 0 { (sum[k] + alpha / 2) / alpha } else { plain[k] / count });
+                std::array::from_fn(|k| (sum[k] + alpha / 2).checked_div(alpha).unwrap_or(plain[k] / count));
             color.push([mean[0] as u16, mean[1] as u16, mean[2] as u16, (alpha / count) as u16]);
             shape.push([mean[3] as u8, mean[4] as u8, mean[5] as u8, mean[6] as u8]);
         }
@@ -229,19 +230,7 @@ fn threshold(color: &[[u16; 4]], goal: f64) -> (u16, f64) {
 
 /// Linear light of each 8-bit sRGB value, 65535 is one.
 fn linear_table() -> [u16; 256] {
-    std::array::from_fn(|i| (to_linear(i as f32 / 255.0) * 65535.0 + 0.5) as u16)
-}
-
-/// sRGB 0..=1 to linear light (IEC 61966-2-1).
-pub(crate) fn to_linear(s: f32) -> f32 {
-    if s <= 0.04045 { s / 12.92 } else { math::pow((s + 0.055) / 1.055, 2.4) }
-}
-
-/// Linear light to 8-bit sRGB (IEC 61966-2-1).
-pub(crate) fn to_srgb8(l: f32) -> u8 {
-    let l = l.clamp(0.0, 1.0);
-    let s = if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * math::pow(l, 1.0 / 2.4) - 0.055 };
-    (s * 255.0 + 0.5) as u8
+    std::array::from_fn(|i| (decode(i as u8) * 65535.0 + 0.5) as u16)
 }
 
 #[cfg(test)]
@@ -264,7 +253,8 @@ mod tests {
         // Needles a pixel wide, one in eight: plain averages would all fall below a half.
         let picture = Picture::new(&maps(256, 256, |x, _| [0, 128, 0, if x % 8 == 0 { 255 } else { 0 }]));
         for level in 0..9 {
-            let kept = (0..256 * 256).filter(|i| picture.covers(level, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            let kept =
+                (0..256 * 256).filter(|i| picture.covers(level, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
             assert_eq!(kept.count(), 256 * 32, "level {level}");
         }
         // A disc stays one down to the smallest level.
@@ -282,13 +272,6 @@ mod tests {
         for level in 0..7 {
             let c = picture.sample(level, 0.3, 0.7, Repeat::Cutout).color;
             assert!(c.x < 1e-3 && c.y > 0.999, "level {level}: {c}");
-        }
-    }
-
-    #[test]
-    fn srgb_goes_there_and_back() {
-        for i in 0..=255_u8 {
-            assert_eq!(to_srgb8(to_linear(f32::from(i) / 255.0)), i);
         }
     }
 

@@ -88,7 +88,7 @@ pub struct Target {
     pub color: Vec<Vec3>,
     /// Unit normals in the world; zero where nothing is covered.
     pub normal: Vec<Vec3>,
-    /// Ambient occlusion, 1 is open; the mean of the covered samples.
+    /// Occlusion of the pictures, 1 is open; the mean of the covered samples.
     pub occlusion: Vec<f32>,
     /// Mean distance from the view's centre towards the viewer, metres; negative infinity where nothing is covered.
     pub depth: Vec<f32>,
@@ -283,6 +283,7 @@ struct Setup {
     uv: [Vec2; 3],
     picture: Option<usize>,
     level: usize,
+    back: bool,
 }
 
 impl Setup {
@@ -292,6 +293,8 @@ impl Setup {
         let mut corners = [corners[0], corners[1], corners[2]];
         let mut points = corner_points(projected, corners)?;
         let mut area = edge(points[0], points[1], points[2].x, points[2].y);
+        // Rows count downwards, so that a front turns clockwise here.
+        let back = area > 0;
         if area < 0 {
             corners.swap(1, 2);
             points.swap(1, 2);
@@ -308,7 +311,7 @@ impl Setup {
             let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
             surface.pictures[t].level(texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE)))
         });
-        Some(Self { corners, points, area, uv, picture, level })
+        Some(Self { corners, points, area, uv, picture, level, back })
     }
 
     /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
@@ -366,23 +369,23 @@ impl Setup {
         let weights = [1.0 - wb - wc, wb, wc];
         let mesh = surface.mesh;
         let mut normal = Vec3::ZERO;
-        let (mut tangent, mut hand, mut occlusion) = (Vec3::ZERO, 1.0_f32, 0.0_f32);
+        let (mut tangent, mut hand, mut shade) = (Vec3::ZERO, 1.0_f32, 0.0_f32);
         for (&corner, w) in self.corners.iter().zip(weights) {
             let i = corner as usize;
             normal += mesh.normals.get(i).copied().unwrap_or(Vec3::ZERO) * w;
-            occlusion += mesh.occlusion.get(i).map_or(1.0, |&o| f32::from(o) / 255.0) * w;
+            shade += mesh.occlusion.get(i).map_or(1.0, |&o| f32::from(o) / 255.0) * w;
             if let Some(t) = mesh.tangents.get(i) {
                 tangent += Vec3::new(t[0], t[1], t[2]) * w;
                 hand = t[3];
             }
         }
         let mut normal = normal.normalize_or(Vec3::Y);
-        let mut color = Vec3::ONE;
+        let (mut color, mut occlusion) = (Vec3::ONE, 1.0);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
             let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
             color = texel.color;
-            occlusion *= texel.occlusion;
+            occlusion = texel.occlusion;
             let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
             if tangent != Vec3::ZERO {
                 let n = texel.normal;
@@ -390,7 +393,7 @@ impl Setup {
                 normal = bent.normalize_or(normal);
             }
         }
-        Fragment { color, normal, occlusion }
+        Fragment { color: color * shade, normal, occlusion, back: self.back }
     }
 }
 

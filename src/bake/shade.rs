@@ -2,7 +2,8 @@
 //! brightness of levels of detail; cards are baked without it.
 //!
 //! Lambert's law for the sun; the sky is a hemisphere, blue above and dim brown below; a leaf lit from behind passes a
-//! share on. Leaves keep their canopy normal on both faces, as an engine's foliage material does.
+//! share on. As glTF has it, vertex colour multiplies the base colour, the occlusion texture dims the sky's light only,
+//! and the normal of a double-sided material is turned round on its back.
 
 use glam::Vec3;
 
@@ -15,8 +16,10 @@ pub(super) struct Fragment {
     pub(super) color: Vec3,
     /// In the world.
     pub(super) normal: Vec3,
-    /// 1 is open.
+    /// Of the occlusion texture; 1 is open.
     pub(super) occlusion: f32,
+    /// Seen from the back.
+    pub(super) back: bool,
 }
 
 impl Fragment {
@@ -30,9 +33,10 @@ impl Fragment {
 /// What a target's colour means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shading {
-    /// The base colour, without light and occlusion.
+    /// The base colour: that of the picture times the vertex's ambient occlusion (glTF's `COLOR_0`); normals as they are
+    /// on the front, also where the back is seen. For baking.
     Albedo,
-    /// Lit.
+    /// The base colour in the light, normals turned towards the viewer's side. For looking at.
     Lit(Light),
 }
 
@@ -65,11 +69,14 @@ impl Light {
 impl Shading {
     pub(super) fn apply(&self, mut fragment: Fragment, repeat: Repeat) -> Fragment {
         if let Self::Lit(light) = self {
+            if fragment.back && repeat == Repeat::Cutout {
+                fragment.normal = -fragment.normal;
+            }
             let facing = light.sun_direction.dot(fragment.normal);
             let passed = if repeat == Repeat::Cutout { light.translucency } else { 0.0 };
             let sun = light.sun * (facing.max(0.0) + (-facing).max(0.0) * passed);
             let up = (0.5 + 0.5 * fragment.normal.y).clamp(0.0, 1.0);
-            fragment.color *= (sun + light.ground.lerp(light.sky, up)) * fragment.occlusion;
+            fragment.color *= sun + light.ground.lerp(light.sky, up) * fragment.occlusion;
         }
         fragment
     }

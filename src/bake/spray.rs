@@ -86,6 +86,17 @@ pub(super) struct Part {
 pub(super) struct Spray {
     /// Drawn in this order.
     pub(super) parts: Vec<Part>,
+    /// Share of the picture's height that the spray fills; below 1 where its width is what limits it.
+    pub(super) filled: f32,
+}
+
+/// What a picture may change about its spray to fill the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    /// Scales the blades, not the twig.
+    pub(super) enlarge: f32,
+    /// Scales the angles between twig and leaves, and between shoots.
+    pub(super) spread: f32,
 }
 
 /// How a species' leaves stand on a twig.
@@ -105,48 +116,64 @@ struct Habit {
     petiole: f32,
     /// Blade size at the lowest station, over the one at the top.
     lower: f32,
+    /// Stations along each of two side shoots; 0 where there are none.
+    side: usize,
 }
 
 fn habit(shape: LeafShape) -> Habit {
-    let form = |nodes, at_node, twig, bare, angle, petiole, lower| Habit { nodes, at_node, twig, bare, angle, petiole, lower };
+    let form = |nodes, at_node, twig, bare, angle, petiole, lower, side| Habit {
+        nodes,
+        at_node,
+        twig,
+        bare,
+        angle,
+        petiole,
+        lower,
+        side,
+    };
     match shape {
-        LeafShape::Oak => form(8, 1, 1.25, 0.2, [1.45, 0.5], 0.05, 0.85),
-        LeafShape::Birch => form(10, 1, 2.2, 0.1, [1.15, 0.6], 0.28, 0.95),
-        LeafShape::Beech => form(9, 1, 2.0, 0.1, [1.1, 0.65], 0.08, 0.8),
-        LeafShape::Maple => form(3, 2, 1.5, 0.16, [1.15, 0.6], 0.42, 0.95),
-        LeafShape::Willow => form(26, 1, 1.9, 0.05, [1.05, 0.4], 0.05, 0.9),
-        LeafShape::Ash => form(3, 2, 0.55, 0.12, [1.25, 0.45], 0.0, 0.95),
-        LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0),
+        LeafShape::Oak => form(7, 1, 1.7, 0.3, [1.35, 0.5], 0.05, 0.85, 4),
+        LeafShape::Birch => form(9, 1, 2.7, 0.18, [1.15, 0.6], 0.28, 0.95, 4),
+        LeafShape::Beech => form(8, 1, 2.4, 0.2, [1.1, 0.65], 0.08, 0.8, 4),
+        LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
+        LeafShape::Willow => form(30, 1, 2.2, 0.06, [1.2, 0.5], 0.05, 0.9, 18),
+        LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
+        LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
 
-/// Blade lengths (of a compound leaf: leaf lengths) that the height of a spray's picture spans, about. A card of the
-/// picture is that much larger than the leaf that it shows.
+/// Leaf lengths that the height of a spray's picture spans, about: a card of height `leaf_size * spray_span(shape)`
+/// shows leaves of their true size. 1 for ash and pine, whose `leaf_size` is that of the whole picture. Means over six
+/// pictures; single ones differ by up to a fifth, since blades are enlarged until the picture is filled.
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
-    let h = habit(shape);
     match shape {
-        LeafShape::Pine => 1.0,
-        _ => h.twig + 0.9 + h.petiole,
+        LeafShape::Oak => 3.0,
+        LeafShape::Birch => 3.5,
+        LeafShape::Beech => 3.2,
+        LeafShape::Maple => 2.6,
+        LeafShape::Willow => 2.4,
+        LeafShape::Ash | LeafShape::Pine => 1.0,
     }
 }
 
 /// Share of the picture's edge that stays free all around.
 const MARGIN: f32 = 0.012;
 
-/// Builds the scene of one picture. `enlarge` scales blades (not the twig) before the whole is fitted.
-pub(super) fn spray(shape: LeafShape, seed: Seed, enlarge: f32) -> Spray {
+/// Builds the scene of one picture.
+pub(super) fn spray(shape: LeafShape, seed: Seed, growth: Growth) -> Spray {
     let mut parts = match shape {
-        LeafShape::Pine => tuft(seed, enlarge),
-        _ => leafy_twig(shape, seed, enlarge),
+        LeafShape::Pine => tuft(seed, growth),
+        _ => leafy_twig(shape, seed, growth),
     };
-    fit(&mut parts);
+    let filled = fit(&mut parts);
     parts.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-    Spray { parts }
+    Spray { parts, filled }
 }
 
-/// Scales all parts so that they fill the picture, the origin staying at bottom centre.
-fn fit(parts: &mut Vec<Part>) {
+/// Scales all parts so that they fill the picture, the origin staying at bottom centre; gives back the share of the
+/// height that is filled.
+fn fit(parts: &mut Vec<Part>) -> f32 {
     let (mut top, mut wide, mut low) = (1e-3_f32, 1e-3_f32, 0.0_f32);
     for p in parts.iter().flat_map(|p| &p.outline) {
         top = top.max(p.y);
@@ -156,11 +183,13 @@ fn fit(parts: &mut Vec<Part>) {
     // Leaves that hang below the twig's base would be cut off: the twig then starts lower.
     let lift = Vec2::new(0.0, -low);
     if low < -1e-4 {
-        let radius = parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
+        let radius =
+            parts.iter().filter(|p| p.tissue == Tissue::Wood).map(|p| p.radius[0] * p.place.length).fold(0.0, f32::max);
         let foot = Vec2::new(0.0, low);
-        parts.push(rod(Tissue::Wood, foot, 0.0, -low * 1.02, 0.0, [radius; 2], 0.44, Seed::new(0)));
+        parts.push(rod(Tissue::Wood, seat(foot, 0.0, 0.44, Seed::new(0)), -low * 1.02, 0.0, [radius; 2]));
     }
-    let scale = ((1.0 - 2.0 * MARGIN) / (top - low)).min((0.5 - MARGIN) / wide);
+    let tall = (1.0 - MARGIN) / (top - low);
+    let scale = tall.min((0.5 - MARGIN) / wide);
     let map = |p: Vec2| (p + lift) * scale;
     for part in parts {
         part.place.origin = map(part.place.origin);
@@ -169,6 +198,7 @@ fn fit(parts: &mut Vec<Part>) {
             *p = map(*p);
         }
     }
+    scale / tall
 }
 
 /// A unit vector at an angle to the right of +Y.
@@ -177,9 +207,23 @@ fn heading(angle: f32) -> Vec2 {
     Vec2::new(sin, cos)
 }
 
+/// Where a part is to stand.
+#[derive(Clone, Copy, Debug)]
+struct Seat {
+    origin: Vec2,
+    /// Radians to the right of +Y.
+    angle: f32,
+    depth: f32,
+    seed: Seed,
+}
+
+fn seat(origin: Vec2, angle: f32, depth: f32, seed: Seed) -> Seat {
+    Seat { origin, angle, depth, seed }
+}
+
 /// A round, tapering part.
-fn rod(tissue: Tissue, origin: Vec2, angle: f32, length: f32, bend: f32, radius: [f32; 2], depth: f32, seed: Seed) -> Part {
-    let place = Place { origin, along: heading(angle), length, bend, shorten: [1.0; 3] };
+fn rod(tissue: Tissue, seat: Seat, length: f32, bend: f32, radius: [f32; 2]) -> Part {
+    let place = Place { origin: seat.origin, along: heading(seat.angle), length, bend, shorten: [1.0; 3] };
     let radius = radius.map(|r| r / length);
     let steps = if bend.abs() < 0.02 { 2 } else { 8 };
     let side = |sign: f32, i: usize| {
@@ -188,74 +232,106 @@ fn rod(tissue: Tissue, origin: Vec2, angle: f32, length: f32, bend: f32, radius:
     };
     let mut outline: Vec<Vec2> = (0..=steps).map(|i| side(1.0, i)).collect();
     outline.extend((0..=steps).rev().map(|i| side(-1.0, i)));
-    Part { tissue, place, outline, slope: [0.0; 3], radius, depth, seed }
+    Part { tissue, place, outline, slope: [0.0; 3], radius, depth: seat.depth, seed: seat.seed }
 }
 
 /// A blade at a place; tilt and fold by its seed.
-fn blade(shape: LeafShape, origin: Vec2, angle: f32, length: f32, depth: f32, seed: Seed) -> Part {
+fn blade(shape: LeafShape, seat: Seat, length: f32) -> Part {
+    let seed = seat.seed;
     let roll = seed.child("roll").range(-0.55, 0.55);
     let fold = seed.child("fold").range(0.12, 0.45);
     let pitch = seed.child("pitch").range(-0.45, 0.45);
     let slope = [pitch, roll - fold, roll + fold];
     let shorten = slope.map(|s| 1.0 / (1.0 + s * s).sqrt());
     let bend = seed.child("bend").range(-0.13, 0.13);
-    let place = Place { origin, along: heading(angle), length, bend, shorten };
+    let place = Place { origin: seat.origin, along: heading(seat.angle), length, bend, shorten };
     let outline = outline(shape, seed).into_iter().map(|p| place.to_picture(p)).collect();
-    let tissue = if seed.child("side").unit() < 0.1 { Tissue::Underside } else { Tissue::Blade };
-    Part { tissue, place, outline, slope, radius: [0.0; 2], depth, seed }
+    let tissue = if seed.child("side").unit() < 0.07 { Tissue::Underside } else { Tissue::Blade };
+    Part { tissue, place, outline, slope, radius: [0.0; 2], depth: seat.depth, seed }
 }
 
-fn leafy_twig(shape: LeafShape, seed: Seed, enlarge: f32) -> Vec<Part> {
+fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
     let habit = habit(shape);
     let mut parts = Vec::new();
-    let lean = seed.child("lean").range(-0.16, 0.16);
-    let bend = seed.child("twig").range(-0.12, 0.12);
-    let wood = rod(Tissue::Wood, Vec2::ZERO, lean, habit.twig, bend, [0.024, 0.010], 0.45, seed.child("wood"));
-    let place = wood.place;
+    let lean = seed.child("lean").range(-0.12, 0.12);
+    let bend = seed.child("twig").range(-0.1, 0.1);
+    let wood = rod(Tissue::Wood, seat(Vec2::ZERO, lean, 0.42, seed.child("wood")), habit.twig, bend, [0.026, 0.010]);
+    let main = wood.place;
     parts.push(wood);
-    let first = seed.child("first").unit() < 0.5;
-    for node in 0..habit.nodes {
-        let t = (node as f32 + 0.5) / habit.nodes as f32;
-        let station = seed.child("node").at(node as u64);
-        let up = habit.bare + (1.0 - habit.bare) * (t + station.range(-0.25, 0.25) / habit.nodes as f32);
-        let origin = place.to_picture(Vec2::new(0.0, up));
-        for k in 0..habit.at_node {
-            let seed = station.at(k as u64);
-            let right = ((node * habit.at_node + k) % 2 == 0) != first;
-            let sign = if right { 1.0 } else { -1.0 };
-            let away = habit.angle[0] + (habit.angle[1] - habit.angle[0]) * t + seed.child("angle").range(-0.28, 0.28);
-            let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.78, 1.08) * enlarge;
-            let depth = 0.05 + 0.4 * t + 0.5 * seed.child("depth").unit();
-            let turn = lean + 2.0 * bend * up + sign * away;
-            leaf(shape, &mut parts, origin, turn, sign, size, depth, seed);
+    shoot(shape, &mut parts, main, habit.nodes, growth, seed);
+    if habit.side > 0 {
+        for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
+            let seed = seed.child("side shoot").at(k as u64);
+            let up = seed.child("up").range(0.12, 0.32);
+            let angle = lean + sign * growth.spread * seed.child("angle").range(0.65, 0.95);
+            let length = habit.twig * seed.child("length").range(0.36, 0.5);
+            let origin = main.to_picture(Vec2::new(0.0, up));
+            let wood =
+                rod(Tissue::Wood, seat(origin, angle, 0.4, seed.child("wood")), length, -sign * 0.12, [0.014, 0.008]);
+            let place = wood.place;
+            parts.push(wood);
+            shoot(shape, &mut parts, place, habit.side, growth, seed);
         }
     }
-    let tip = place.to_picture(Vec2::new(0.0, 1.0));
-    let turn = lean + 2.0 * bend + seed.child("terminal").range(-0.2, 0.2);
-    leaf(shape, &mut parts, tip, turn, 1.0, 0.95 * enlarge, 0.75, seed.child("top"));
     parts
 }
 
-/// A leaf with its petiole, simple or compound.
-fn leaf(shape: LeafShape, parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, depth: f32, seed: Seed) {
-    if shape == LeafShape::Ash {
-        return compound(parts, origin, angle, sign, size, depth, seed);
+/// The leaves along a shoot and the one at its end.
+fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, growth: Growth, seed: Seed) {
+    let Growth { enlarge, spread } = growth;
+    let habit = habit(shape);
+    let lean = math::atan2(place.along.x, place.along.y);
+    let first = seed.child("first").unit() < 0.5;
+    for node in 0..nodes {
+        let t = (node as f32 + 0.5) / nodes as f32;
+        let station = seed.child("node").at(node as u64);
+        let up = habit.bare + (1.0 - habit.bare) * (t + station.range(-0.25, 0.25) / nodes as f32);
+        let origin = place.to_picture(Vec2::new(0.0, up));
+        for k in 0..habit.at_node {
+            let seed = station.at(k as u64);
+            let right = (node * habit.at_node + k).is_multiple_of(2) != first;
+            let sign = if right { 1.0 } else { -1.0 };
+            let away = habit.angle[0] + (habit.angle[1] - habit.angle[0]) * t + seed.child("angle").range(-0.28, 0.28);
+            let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.75, 1.1);
+            let depth = 0.05 + 0.4 * t + 0.5 * seed.child("depth").unit();
+            let turn = lean + 2.0 * place.bend * up + sign * spread * away;
+            leaf(shape, parts, seat(origin, turn, depth, seed), sign, size, enlarge);
+        }
     }
+    let tip = place.to_picture(Vec2::new(0.0, 1.0));
+    let turn = lean + 2.0 * place.bend + seed.child("terminal").range(-0.2, 0.2);
+    leaf(shape, parts, seat(tip, turn, 0.75, seed.child("top")), 1.0, 0.95, enlarge);
+}
+
+/// A leaf with its petiole, simple or compound.
+fn leaf(shape: LeafShape, parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32) {
+    if shape == LeafShape::Ash {
+        return compound(parts, at, sign, size, enlarge);
+    }
+    let Seat { origin, angle, depth, seed } = at;
     let stalk = habit(shape).petiole * seed.child("stalk").range(0.8, 1.2);
     let curve = -sign * 0.12;
-    let petiole = rod(Tissue::Petiole, origin, angle, stalk, curve, [0.011, 0.009], depth - 0.02, seed.child("petiole"));
+    let petiole =
+        rod(Tissue::Petiole, seat(origin, angle, depth - 0.02, seed.child("petiole")), stalk, curve, [0.011, 0.009]);
     let end = petiole.place.to_picture(Vec2::new(0.0, 1.0));
     parts.push(petiole);
     // Blades turn a little back to the twig's direction, and hang on long petioles.
     let turn = angle + seed.child("turn").range(-0.25, 0.25) - sign * 0.12;
-    parts.push(blade(shape, end, turn, size, depth, seed.child("blade")));
+    parts.push(blade(shape, seat(end, turn, depth, seed.child("blade")), size * enlarge));
 }
 
 /// A pinnate leaf: pairs of leaflets along a rachis, and one at its end.
-fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f32, depth: f32, seed: Seed) {
-    let pairs = 4 + seed.child("pairs").index(2);
+fn compound(parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32) {
+    let Seat { origin, angle, depth, seed } = at;
+    let pairs = 5 + seed.child("pairs").index(2);
     let bend = -sign * 0.1 + seed.child("bend").range(-0.08, 0.08);
-    let rachis = rod(Tissue::Petiole, origin, angle, size * 0.78, bend, [0.010, 0.005], depth - 0.01, seed.child("rachis"));
+    let rachis = rod(
+        Tissue::Petiole,
+        seat(origin, angle, depth - 0.01, seed.child("rachis")),
+        size * 0.78,
+        bend,
+        [0.010, 0.005],
+    );
     let place = rachis.place;
     parts.push(rachis);
     for pair in 0..pairs {
@@ -264,29 +340,42 @@ fn compound(parts: &mut Vec<Part>, origin: Vec2, angle: f32, sign: f32, size: f3
         for (k, side) in [-1.0, 1.0].into_iter().enumerate() {
             let seed = seed.child("leaflet").at(pair as u64).at(k as u64);
             let away = 1.12 - 0.35 * t + seed.child("angle").range(-0.16, 0.16);
-            let length = size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
+            // Only leaflets are enlarged: the leaf keeps its reach.
+            let length =
+                enlarge * size * 0.36 * (1.0 - 0.5 * (t - 0.55) * (t - 0.55)) * seed.child("size").range(0.88, 1.08);
             let depth = depth + 0.02 * seed.child("depth").unit();
-            parts.push(blade(LeafShape::Ash, at, angle + 2.0 * bend * t + side * away, length, depth, seed));
+            parts.push(blade(LeafShape::Ash, seat(at, angle + 2.0 * bend * t + side * away, depth, seed), length));
         }
     }
     let end = place.to_picture(Vec2::new(0.0, 1.0));
-    parts.push(blade(LeafShape::Ash, end, angle + 2.0 * bend, size * 0.38, depth + 0.02, seed.child("end")));
+    parts.push(blade(
+        LeafShape::Ash,
+        seat(end, angle + 2.0 * bend, depth + 0.02, seed.child("end")),
+        enlarge * size * 0.38,
+    ));
 }
 
 /// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.
-fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
+fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
+    let Growth { enlarge, spread: fan } = growth;
     let mut parts = Vec::new();
     let lean = seed.child("lean").range(-0.1, 0.1);
-    let main = rod(Tissue::Wood, Vec2::ZERO, lean, 0.62, seed.child("bend").range(-0.08, 0.08), [0.018, 0.010], 0.3, seed.child("wood"));
-    let mut shoots = vec![(main.place, 0.62_f32, 150_usize)];
+    let main = rod(
+        Tissue::Wood,
+        seat(Vec2::ZERO, lean, 0.3, seed.child("wood")),
+        0.72,
+        seed.child("bend").range(-0.08, 0.08),
+        [0.014, 0.009],
+    );
+    let mut shoots = vec![(main.place, 0.72_f32, 220_usize)];
     for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
         let seed = seed.child("side").at(k as u64);
-        let t = seed.child("at").range(0.22, 0.42);
-        let length = seed.child("length").range(0.3, 0.4);
+        let t = seed.child("at").range(0.16, 0.38);
+        let length = seed.child("length").range(0.26, 0.36);
         let origin = main.place.to_picture(Vec2::new(0.0, t));
-        let turn = lean + sign * seed.child("angle").range(0.75, 0.95);
-        let side = rod(Tissue::Wood, origin, turn, length, -sign * 0.14, [0.012, 0.008], 0.3, seed.child("wood"));
-        shoots.push((side.place, length, 95));
+        let turn = lean + sign * fan * seed.child("angle").range(0.55, 0.8);
+        let side = rod(Tissue::Wood, seat(origin, turn, 0.3, seed.child("wood")), length, -sign * 0.14, [0.012, 0.008]);
+        shoots.push((side.place, length, 125));
         parts.push(side);
     }
     parts.push(main);
@@ -295,23 +384,28 @@ fn tuft(seed: Seed, enlarge: f32) -> Vec<Part> {
         for i in 0..pairs {
             let seed = shoot.at(i as u64);
             let t = ((i as f32 + seed.child("at").unit()) / pairs as f32).sqrt();
-            let t = if s == 0 { 0.16 + 0.84 * t } else { 0.1 + 0.9 * t };
+            let t = if s == 0 { 0.08 + 0.92 * t } else { 0.1 + 0.9 * t };
             let origin = place.to_picture(Vec2::new(0.0, t));
             let toward = math::atan2(place.along.x, place.along.y) + 2.0 * place.bend * t;
             // Seen from the side: the angle around the shoot shortens needles that point at the viewer.
             let around = seed.child("around").unit() * std::f32::consts::TAU;
             let (sin, cos) = math::sin_cos(around);
-            let away = (1.05 - 0.55 * t) * cos;
-            let long = (0.26 + 0.06 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
+            let away = (1.2 - 0.6 * t) * cos;
+            let long = (0.31 + 0.05 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
             let depth = 0.3 + 0.3 * sin + 0.2 * seed.child("depth").unit();
             for twin in 0..2_u64 {
                 let seed = seed.at(twin);
                 let spread = seed.child("spread").range(-0.1, 0.1);
                 let bend = seed.child("bend").range(-0.09, 0.09);
-                let width = 0.0042 * enlarge.clamp(0.8, 1.35);
+                let width = 0.0045 * enlarge.clamp(0.8, 1.8);
                 let angle = toward + away + spread;
-                let mut needle =
-                    rod(Tissue::Needle, origin, angle, long * if length > 0.5 { 1.0 } else { 0.85 }, bend, [width, width * 0.35], depth, seed);
+                let mut needle = rod(
+                    Tissue::Needle,
+                    seat(origin, angle, depth, seed),
+                    long * if length > 0.5 { 1.0 } else { 0.85 },
+                    bend,
+                    [width, width * 0.35],
+                );
                 needle.slope[0] = 0.5 * sin;
                 parts.push(needle);
             }
@@ -351,7 +445,11 @@ mod tests {
     fn every_part_lies_in_the_picture() {
         for shape in [LeafShape::Oak, LeafShape::Maple, LeafShape::Ash, LeafShape::Pine] {
             for s in 0..4 {
-                for p in spray(shape, Seed::new(s), 1.0).parts.iter().flat_map(|p| &p.outline) {
+                for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 })
+                    .parts
+                    .iter()
+                    .flat_map(|p| &p.outline)
+                {
                     assert!(p.x.abs() <= 0.5 && p.y > -1e-4 && p.y <= 1.0, "{shape:?} {p}");
                 }
             }

@@ -76,7 +76,9 @@ pub enum ArtError {
         reason: String,
     },
     /// Longer than the limit, or too much memory.
-    #[error("the {file} is too large: at most {edge} pixels an edge and {bytes} bytes decoded are taken; scale it down")]
+    #[error(
+        "the {file} is too large: at most {edge} pixels an edge and {bytes} bytes decoded are taken; scale it down"
+    )]
     TooLarge {
         /// Which file.
         file: ArtFile,
@@ -86,7 +88,9 @@ pub enum ArtError {
         bytes: u64,
     },
     /// A leaf without transparency.
-    #[error("the leaf's colour picture has no transparent pixel; save it as PNG or WebP with an alpha channel that cuts the leaf out")]
+    #[error(
+        "the leaf's colour picture has no transparent pixel; save it as PNG or WebP with an alpha channel that cuts the leaf out"
+    )]
     NoAlpha,
     /// A leaf that is transparent all over.
     #[error("the leaf's colour picture is transparent all over; its alpha channel may be inverted")]
@@ -126,7 +130,9 @@ pub fn maps_from_images(
         Some(bytes) => resized(bytes, ArtFile::Normal)?
             .into_rgb8()
             .pixels()
-            .map(|p| encode_normal(Vec3::from_array(p.0.map(|c| f32::from(c) - 127.5)).max(Vec3::new(-128.0, -128.0, 1.0))))
+            .map(|p| {
+                encode_normal(Vec3::from_array(p.0.map(|c| f32::from(c) - 127.5)).max(Vec3::new(-128.0, -128.0, 1.0)))
+            })
             .collect(),
         None => normals_of(&pixels, width as usize, height as usize, purpose),
     };

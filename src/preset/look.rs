@@ -70,7 +70,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "most",
             kind: Kind::Integer { low: 0, high: 200_000, unit: "leaves" },
             default: Default::Is("20000"),
-            about: "most leaves on one tree, whatever the density asks for",
+            about: "most leaves on one tree; where more are wanted they get larger instead, at most twice as long",
         },
         Field {
             name: "size",

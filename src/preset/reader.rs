@@ -446,11 +446,6 @@ impl<'t, 'r> Reader<'t, 'r> {
 
     fn mistyped(&self, item: &Item<'_>, kind: Kind) {
         let found = match &item.node.value {
-            Value::Name(name) if matches!(name.as_str(), "NaN" | "inf") => {
-                let message = format!("`{name}` is no number to build with");
-                self.report.at(item.span(), &item.path, message, format!("give {}", kind.told()));
-                return;
-            }
             Value::Name(name) => format!("the name `{}`", clip(name)),
             other => other.is_called().to_string(),
         };

@@ -170,6 +170,7 @@ impl Parser<'_, '_> {
                     Token::Name(text) => match text.as_str() {
                         "true" => Value::Bool(true),
                         "false" => Value::Bool(false),
+                        "None" => Value::Name(text),
                         _ if self.token == Token::Mark('(') => return self.round(Some(Name { span, text })),
                         _ => Value::Name(text),
                     },
@@ -234,6 +235,10 @@ impl Parser<'_, '_> {
         let span = join(name.as_ref().map_or(open, |name| name.span), end);
         if !fields.is_empty() && !items.is_empty() {
             self.error(items[0].span, "a value without a name among named fields", "write `name: value`");
+            return None;
+        }
+        if name.as_ref().is_some_and(|name| name.text == "Some") && items.len() != 1 {
+            self.error(span, "`Some` holds one value", "write the value alone");
             return None;
         }
         let value = if items.is_empty() { Value::Record(name, fields) } else { Value::Tuple(name, items) };

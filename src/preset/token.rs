@@ -127,9 +127,18 @@ impl<'t> Lexer<'t> {
                 self.fault(self.since(start), "a preset takes no `#`", "leave attributes out; a comment starts with //")
             }
             Some('0'..='9' | '+' | '-' | '.') => self.number(start),
-            Some(c) if c == '_' || c.is_ascii_alphabetic() => {
-                let name = self.take_while(|c| c == '_' || c.is_ascii_alphanumeric());
-                Token::Name(name.to_string())
+            Some(c) if c == '_' || c.is_alphabetic() => {
+                let name = self.take_while(|c| c == '_' || c.is_alphanumeric());
+                if matches!(name, "inf" | "inff32" | "inff64") {
+                    Token::Float(f64::INFINITY)
+                } else if matches!(name, "NaN" | "NaNf32" | "NaNf64") {
+                    Token::Float(f64::NAN)
+                } else if name.is_ascii() {
+                    Token::Name(name.to_string())
+                } else {
+                    let message = format!("unexpected `{}`", name.chars().take(40).collect::<String>());
+                    self.fault(self.since(start), message, "names are of plain letters; texts stand in double quotes")
+                }
             }
             Some(c) => {
                 self.bump();
@@ -137,7 +146,6 @@ impl<'t> Lexer<'t> {
                     ';' => "separate with a comma",
                     '=' => "write `name: value`",
                     '“' | '”' | '„' | '«' | '»' => "texts stand in straight double quotes",
-                    _ if c.is_alphabetic() => "names are of plain letters; texts stand in double quotes",
                     _ => "",
                 };
                 self.fault(self.since(start), format!("unexpected `{}`", c.escape_debug()), hint)
@@ -346,12 +354,11 @@ fn value_of(literal: &str) -> Result<Token, (String, &'static str)> {
         "NaN" => return Ok(Token::Float(f64::NAN)),
         _ => {}
     }
-    let plain: String = digits.chars().filter(|&c| c != '_').collect();
-    let (radix, body) = match plain.get(..2) {
-        Some("0x") => (16, &plain[2..]),
-        Some("0o") => (8, &plain[2..]),
-        Some("0b") => (2, &plain[2..]),
-        _ => (10, plain.as_str()),
+    let (radix, parts) = match digits.get(..2) {
+        Some("0x") => (16, &digits[2..]),
+        Some("0o") => (8, &digits[2..]),
+        Some("0b") => (2, &digits[2..]),
+        _ => (10, digits),
     };
     // An underscore may part digits, but RON lets none stand before the first, nor beside a point or exponent.
     let parted = |d: &str| {
@@ -364,13 +371,13 @@ fn value_of(literal: &str) -> Result<Token, (String, &'static str)> {
                     && bytes[i + 1].is_ascii_hexdigit())
         })
     };
-    let in_digits = if radix == 10 { digits } else { &digits[2..] };
-    if !parted(in_digits) {
+    if !parted(parts) {
         return bad("an underscore stands between two digits only");
     }
+    let body: String = parts.chars().filter(|&c| c != '_').collect();
     let whole = !body.is_empty() && body.chars().all(|c| c.is_digit(radix));
     if whole {
-        let size = i128::from_str_radix(body, radix).unwrap_or(i128::MAX);
+        let size = i128::from_str_radix(&body, radix).unwrap_or(i128::MAX);
         return Ok(Token::Integer(if negative { -size } else { size }));
     }
     let float = radix == 10

@@ -11,6 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::Weights;
+use super::alignment::alignment;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use crate::base::Rotation;
@@ -43,6 +44,12 @@ pub enum FamilyError {
     /// No plant, or one without chains.
     #[error("a family needs plants with chains")]
     Empty,
+    /// A plant with a coordinate or radius so large that sums of it lose their meaning.
+    #[error("source {source_index} holds a length beyond 1e12 metres")]
+    TooLarge {
+        /// The source.
+        source_index: usize,
+    },
     /// A kin whose parent does not come before it.
     #[error("kin {0:?} does not come after its parent")]
     BadParent(KinId),
@@ -66,6 +73,9 @@ pub enum FamilyError {
         source_index: usize,
     },
 }
+
+/// Longest length in a source, metres.
+const LONGEST: f32 = 1e12;
 
 /// Not a member, not a kin.
 pub(super) const NONE: u32 = u32::MAX;
@@ -129,6 +139,14 @@ impl Family {
     pub fn new(plants: Vec<Plant>, kins: &[Kin]) -> Result<Self, FamilyError> {
         if plants.is_empty() || plants.iter().any(|p| p.chains().is_empty()) {
             return Err(FamilyError::Empty);
+        }
+        // So that no sum or square in a blend can overflow.
+        let fits = |p: &Plant| {
+            p.all_points().iter().chain(p.chains().iter().map(|c| &c.origin)).all(|v| v.abs().max_element() <= LONGEST)
+                && p.all_radii().iter().all(|r| *r <= LONGEST)
+        };
+        if let Some(source_index) = plants.iter().position(|p| !fits(p)) {
+            return Err(FamilyError::TooLarge { source_index });
         }
         check(&plants, kins)?;
         let primary = primaries(&plants, kins)?;
@@ -243,8 +261,12 @@ impl Family {
 
     /// Fills `members`, `blocks` and the shapes.
     fn prepare(&mut self, kins: &[Kin]) {
-        let rules: Vec<Vec<f64>> =
-            self.plants.iter().zip(&self.parameters).map(|(plant, parameters)| chain_rules(plant, parameters)).collect();
+        let rules: Vec<Vec<f64>> = self
+            .plants
+            .iter()
+            .zip(&self.parameters)
+            .map(|(plant, parameters)| chain_rules(plant, parameters))
+            .collect();
         for kin in kins {
             let mut reference: Option<Vec3> = None;
             for (s, member) in kin.members.iter().enumerate() {
@@ -263,7 +285,7 @@ impl Family {
                 let direction = branching_vector(plant.points(id));
                 let turn = match reference {
                     None => Rotation::IDENTITY,
-                    Some(reference) => Rotation::between(reference, direction),
+                    Some(reference) => alignment(reference, direction),
                 };
                 reference = reference.or(Some(direction));
                 self.members.push(Member {

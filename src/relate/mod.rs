@@ -1,5 +1,6 @@
 //! Plants in correspondence: matching them, and the [`Family`] that every blend is made from.
 
+mod alignment;
 mod assignment;
 mod family;
 mod fuzzy;
@@ -7,6 +8,8 @@ mod kernel;
 #[cfg(test)]
 pub(crate) mod random_plant;
 mod resample;
+#[cfg(test)]
+mod tests;
 mod topology_tree;
 mod weights;
 

@@ -40,7 +40,8 @@ pub(super) fn resample(members: &[Polyline<'_>]) -> (usize, Vec<Vec3>, Vec<f32>)
         taken[m] = slots.last().map_or(usize::MAX, slot_id);
     }
     let count = slots.len();
-    let (mut points, mut radii) = (Vec::with_capacity(count * members.len()), Vec::with_capacity(count * members.len()));
+    let (mut points, mut radii) =
+        (Vec::with_capacity(count * members.len()), Vec::with_capacity(count * members.len()));
     for (m, member) in members.iter().enumerate() {
         let last = member.parameters.len() - 1;
         // The member's last vertex at or before the slot.

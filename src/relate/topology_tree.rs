@@ -46,7 +46,8 @@ impl TopologyTree {
             .chain_ids()
             .zip(crowns)
             .map(|(id, crown)| {
-                let lowest = children[id.index()].iter().map(|&c| plant.chain(c).location).fold(f32::INFINITY, f32::min);
+                let lowest =
+                    children[id.index()].iter().map(|&c| plant.chain(c).location).fold(f32::INFINITY, f32::min);
                 TopologyNode {
                     chain: id,
                     crown,

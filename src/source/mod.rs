@@ -1,5 +1,6 @@
 //! Sources: where plants come from. Each ends in a [`Plant`](crate::plant::Plant), and later stages can't tell them
-//! apart.
+//! apart. And a checked reader of GLB files, which `inspect` uses.
 
+pub mod glb;
 pub mod grow;
 pub mod import;

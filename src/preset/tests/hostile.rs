@@ -20,9 +20,9 @@ const CORPUS: [&str; 4] = [
 
 /// A random text near the ones of the corpus.
 fn mutant(draws: &mut Draws) -> String {
-    const SCRAPS: [&str; 27] = [
+    const SCRAPS: [&str; 30] = [
         "(", ")", "[", "]", "{", "}", ",", ":", "\"", "'", "\\", "/*", "*/", "//", "\n", "r#\"", "#", "NaN", "-",
-        "1e999", "0x", "_", "..", "Some(", "b\"", "\u{feff}", "é",
+        "1e999", "0x", "_", "..", "Some(", "None", "inf", "true", "b\"", "\u{feff}", "é",
     ];
     let mut text: Vec<char> = CORPUS[draws.draw().index(CORPUS.len())].chars().collect();
     for _ in 0..=draws.draw().index(4) {

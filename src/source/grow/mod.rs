@@ -15,6 +15,8 @@ mod nodes;
 mod paths;
 mod skeleton;
 mod structure;
+#[cfg(test)]
+mod tests;
 mod yao;
 
 use nodes::Nodes;

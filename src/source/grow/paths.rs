@@ -17,7 +17,7 @@ use crate::base::Seed;
 use crate::preset::plan::Guide;
 
 /// What a unit of length costs on a path that follows its guiding vectors.
-const LENGTH: f32 = 0.15;
+const LENGTH: f32 = 0.2;
 
 /// A node of the structure so far, with the guiding vector it starts with.
 #[derive(Clone, Copy, Debug)]

@@ -17,8 +17,10 @@ use crate::preset::plan::GrowParams;
 const NONE: u32 = u32::MAX;
 /// Times that every node is drawn towards its neighbours.
 const PASSES: u32 = 6;
-/// Times that the thickest wood is drawn before.
-const STIFF: f32 = 400.0;
+/// Wood from this share of the greatest radius is straightened as a whole.
+const STIFF: f32 = 0.2;
+/// Over how many nodes, far before near.
+const STRIDES: [usize; 4] = [12, 6, 3, 1];
 /// A fork below the clear bole becomes two stems where the thinner branch bears at least this share of the tips of the
 /// thicker.
 const STEM: f32 = 0.1;
@@ -135,20 +137,15 @@ impl Axes {
     }
 
     /// Draws nodes towards the middle of their neighbours along their axis: not at all for a crookedness of 1, half the
-    /// way each time for 0. All are drawn [`PASSES`] times, thick wood more often before: it sways less than twigs do,
-    /// and its bends are as long as its crowns of nodes are wide. Radii are drawn likewise but never across a fork into
-    /// a thinner branch, so that steps at forks become tapers.
+    /// way each time for 0. Radii are drawn likewise but never across a fork into a thinner branch, so that steps at
+    /// forks become tapers.
     fn smooth(&mut self, crookedness: f32) {
-        let smooth = 1.0 - crookedness;
-        let share = 0.5 * smooth;
-        // Fewer times too, or thick wood would be smooth at any share.
-        let stiff = STIFF * smooth * smooth;
-        let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
-        for pass in (0..PASSES + stiff as u32).rev() {
+        let share = 0.5 * (1.0 - crookedness);
+        self.straighten(share);
+        for _ in 0..PASSES {
             let before = self.places.clone();
             for i in 0..before.len() {
-                let often = PASSES as f32 + stiff * (self.radii[i] / thickest);
-                if self.heavy[i] != NONE && self.parents[i] as usize != i && (pass as f32) < often {
+                if self.heavy[i] != NONE && self.parents[i] as usize != i {
                     let middle = (before[self.parents[i] as usize] + before[self.heavy[i] as usize]) * 0.5;
                     self.places[i] = before[i].lerp(middle, share);
                 }
@@ -163,6 +160,49 @@ impl Axes {
                 }
             }
         }
+    }
+
+    /// Takes the long sway out of thick wood, which neighbours alone hardly feel: a path of forty nodes wanders as a
+    /// whole. Nodes are drawn towards the middle between those [`STRIDES`] further down and up their axis, in the measure
+    /// of their thickness; what they bear moves with them.
+    fn straighten(&mut self, share: f32) {
+        let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
+        let stiff: Vec<usize> = (0..self.places.len()).filter(|&i| self.radii[i] >= thickest * STIFF).collect();
+        let mut places = self.places.clone();
+        for stride in STRIDES {
+            let spans: Vec<(usize, usize)> = stiff.iter().map(|&i| self.span(i, stride)).collect();
+            for _ in 0..PASSES {
+                let before = places.clone();
+                for (&i, &(below, above)) in stiff.iter().zip(&spans) {
+                    let middle = (before[below] + before[above]) * 0.5;
+                    places[i] = before[i].lerp(middle, share * (self.radii[i] / thickest));
+                }
+            }
+        }
+        let mut moved = vec![Vec3::ZERO; places.len()];
+        for i in 0..places.len() {
+            let thick = self.radii[i] >= thickest * STIFF;
+            moved[i] = if thick { places[i] - self.places[i] } else { moved[self.parents[i] as usize] };
+            self.places[i] += moved[i];
+        }
+    }
+
+    /// The nodes equally many edges below and above one on its axis, at most `stride`; the node itself at either end.
+    fn span(&self, node: usize, stride: usize) -> (usize, usize) {
+        let (mut below, mut above) = (node, node);
+        for _ in 0..stride {
+            let (parent, child) = (self.parents[below] as usize, self.heavy[above]);
+            if parent == below || child == NONE {
+                break;
+            }
+            // The fork that a branch leaves is its first node; the axis below is another's.
+            let leaves = self.heavy[parent] as usize != below;
+            (below, above) = (parent, child as usize);
+            if leaves {
+                break;
+            }
+        }
+        (below, above)
     }
 
     /// The same tree with a node in the middle of each edge, on the cubic through the four nodes along the axis

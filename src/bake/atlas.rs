@@ -1,0 +1,298 @@
+//! The set's atlas: many pictures in one, with gutters that survive the mips.
+//!
+//! Each picture lies in a cell of its own, its sides and corner multiples of 8 texels, so that no texel of the first
+//! three mips mixes two pictures. The rest of the cell repeats the picture's edge. Pictures that don't fit at full size
+//! are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
+//! sides stay powers of two.
+//!
+//! Colour is dilated under alpha and between the cells. Limits: sides up to 8192.
+
+use glam::Vec2;
+
+use super::resample::shrink;
+use super::{Maps, dilate, skyline};
+use crate::mesh::Mesh;
+use crate::preset::plan::AtlasParams;
+
+/// Cells begin and end at multiples of this many texels.
+const ALIGN: u32 = 8;
+/// Scales are whole multiples of one over this.
+const SCALES: u32 = 1024;
+
+/// A picture's place in an atlas, texels, without its gutter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    /// Left edge.
+    pub x: u32,
+    /// Upper edge.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Pictures packed into one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Atlas {
+    /// The packed maps.
+    pub maps: Maps,
+    /// One a picture, in the order given.
+    pub rects: Vec<Rect>,
+    /// What all pictures were scaled by, 0..=1.
+    pub scale: f32,
+    /// Share of the atlas that pictures take, without gutters, 0..=1.
+    pub utilisation: f32,
+    gutter: u32,
+}
+
+/// Why pictures can't be packed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AtlasError {
+    /// Nothing to pack.
+    #[error("there is no picture for the atlas")]
+    Empty,
+    /// A picture's arrays aren't of its size, or it has no texel.
+    #[error("picture {0} has no texel, or not as many as its size says")]
+    Picture(usize),
+    /// Size or gutter out of range.
+    #[error(
+        "an atlas of {size} texels with gutters of {gutter}: the size is a power of two up to 8192, the gutter at most a sixteenth of it"
+    )]
+    Params {
+        /// As asked.
+        size: u32,
+        /// As asked.
+        gutter: u32,
+    },
+    /// Not even a texel a picture fits.
+    #[error("{pictures} pictures do not fit an atlas of {size} texels at any scale")]
+    TooMany {
+        /// How many.
+        pictures: usize,
+        /// Texels along an edge.
+        size: u32,
+    },
+    /// A mesh names a picture that was not packed, or not one for each vertex.
+    #[error("a mesh names a picture that the atlas doesn't hold, or not one for each vertex")]
+    Tiles,
+}
+
+/// Packs pictures into one atlas.
+///
+/// # Errors
+///
+/// See [`AtlasError`].
+pub fn pack(tiles: &[&Maps], params: &AtlasParams) -> Result<Atlas, AtlasError> {
+    let AtlasParams { size, gutter } = *params;
+    if !size.is_power_of_two() || !(16..=8192).contains(&size) || gutter > size / 16 {
+        return Err(AtlasError::Params { size, gutter });
+    }
+    if tiles.is_empty() {
+        return Err(AtlasError::Empty);
+    }
+    if let Some(i) = tiles.iter().position(|t| !is_whole(t)) {
+        return Err(AtlasError::Picture(i));
+    }
+    let margin = gutter.div_ceil(2);
+    let sizes_at = |k: u32| -> Vec<(u32, u32)> {
+        let side = |n: u32| ((u64::from(n) * u64::from(k) + u64::from(SCALES / 2)) / u64::from(SCALES)).max(1);
+        tiles.iter().map(|t| (side(t.width) as u32, side(t.height) as u32)).collect()
+    };
+    let fit = |k: u32| -> Option<Vec<(u32, u32)>> {
+        let cell = |n: u32| n.saturating_add(2 * margin).checked_next_multiple_of(ALIGN).unwrap_or(u32::MAX);
+        let cells: Vec<(u32, u32)> = sizes_at(k).iter().map(|&(w, h)| (cell(w), cell(h))).collect();
+        let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
+        if area > u64::from(size) * u64::from(size) {
+            return None;
+        }
+        let mut order: Vec<usize> = (0..cells.len()).collect();
+        order.sort_by_key(|&i| (std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
+        skyline::place(&cells, &order, size)
+    };
+    // Bisection for the largest k that fits; `low` always does.
+    let mut best = match fit(SCALES) {
+        Some(corners) => (SCALES, corners),
+        None => (1, fit(1).ok_or(AtlasError::TooMany { pictures: tiles.len(), size })?),
+    };
+    let mut high = SCALES;
+    while high > best.0 + 1 {
+        let k = best.0.midpoint(high);
+        match fit(k) {
+            Some(corners) => best = (k, corners),
+            None => high = k,
+        }
+    }
+    let (k, corners) = best;
+    let rects: Vec<Rect> = (corners.iter().zip(sizes_at(k)))
+        .map(|(&(x, y), (width, height))| Rect { x: x + margin, y: y + margin, width, height })
+        .collect();
+    let bottom = rects.iter().map(|r| r.y + r.height + margin).max().unwrap_or(1);
+    let height = bottom.next_power_of_two().min(size);
+    let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
+    let maps = draw(tiles, &rects, size, height, margin);
+    let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
+    Ok(Atlas { maps, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
+}
+
+impl Atlas {
+    /// Moves a mesh's texture coordinates from its pictures (0..=1 in each, what lies outside is clamped) to the atlas
+    /// and empties `mesh.tiles`.
+    ///
+    /// 0 and 1 are the outer edges of the picture's texels: what filtering reads beyond them is the gutter, which
+    /// repeats them. Without a gutter they are the centres of the outer texels.
+    ///
+    /// # Errors
+    ///
+    /// When `tiles` isn't one for each vertex or names a picture that isn't there; the mesh is then as it was.
+    pub fn place(&self, mesh: &mut Mesh) -> Result<(), AtlasError> {
+        if mesh.tiles.len() != mesh.uvs.len() || mesh.tiles.iter().any(|&t| t as usize >= self.rects.len()) {
+            return Err(AtlasError::Tiles);
+        }
+        let inset = if self.gutter == 0 { 0.5 } else { 0.0 };
+        let size = Vec2::new(self.maps.width as f32, self.maps.height as f32);
+        for (uv, &tile) in mesh.uvs.iter_mut().zip(&mesh.tiles) {
+            let r = self.rects[tile as usize];
+            let corner = Vec2::new(r.x as f32, r.y as f32) + inset;
+            let extent = Vec2::new(r.width as f32, r.height as f32) - 2.0 * inset;
+            *uv = (corner + uv.clamp(Vec2::ZERO, Vec2::ONE) * extent) / size;
+        }
+        mesh.tiles.clear();
+        Ok(())
+    }
+}
+
+fn is_whole(maps: &Maps) -> bool {
+    let texels = u64::from(maps.width) * u64::from(maps.height);
+    texels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()].iter().all(|&n| n as u64 == texels)
+}
+
+fn draw(tiles: &[&Maps], rects: &[Rect], width: u32, height: u32, margin: u32) -> Maps {
+    let texels = width as usize * height as usize;
+    let mut maps = Maps {
+        width,
+        height,
+        color: vec![[0; 4]; texels],
+        normal: vec![[128, 128, 255]; texels],
+        orm: vec![[255, 255, 0]; texels],
+    };
+    for (&tile, rect) in tiles.iter().zip(rects) {
+        let scaled;
+        let picture = if (tile.width, tile.height) == (rect.width, rect.height) {
+            tile
+        } else {
+            scaled = shrink(tile, rect.width, rect.height);
+            &scaled
+        };
+        let (x0, y0) = (rect.x - margin, rect.y - margin);
+        let x1 = (rect.x + rect.width + margin).next_multiple_of(ALIGN).min(width);
+        let y1 = (rect.y + rect.height + margin).next_multiple_of(ALIGN).min(height);
+        for y in y0..y1 {
+            let row = y.clamp(rect.y, rect.y + rect.height - 1) - rect.y;
+            for x in x0..x1 {
+                let column = x.clamp(rect.x, rect.x + rect.width - 1) - rect.x;
+                let (from, to) = ((row * rect.width + column) as usize, (y * width + x) as usize);
+                maps.color[to] = picture.color[from];
+                maps.normal[to] = picture.normal[from];
+                maps.orm[to] = picture.orm[from];
+            }
+        }
+    }
+    dilate(&mut maps);
+    maps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+
+    fn plain(width: u32, height: u32, value: u8) -> Maps {
+        let n = (width * height) as usize;
+        Maps {
+            width,
+            height,
+            color: vec![[value, value, value, 255]; n],
+            normal: vec![[128, 128, 255]; n],
+            orm: vec![[255, value, 0]; n],
+        }
+    }
+
+    #[test]
+    fn two_tiles_land_where_they_must_and_their_gutters_repeat_them() {
+        let (a, b) = (plain(12, 12, 10), plain(4, 4, 200));
+        let atlas = pack(&[&b, &a], &AtlasParams { size: 64, gutter: 4 }).unwrap();
+        assert_eq!(
+            atlas.rects,
+            [Rect { x: 18, y: 2, width: 4, height: 4 }, Rect { x: 2, y: 2, width: 12, height: 12 }]
+        );
+        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.scale), (64, 16, 1.0));
+        let at = |x: usize, y: usize| atlas.maps.color[y * 64 + x];
+        assert_eq!([at(0, 0), at(15, 15), at(16, 0), at(23, 7)].map(|c| c[0]), [10, 10, 200, 200]);
+        assert_eq!(at(24, 0)[3], 0);
+        let mut mesh = Mesh { uvs: vec![Vec2::ZERO, Vec2::ONE], tiles: vec![0, 1], ..Mesh::default() };
+        atlas.place(&mut mesh).unwrap();
+        assert_eq!(mesh.uvs, [Vec2::new(18.0 / 64.0, 2.0 / 16.0), Vec2::new(14.0 / 64.0, 14.0 / 16.0)]);
+        assert!(mesh.tiles.is_empty());
+        let mut wrong = Mesh { uvs: vec![Vec2::ZERO], tiles: vec![2], ..Mesh::default() };
+        assert_eq!(atlas.place(&mut wrong), Err(AtlasError::Tiles));
+    }
+
+    #[test]
+    fn cells_never_overlap_and_stay_inside() {
+        for round in 0..12 {
+            let seed = Seed::new(round);
+            let side = |i: u64| 1 + seed.at(i).index(90) as u32;
+            let tiles: Vec<Maps> = (0..60).map(|i| plain(side(2 * i), side(2 * i + 1), 7)).collect();
+            let gutter = seed.child("gutter").index(9) as u32;
+            let atlas = pack(&tiles.iter().collect::<Vec<_>>(), &AtlasParams { size: 256, gutter }).unwrap();
+            let (margin, width) = (gutter.div_ceil(2), atlas.maps.width);
+            let mut taken = vec![false; (width * atlas.maps.height) as usize];
+            for r in &atlas.rects {
+                assert_eq!(((r.x - margin) % ALIGN, (r.y - margin) % ALIGN), (0, 0));
+                for y in r.y - margin..r.y + r.height + margin {
+                    for x in r.x - margin..r.x + r.width + margin {
+                        assert!(!std::mem::replace(&mut taken[(y * width + x) as usize], true));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shrinking_ignores_colour_under_alpha() {
+        let mut tile = plain(2, 1, 0);
+        tile.color = vec![[200, 0, 0, 255], [0, 255, 0, 0]];
+        let small = shrink(&tile, 1, 1);
+        assert_eq!(small.color[0][3], 128);
+        assert!(small.color[0][0] >= 199 && small.color[0][1] < 20, "{:?}", small.color[0]);
+    }
+
+    #[test]
+    fn a_full_set_fits_at_one_scale() {
+        let leaves: Vec<Maps> = (0..12).map(|_| plain(256, 256, 90)).collect();
+        let seed = Seed::new(3);
+        let cards: Vec<Maps> = (0..600)
+            .map(|i| plain(72 + seed.at(i).index(49) as u32, 72 + seed.at(i + 600).index(49) as u32, 120))
+            .collect();
+        let tiles: Vec<&Maps> = leaves.iter().chain(&cards).collect();
+        let atlas = pack(&tiles, &AtlasParams { size: 2048, gutter: 8 }).unwrap();
+        assert!(
+            atlas.scale > 0.6 && atlas.scale < 1.0 && atlas.utilisation > 0.7,
+            "{} {}",
+            atlas.scale,
+            atlas.utilisation
+        );
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        let good = plain(4, 4, 1);
+        let broken = Maps { orm: Vec::new(), ..good.clone() };
+        let params = AtlasParams { size: 256, gutter: 4 };
+        assert_eq!(pack(&[], &params), Err(AtlasError::Empty));
+        assert_eq!(pack(&[&good, &broken], &params), Err(AtlasError::Picture(1)));
+        assert!(matches!(pack(&[&good; 5000], &params), Err(AtlasError::TooMany { .. })));
+        assert!(matches!(pack(&[&good], &AtlasParams { size: 300, gutter: 4 }), Err(AtlasError::Params { .. })));
+    }
+}

@@ -1,0 +1,540 @@
+//! One variant as a binary glTF 2.0 file.
+//!
+//! The scene holds one root node that carries LOD0; lower levels are further nodes outside the scene, named by `MSFT_lod`
+//! on the root with `MSFT_screencoverage` in its extras, so a loader that doesn't know the extension shows LOD0 and
+//! nothing else. All levels share the origin. Textures are files beside the GLB, shared by the set.
+//!
+//! Limits: what is structurally wrong (array lengths, indices, a position that isn't finite) is an error; what rounding
+//! may leave behind upstream is mended here, because a single such vertex would fail the Khronos validator: triangles
+//! with two equal corners are dropped, normals and tangents are brought to unit length (a zero normal points up), and a
+//! tangent's sign is 1 or -1. Every accessor has a buffer view of its own, so that a reader can take positions alone.
+//!
+//! Source: glTF 2.0 specification, 3.6 and 4.4; MSFT_lod vendor extension.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+use gltf_json as json;
+use json::Index;
+use json::validation::Checked::Valid;
+use json::validation::USize64;
+use serde::Serialize;
+
+use crate::mesh::{Mesh, TreeMesh};
+
+/// File names of a material's maps, relative to the GLB, `/` between folders; not yet percent-encoded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MaterialTextures {
+    /// Base colour; with alpha for leaves.
+    pub color: String,
+    /// Tangent-space normal.
+    pub normal: String,
+    /// Occlusion, roughness, metalness.
+    pub orm: String,
+}
+
+/// The two materials that all variants of a set share.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetMaterials {
+    /// The set's name; materials are named `SET_bark` and `SET_leaf`.
+    pub set: String,
+    /// Tiling bark.
+    pub bark: MaterialTextures,
+    /// The atlas.
+    pub leaf: MaterialTextures,
+}
+
+impl SetMaterials {
+    /// The materials of a set with the standard file names, `SET_bark_color.png` to `SET_leaf_orm.png`.
+    #[must_use]
+    pub fn of(set: &str) -> Self {
+        let maps = |part: &str| MaterialTextures {
+            color: format!("{set}_{part}_color.png"),
+            normal: format!("{set}_{part}_normal.png"),
+            orm: format!("{set}_{part}_orm.png"),
+        };
+        Self { set: set.to_owned(), bark: maps("bark"), leaf: maps("leaf") }
+    }
+}
+
+/// One level of detail.
+#[derive(Clone, Copy, Debug)]
+pub struct AssetLevel<'a> {
+    /// Its two primitives; one may be empty, not both.
+    pub mesh: &'a TreeMesh,
+    /// The level is shown down to this share of the screen's height, 0..=1, less from level to level. Of the last level
+    /// it is the cull point.
+    pub screen_coverage: f32,
+}
+
+/// A variant to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct AssetIn<'a> {
+    /// Name of the variant and of its root node, as `oak_avenue_007`.
+    pub name: &'a str,
+    /// The preset's seed, told in the file's extras.
+    pub seed: u64,
+    /// The levels, finest first.
+    pub levels: &'a [AssetLevel<'a>],
+    /// The set's materials.
+    pub materials: &'a SetMaterials,
+}
+
+/// Why an asset can't be written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExportError {
+    /// There is no level.
+    #[error("{name}: has no level of detail")]
+    NoLevels {
+        /// The asset.
+        name: String,
+    },
+    /// A level has no triangle.
+    #[error("{name}: level {level} has no triangle")]
+    EmptyLevel {
+        /// The asset.
+        name: String,
+        /// From 0.
+        level: usize,
+    },
+    /// Screen coverages aren't shares that fall from level to level.
+    #[error(
+        "{name}: screen coverage {value} of level {level} is no share of the screen below that of the level before"
+    )]
+    Coverage {
+        /// The asset.
+        name: String,
+        /// From 0.
+        level: usize,
+        /// The value.
+        value: f32,
+    },
+    /// A mesh isn't one: lengths, indices or positions.
+    #[error("{name}: {what}")]
+    Mesh {
+        /// The level's mesh and primitive.
+        name: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Larger than the 4 GiB that a GLB can state.
+    #[error("{name}: larger than 4 GiB")]
+    TooLarge {
+        /// The asset.
+        name: String,
+    },
+    /// A picture whose arrays aren't of the stated size.
+    #[error("picture of {width} x {height} pixels: {what}")]
+    Picture {
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+        /// What is wrong with it.
+        what: String,
+    },
+}
+
+/// Name of a level's mesh and, below the first, of its node: `NAME_LOD2`.
+#[must_use]
+pub fn level_name(name: &str, level: usize) -> String {
+    format!("{name}_LOD{level}")
+}
+
+/// Writes a variant as GLB; the same input gives the same bytes.
+///
+/// # Errors
+///
+/// See [`ExportError`]; the first thing that is wrong, in level order.
+pub fn glb(asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
+    check_levels(asset)?;
+    let mut writer = Writer::new(asset.materials);
+    for (i, level) in asset.levels.iter().enumerate() {
+        writer.level(&level_name(asset.name, i), i, level.mesh)?;
+    }
+    writer.finish(asset)
+}
+
+fn check_levels(asset: &AssetIn<'_>) -> Result<(), ExportError> {
+    let name = || asset.name.to_owned();
+    if asset.levels.is_empty() {
+        return Err(ExportError::NoLevels { name: name() });
+    }
+    let mut above = f32::INFINITY;
+    for (level, l) in asset.levels.iter().enumerate() {
+        let value = l.screen_coverage;
+        if !(value < above && (0.0..=1.0).contains(&value)) {
+            return Err(ExportError::Coverage { name: name(), level, value });
+        }
+        above = value;
+        if l.mesh.bark.indices.is_empty() && l.mesh.leaf.indices.is_empty() {
+            return Err(ExportError::EmptyLevel { name: name(), level });
+        }
+    }
+    Ok(())
+}
+
+/// Which of the two materials.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Bark,
+    Leaf,
+}
+
+/// A file under construction: the JSON tree and the binary chunk.
+struct Writer<'a> {
+    root: json::Root,
+    bin: Vec<u8>,
+    materials: &'a SetMaterials,
+    /// Made on first use, so that no file names a material that it doesn't use.
+    bark: Option<Index<json::Material>>,
+    leaf: Option<Index<json::Material>>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(materials: &'a SetMaterials) -> Self {
+        Self { root: json::Root::default(), bin: Vec::new(), materials, bark: None, leaf: None }
+    }
+
+    /// Adds a level's mesh.
+    fn level(&mut self, name: &str, level: usize, tree: &TreeMesh) -> Result<(), ExportError> {
+        let mut primitives = Vec::with_capacity(2);
+        for (part, suffix, mesh) in [(Part::Bark, "bark", &tree.bark), (Part::Leaf, "leaf", &tree.leaf)] {
+            let triangles =
+                proper_triangles(mesh).map_err(|what| ExportError::Mesh { name: format!("{name} {suffix}"), what })?;
+            if !triangles.is_empty() {
+                primitives.push(self.primitive(part, mesh, &triangles));
+            }
+        }
+        if primitives.is_empty() {
+            return Err(ExportError::EmptyLevel { name: name.to_owned(), level });
+        }
+        self.root.meshes.push(json::Mesh {
+            extensions: None,
+            extras: None,
+            name: Some(name.to_owned()),
+            primitives,
+            weights: None,
+        });
+        Ok(())
+    }
+
+    fn primitive(&mut self, part: Part, mesh: &Mesh, triangles: &[u32]) -> json::mesh::Primitive {
+        use json::accessor::{ComponentType, Type};
+        use json::mesh::Semantic;
+
+        let count = mesh.positions.len();
+        let mut attributes = std::collections::BTreeMap::new();
+
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for &p in &mesh.positions {
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let view = self.vertex_view(mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes));
+        let positions = self.accessor(view, count, ComponentType::F32, Type::Vec3);
+        let accessor = &mut self.root.accessors[positions.value()];
+        accessor.min = Some(serde_json::json!(low.to_array()));
+        accessor.max = Some(serde_json::json!(high.to_array()));
+        attributes.insert(Valid(Semantic::Positions), positions);
+
+        let normals = mesh.normals.iter().map(|&n| unit(n, Vec3::Y));
+        let view = self.vertex_view(normals.flat_map(|n| n.to_array()).flat_map(f32::to_le_bytes));
+        attributes.insert(Valid(Semantic::Normals), self.accessor(view, count, ComponentType::F32, Type::Vec3));
+
+        let tangents = mesh.tangents.iter().map(|&[x, y, z, w]| {
+            let t = unit(Vec3::new(x, y, z), Vec3::X);
+            [t.x, t.y, t.z, if w < 0.0 { -1.0 } else { 1.0 }]
+        });
+        let view = self.vertex_view(tangents.flatten().flat_map(f32::to_le_bytes));
+        attributes.insert(Valid(Semantic::Tangents), self.accessor(view, count, ComponentType::F32, Type::Vec4));
+
+        let view = self.vertex_view(mesh.uvs.iter().flat_map(|uv| uv.to_array()).flat_map(f32::to_le_bytes));
+        attributes.insert(Valid(Semantic::TexCoords(0)), self.accessor(view, count, ComponentType::F32, Type::Vec2));
+
+        let view = self.vertex_view(mesh.occlusion.iter().flat_map(|&o| [o, o, o, 255]));
+        let color = self.accessor(view, count, ComponentType::U8, Type::Vec4);
+        self.root.accessors[color.value()].normalized = true;
+        attributes.insert(Valid(Semantic::Colors(0)), color);
+
+        // 65,535 restarts a strip on some hardware, so the largest index in 16 bits is 65,534.
+        let (view, kind) = if count <= usize::from(u16::MAX) {
+            (self.index_view(triangles.iter().flat_map(|&i| (i as u16).to_le_bytes())), ComponentType::U16)
+        } else {
+            (self.index_view(triangles.iter().flat_map(|i| i.to_le_bytes())), ComponentType::U32)
+        };
+        let indices = self.accessor(view, triangles.len(), kind, Type::Scalar);
+
+        json::mesh::Primitive {
+            attributes,
+            extensions: None,
+            extras: None,
+            indices: Some(indices),
+            material: Some(self.material(part)),
+            mode: Valid(json::mesh::Mode::Triangles),
+            targets: None,
+        }
+    }
+
+    fn vertex_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
+        self.view(bytes, json::buffer::Target::ArrayBuffer)
+    }
+
+    fn index_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
+        self.view(bytes, json::buffer::Target::ElementArrayBuffer)
+    }
+
+    /// Appends bytes to the binary chunk, from a multiple of four on.
+    fn view(&mut self, bytes: impl Iterator<Item = u8>, target: json::buffer::Target) -> Index<json::buffer::View> {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let start = self.bin.len();
+        self.bin.extend(bytes);
+        self.root.push(json::buffer::View {
+            buffer: Index::new(0),
+            byte_length: USize64::from(self.bin.len() - start),
+            byte_offset: Some(USize64::from(start)),
+            byte_stride: None,
+            name: None,
+            target: Some(Valid(target)),
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    fn accessor(
+        &mut self,
+        view: Index<json::buffer::View>,
+        count: usize,
+        component: json::accessor::ComponentType,
+        shape: json::accessor::Type,
+    ) -> Index<json::Accessor> {
+        self.root.push(json::Accessor {
+            buffer_view: Some(view),
+            byte_offset: None,
+            count: USize64::from(count),
+            component_type: Valid(json::accessor::GenericComponentType(component)),
+            extensions: None,
+            extras: None,
+            type_: Valid(shape),
+            min: None,
+            max: None,
+            name: None,
+            normalized: false,
+            sparse: None,
+        })
+    }
+
+    fn material(&mut self, part: Part) -> Index<json::Material> {
+        let made = if part == Part::Bark { self.bark } else { self.leaf };
+        if let Some(index) = made {
+            return index;
+        }
+        let materials = self.materials;
+        let wrap = if part == Part::Bark {
+            json::texture::WrappingMode::Repeat
+        } else {
+            json::texture::WrappingMode::ClampToEdge
+        };
+        let sampler = self.root.push(json::texture::Sampler {
+            mag_filter: Some(Valid(json::texture::MagFilter::Linear)),
+            min_filter: Some(Valid(json::texture::MinFilter::LinearMipmapLinear)),
+            name: None,
+            wrap_s: Valid(wrap),
+            wrap_t: Valid(wrap),
+            extensions: None,
+            extras: None,
+        });
+        let (suffix, maps) = if part == Part::Bark { ("bark", &materials.bark) } else { ("leaf", &materials.leaf) };
+        let color = self.texture(&maps.color, sampler);
+        let normal = self.texture(&maps.normal, sampler);
+        let orm = self.texture(&maps.orm, sampler);
+        let info = |index| json::texture::Info { index, tex_coord: 0, extensions: None, extras: None };
+        let mut material = json::Material {
+            name: Some(format!("{}_{suffix}", materials.set)),
+            pbr_metallic_roughness: json::material::PbrMetallicRoughness {
+                base_color_texture: Some(info(color)),
+                metallic_roughness_texture: Some(info(orm)),
+                ..Default::default()
+            },
+            normal_texture: Some(json::material::NormalTexture {
+                index: normal,
+                scale: 1.0,
+                tex_coord: 0,
+                extensions: None,
+                extras: None,
+            }),
+            occlusion_texture: Some(json::material::OcclusionTexture {
+                index: orm,
+                strength: json::material::StrengthFactor(1.0),
+                tex_coord: 0,
+                extensions: None,
+                extras: None,
+            }),
+            ..Default::default()
+        };
+        if part == Part::Leaf {
+            material.alpha_mode = Valid(json::material::AlphaMode::Mask);
+            material.alpha_cutoff = Some(json::material::AlphaCutoff(crate::bake::ALPHA_CUTOFF));
+            material.double_sided = true;
+        }
+        let index = self.root.push(material);
+        if part == Part::Bark {
+            self.bark = Some(index);
+        } else {
+            self.leaf = Some(index);
+        }
+        index
+    }
+
+    fn texture(&mut self, file: &str, sampler: Index<json::texture::Sampler>) -> Index<json::Texture> {
+        let source = self.root.push(json::Image {
+            buffer_view: None,
+            mime_type: None,
+            name: None,
+            uri: Some(uri(file).into_owned()),
+            extensions: None,
+            extras: None,
+        });
+        self.root.push(json::Texture { name: None, sampler: Some(sampler), source, extensions: None, extras: None })
+    }
+
+    /// Adds nodes and scene and packs both chunks.
+    fn finish(mut self, asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
+        let count = asset.levels.len();
+        for level in 0..count {
+            let name = if level == 0 { asset.name.to_owned() } else { level_name(asset.name, level) };
+            self.root.nodes.push(json::Node {
+                mesh: Some(Index::new(level as u32)),
+                name: Some(name),
+                ..Default::default()
+            });
+        }
+        if count > 1 {
+            let root = &mut self.root.nodes[0];
+            let mut extensions = json::extensions::scene::Node::default();
+            let ids: Vec<usize> = (1..count).collect();
+            extensions.others.insert("MSFT_lod".to_owned(), serde_json::json!({ "ids": ids }));
+            root.extensions = Some(extensions);
+            let coverage: Vec<f32> = asset.levels.iter().map(|l| l.screen_coverage).collect();
+            root.extras = raw(&Coverage { coverage });
+            self.root.extensions_used.push("MSFT_lod".to_owned());
+        }
+        self.root.scenes.push(json::Scene {
+            extensions: None,
+            extras: None,
+            name: Some(asset.name.to_owned()),
+            nodes: vec![Index::new(0)],
+        });
+        self.root.scene = Some(Index::new(0));
+        self.root.asset = json::Asset {
+            generator: Some(concat!("Treewright ", env!("CARGO_PKG_VERSION")).to_owned()),
+            extras: raw(&AssetExtras { set: &asset.materials.set, variant: asset.name, seed: asset.seed }),
+            ..Default::default()
+        };
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        self.root.buffers.push(json::Buffer {
+            byte_length: USize64::from(self.bin.len()),
+            name: None,
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        let too_large = || ExportError::TooLarge { name: asset.name.to_owned() };
+        let text = json::serialize::to_vec(&self.root).map_err(|_| too_large())?;
+        container(text, &self.bin).ok_or_else(too_large)
+    }
+}
+
+/// Extras of the root node, as MSFT_lod wants them.
+#[derive(Serialize)]
+struct Coverage {
+    #[serde(rename = "MSFT_screencoverage")]
+    coverage: Vec<f32>,
+}
+
+/// Extras of the asset.
+#[derive(Serialize)]
+struct AssetExtras<'a> {
+    set: &'a str,
+    variant: &'a str,
+    seed: u64,
+}
+
+fn raw(value: &impl Serialize) -> json::Extras {
+    serde_json::to_string(value).and_then(json::extras::RawValue::from_string).ok()
+}
+
+/// The two chunks in a GLB container (glTF 2.0, 4.4); none above 4 GiB. `bin` has a length divisible by four.
+fn container(mut text: Vec<u8>, bin: &[u8]) -> Option<Vec<u8>> {
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let total = u32::try_from(12 + 8 + text.len() + 8 + bin.len()).ok()?;
+    let mut out = Vec::with_capacity(total as usize);
+    out.extend_from_slice(b"glTF");
+    out.extend_from_slice(&2_u32.to_le_bytes());
+    out.extend_from_slice(&total.to_le_bytes());
+    out.extend_from_slice(&(text.len() as u32).to_le_bytes());
+    out.extend_from_slice(b"JSON");
+    out.extend_from_slice(&text);
+    out.extend_from_slice(&(bin.len() as u32).to_le_bytes());
+    out.extend_from_slice(b"BIN\0");
+    out.extend_from_slice(bin);
+    Some(out)
+}
+
+/// A mesh's indices without triangles that have two equal corners, after all that a writer relies on was checked.
+fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
+    if mesh.indices.is_empty() {
+        return Ok(Vec::new());
+    }
+    let count = mesh.positions.len();
+    for (what, length) in [
+        ("normals", mesh.normals.len()),
+        ("tangents", mesh.tangents.len()),
+        ("texture coordinates", mesh.uvs.len()),
+        ("occlusion values", mesh.occlusion.len()),
+    ] {
+        if length != count {
+            return Err(format!("{count} positions but {length} {what}"));
+        }
+    }
+    if !mesh.indices.len().is_multiple_of(3) {
+        return Err(format!("{} indices are no triangles", mesh.indices.len()));
+    }
+    if let Some(index) = mesh.indices.iter().find(|&&i| i as usize >= count) {
+        return Err(format!("index {index} of {count} vertices"));
+    }
+    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(format!("position {i} is not finite"));
+    }
+    if let Some(i) = mesh.uvs.iter().position(|uv| !uv.is_finite()) {
+        return Err(format!("texture coordinate {i} is not finite"));
+    }
+    let mut proper = Vec::with_capacity(mesh.indices.len());
+    for t in mesh.indices.chunks_exact(3) {
+        if t[0] != t[1] && t[1] != t[2] && t[2] != t[0] {
+            proper.extend_from_slice(t);
+        }
+    }
+    Ok(proper)
+}
+
+/// `v` at unit length; `otherwise` when it has no direction. Vectors that are units but for rounding stay as they are.
+fn unit(v: Vec3, otherwise: Vec3) -> Vec3 {
+    if (v.length_squared() - 1.0).abs() < 1e-5 { v } else { v.try_normalize().unwrap_or(otherwise) }
+}
+
+/// A relative file name as a URI reference: all but RFC 3986's unreserved characters and `/` percent-encoded.
+fn uri(file: &str) -> Cow<'_, str> {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'.' | b'_' | b'~' | b'/');
+    if file.bytes().all(plain) {
+        return Cow::Borrowed(file);
+    }
+    let mut out = String::with_capacity(file.len() * 3);
+    for b in file.bytes() {
+        if plain(b) {
+            out.push(char::from(b));
+        } else {
+            out.push_str(&format!("%{b:02X}"));
+        }
+    }
+    Cow::Owned(out)
+}

@@ -1,0 +1,156 @@
+//! What the writers promise, by this crate's own checked reader and by the `gltf` crate.
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::mesh::{Mesh, TreeMesh};
+use crate::source::read_glb;
+
+/// `quads` quads side by side, four vertices each.
+fn quads(quads: usize) -> Mesh {
+    let mut mesh = Mesh::default();
+    for q in 0..quads {
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            mesh.positions.push(Vec3::new(q as f32 + x, y * 0.1, 0.0));
+            mesh.uvs.push(Vec2::new(x, 1.0 - y));
+        }
+        mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| i + 4 * q as u32));
+    }
+    let n = mesh.positions.len();
+    mesh.normals = vec![Vec3::Z; n];
+    mesh.tangents = vec![[1.0, 0.0, 0.0, 1.0]; n];
+    mesh.occlusion = (0..n).map(|i| (i % 256) as u8).collect();
+    mesh
+}
+
+fn tree(bark: usize, leaf: usize) -> TreeMesh {
+    TreeMesh { bark: quads(bark), leaf: quads(leaf) }
+}
+
+fn write(trees: &[TreeMesh]) -> Result<Vec<u8>, ExportError> {
+    let share = |i: usize| 0.5 / (1 + i * i) as f32;
+    let levels: Vec<_> =
+        trees.iter().enumerate().map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i) }).collect();
+    let materials = SetMaterials::of("two words");
+    glb(&AssetIn { name: "oak_001", seed: 41, levels: &levels, materials: &materials })
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let trees = [tree(2, 3), tree(1, 1), tree(0, 1)];
+    let bytes = write(&trees).unwrap();
+    assert_eq!(bytes, write(&trees).unwrap());
+    let info = read_glb(&bytes).unwrap();
+    assert_eq!(info.generator, format!("Treewright {}", env!("CARGO_PKG_VERSION")));
+    let names: Vec<&str> = info.meshes.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["oak_001_LOD0", "oak_001_LOD1", "oak_001_LOD2"]);
+    assert_eq!(info.meshes.iter().map(|m| m.triangles()).collect::<Vec<_>>(), [10, 4, 2]);
+    assert_eq!(info.instances.len(), 1);
+    let levels: Vec<_> = info.lods[0].levels.iter().map(|l| (l.node.as_str(), l.mesh, l.screen_coverage)).collect();
+    let expected =
+        [("oak_001", Some(0), Some(0.5)), ("oak_001_LOD1", Some(1), Some(0.25)), ("oak_001_LOD2", Some(2), Some(0.1))];
+    assert_eq!(levels, expected);
+    assert_eq!((info.extensions_used.as_slice(), info.extensions_required.len()), (&["MSFT_lod".to_owned()][..], 0));
+    assert_eq!(info.images[0].uri, "two%20words_bark_color.png");
+    assert_eq!((info.materials[1].alpha_mode.as_str(), info.materials[1].double_sided), ("MASK", true));
+    assert_eq!(info.bounds(), Some([[0.0, 0.0, 0.0], [3.0, 0.1, 0.0]]));
+    for (mesh, tree) in trees.iter().enumerate() {
+        for (primitive, part) in [&tree.bark, &tree.leaf].into_iter().filter(|p| !p.indices.is_empty()).enumerate() {
+            let positions: Vec<Vec3> = info.positions(mesh, primitive).unwrap().into_iter().map(Vec3::from).collect();
+            assert_eq!(positions, part.positions);
+            assert_eq!(info.triangles(mesh, primitive).unwrap().as_flattened(), part.indices);
+        }
+    }
+}
+
+#[test]
+fn the_gltf_crate_agrees() {
+    let mesh = tree(2, 3);
+    let bytes = write(&[mesh.clone(), tree(1, 1)]).unwrap();
+    let file = gltf::Gltf::from_slice(&bytes).unwrap();
+    let bin = file.blob.as_deref().unwrap();
+    let root = file.default_scene().unwrap().nodes().next().unwrap();
+    assert_eq!(root.name(), Some("oak_001"));
+    let leaf = root.mesh().unwrap().primitives().nth(1).unwrap();
+    // The crate is built without its reader, so take the bytes where its accessors say they lie.
+    let bytes = |a: gltf::Accessor<'_>| {
+        let at = a.view().unwrap().offset() + a.offset();
+        bin[at..at + a.count() * a.size()].to_vec()
+    };
+    let attribute = |semantic| bytes(leaf.get(&semantic).unwrap());
+    let floats = |b: Vec<u8>| -> Vec<f32> { b.as_chunks().0.iter().map(|&c| f32::from_le_bytes(c)).collect() };
+    let expected: Vec<f32> = mesh.leaf.positions.iter().flat_map(|p| p.to_array()).collect();
+    assert_eq!(floats(attribute(gltf::Semantic::Positions)), expected);
+    assert_eq!(floats(attribute(gltf::Semantic::Tangents)), mesh.leaf.tangents.as_flattened());
+    assert_eq!(attribute(gltf::Semantic::Colors(0))[20..24], [5, 5, 5, 255]);
+    let indices: Vec<u32> = bytes(leaf.indices().unwrap()).as_chunks().0.iter().map(|&c| u16::from_le_bytes(c).into()).collect();
+    assert_eq!(indices, mesh.leaf.indices);
+    assert_eq!(leaf.material().alpha_mode(), gltf::material::AlphaMode::Mask);
+    for accessor in file.accessors() {
+        let view = accessor.view().unwrap();
+        assert_eq!((view.offset() % 4, accessor.offset()), (0, 0));
+    }
+}
+
+#[test]
+fn indices_are_16_bit_as_long_as_they_can_be() {
+    for (count, size) in [(16_383, 2), (17_500, 4)] {
+        let bytes = write(&[tree(count, 0)]).unwrap();
+        let file = gltf::Gltf::from_slice(&bytes).unwrap();
+        let indices = file.meshes().next().unwrap().primitives().next().unwrap().indices().unwrap();
+        assert_eq!(indices.size(), size);
+        let last = read_glb(&bytes).unwrap().triangles(0, 0).unwrap().last().copied();
+        let n = 4 * count as u32;
+        assert_eq!(last, Some([n - 4, n - 2, n - 1]));
+    }
+}
+
+#[test]
+fn one_level_has_no_extension_and_unused_materials_are_left_out() {
+    let bytes = write(&[tree(1, 0)]).unwrap();
+    let info = read_glb(&bytes).unwrap();
+    assert!(info.extensions_used.is_empty() && info.lods.is_empty());
+    assert_eq!((info.materials.len(), info.images.len()), (1, 3));
+}
+
+#[test]
+fn broken_meshes_are_refused_and_rounding_is_mended() {
+    assert!(matches!(write(&[]), Err(ExportError::NoLevels { .. })));
+    assert!(matches!(write(&[tree(0, 0)]), Err(ExportError::EmptyLevel { level: 0, .. })));
+    let with = |change: fn(&mut Mesh)| {
+        let mut mesh = tree(1, 0);
+        change(&mut mesh.bark);
+        write(&[mesh])
+    };
+    let refused: [fn(&mut Mesh); 5] = [
+        |m| m.indices[0] = 4,
+        |m| m.positions[0].x = f32::NAN,
+        |m| m.occlusion.truncate(3),
+        |m| m.uvs[1].y = f32::INFINITY,
+        |m| m.indices.truncate(5),
+    ];
+    for change in refused {
+        assert!(matches!(with(change), Err(ExportError::Mesh { .. })));
+    }
+    let mended = with(|m| {
+        m.normals[0] = Vec3::ZERO;
+        m.tangents[0] = [f32::NAN; 4];
+        m.indices.extend([1, 1, 2]);
+    });
+    assert_eq!(read_glb(&mended.unwrap()).unwrap().meshes[0].triangles(), 2);
+}
+
+#[test]
+fn pictures_survive_the_encoder_and_hold_no_ancillary_chunk() {
+    let pixels: Vec<u8> = (0..5 * 3 * 4).map(|i| (i * 37 % 256) as u8).collect();
+    let png = encode(&pixels, 5, 3, PngKind::Rgba).unwrap();
+    assert_eq!(image::load_from_memory(&png).unwrap().into_rgba8().into_raw(), pixels);
+    let mut chunks = Vec::new();
+    let mut at = 8;
+    while at < png.len() {
+        chunks.push(&png[at + 4..at + 8]);
+        at += 12 + u32::from_be_bytes([png[at], png[at + 1], png[at + 2], png[at + 3]]) as usize;
+    }
+    assert!(chunks.iter().all(|c| [&b"IHDR"[..], b"IDAT", b"IEND"].contains(c)), "{chunks:?}");
+    assert!(encode(&pixels, 5, 4, PngKind::Rgba).is_err() && encode(&[], 0, 0, PngKind::Rgb).is_err());
+}

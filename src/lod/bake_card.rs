@@ -1,0 +1,174 @@
+//! One card: what stands near a plane, drawn onto it, as maps and a polygon.
+//!
+//! Both sides are one picture: the leaves of a card lie so near to its plane that which is in front does not matter at
+//! the size at which cards are seen. Alpha is coverage scaled so that as many texels pass the alpha test at 0.5 as the
+//! content covers of the card's area, times a gain that the caller finds by measuring whole trees.
+
+use glam::{Vec2, Vec3};
+
+use super::measure::Wardrobe;
+use super::outline::octagon;
+use crate::bake::{Maps, Repeat, Shading, Surface, Target, View, dilate, rasterize, srgb_byte};
+use crate::base::Frame;
+use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
+
+/// Samples along an edge of a texel.
+const SAMPLES: u32 = 3;
+/// Least of a texel that is worth alpha: below it are specks.
+const SPECK: f32 = 0.02;
+/// How much of a card's vertex normals is the crown's; the rest is the card's own, which an engine turns to the viewer.
+const CANOPY: f32 = 0.5;
+/// Roughness of leaves, of 255.
+const ROUGHNESS: u8 = 200;
+
+/// A rectangle in space: the plane of a card and the part of it that is baked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// `x` right, `y` up, `z` out of its front.
+    pub(super) frame: Frame,
+    pub(super) centre: Vec3,
+    pub(super) half: Vec2,
+}
+
+impl Place {
+    /// The smallest upright rectangle around some points on the plane through `on` with the normal `z`.
+    pub(super) fn around(z: Vec3, on: Vec3, points: impl Iterator<Item = Vec3>) -> Option<Self> {
+        let x = Vec3::Y.cross(z).try_normalize().unwrap_or(Vec3::X);
+        let frame = Frame { x, y: z.cross(x), z };
+        let (mut low, mut high) = (Vec2::MAX, Vec2::MIN);
+        for p in points {
+            let p = Vec2::new(x.dot(p - on), frame.y.dot(p - on));
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let (half, middle) = ((high - low) * 0.5, (high + low) * 0.5);
+        let real = half.is_finite() && half.x > 1e-5 && half.y > 1e-5;
+        real.then_some(Self { frame, centre: on + x * middle.x + frame.y * middle.y, half })
+    }
+
+    pub(super) fn area(&self) -> f32 {
+        4.0 * self.half.x * self.half.y
+    }
+
+    fn point(&self, at: Vec2) -> Vec3 {
+        self.centre + self.frame.x * at.x + self.frame.y * at.y
+    }
+
+    fn view(&self) -> View {
+        View::new(self.frame, self.centre, self.half.x, self.half.y)
+    }
+}
+
+/// A baked card before its alpha is settled.
+#[derive(Clone, Debug)]
+pub(super) struct Card {
+    /// Its polygon with normals and tangents; texture coordinates in its own picture, `tiles` zero.
+    pub(super) mesh: Mesh,
+    maps: Maps,
+    /// Share of each texel that is covered.
+    coverage: Vec<f32>,
+    /// Coverage of all texels in falling order.
+    ranked: Vec<f32>,
+    /// Texels' worth of content.
+    covered: f32,
+}
+
+impl Card {
+    /// Draws `content` onto `place` at `size` texels. Nothing when the place stays empty.
+    pub(super) fn bake(
+        content: &TreeMesh,
+        place: &Place,
+        size: (u32, u32),
+        wardrobe: &Wardrobe,
+        light: &CrownLight,
+    ) -> Option<Self> {
+        let drawn = rasterize(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES, &Shading::Albedo);
+        let mesh = polygon(&drawn, place, light)?;
+        // The polygon drawn like its content gives the normals that a texel's normal is relative to.
+        let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
+        let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
+        let maps = maps(&drawn, &ground, place);
+        let mut ranked: Vec<f32> = drawn.coverage.iter().copied().filter(|c| *c > SPECK).collect();
+        ranked.sort_by(|a, b| b.total_cmp(a));
+        let covered = drawn.coverage.iter().sum();
+        Some(Self { mesh, maps, coverage: drawn.coverage, ranked, covered })
+    }
+
+    /// The card's maps, with `gain` times the area that its content covers passing the alpha test.
+    pub(super) fn finish(&self, gain: f32) -> Maps {
+        let mut maps = self.maps.clone();
+        let wanted = (self.covered * gain).max(1.0) as usize;
+        let threshold = self.ranked.get(wanted.min(self.ranked.len().saturating_sub(1))).copied().unwrap_or(0.5);
+        let scale = 0.5 / threshold.clamp(SPECK, 1.0);
+        for (pixel, c) in maps.color.iter_mut().zip(&self.coverage) {
+            pixel[3] = if *c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
+        }
+        dilate(&mut maps);
+        maps
+    }
+}
+
+/// The octagon around what was drawn, as a fan.
+fn polygon(drawn: &Target, place: &Place, light: &CrownLight) -> Option<Mesh> {
+    let (w, h) = (drawn.width as usize, drawn.height as usize);
+    let step = Vec2::new(2.0 * place.half.x / w as f32, 2.0 * place.half.y / h as f32);
+    // Only the ends of each row can touch a convex outline.
+    let mut ends = Vec::with_capacity(4 * h);
+    for row in 0..h {
+        let line = &drawn.coverage[row * w..(row + 1) * w];
+        let seen = |c: &f32| *c > SPECK;
+        if let (Some(a), Some(b)) = (line.iter().position(seen), line.iter().rposition(seen)) {
+            for (x, y) in [(a, row), (b + 1, row), (a, row + 1), (b + 1, row + 1)] {
+                ends.push(Vec2::new(x as f32 * step.x - place.half.x, place.half.y - y as f32 * step.y));
+            }
+        }
+    }
+    // Octagons are cut along the card's diagonals: measured in halves of its edges.
+    let corners: Vec<Vec2> =
+        octagon(ends.into_iter().map(|p| p / place.half)).into_iter().map(|p| p * place.half).collect();
+    if corners.len() < 3 {
+        return None;
+    }
+    let mut mesh = Mesh::default();
+    for &corner in &corners {
+        let position = place.point(corner);
+        let normal = light.outward(position) * CANOPY + place.frame.z * (1.0 - CANOPY);
+        mesh.positions.push(position);
+        mesh.normals.push(normal.normalize_or(place.frame.z));
+        let uv = corner / place.half * 0.5;
+        mesh.uvs.push(Vec2::new((0.5 + uv.x).clamp(0.0, 1.0), (0.5 - uv.y).clamp(0.0, 1.0)));
+        mesh.occlusion.push(255);
+        mesh.tiles.push(0);
+    }
+    for k in 1..corners.len() as u32 - 1 {
+        mesh.indices.extend([0, k, k + 1]);
+    }
+    add_tangents(&mut mesh).ok()?;
+    Some(mesh)
+}
+
+/// Colour, normals relative to the polygon's, and occlusion; alpha is left at zero.
+fn maps(drawn: &Target, ground: &Target, place: &Place) -> Maps {
+    let count = drawn.coverage.len();
+    let mut maps = Maps {
+        width: drawn.width,
+        height: drawn.height,
+        color: vec![[0; 4]; count],
+        normal: vec![[128, 128, 255]; count],
+        orm: vec![[255, ROUGHNESS, 0]; count],
+    };
+    for i in 0..count {
+        if drawn.coverage[i] <= SPECK {
+            continue;
+        }
+        let c = drawn.color[i];
+        maps.color[i] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), 0];
+        maps.orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
+        let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
+        let along = (place.frame.x - up * up.dot(place.frame.x)).normalize_or(place.frame.x);
+        let n = drawn.normal[i];
+        // A tangent-space normal can't point behind the surface.
+        let n = Vec3::new(n.dot(along), n.dot(up.cross(along)), n.dot(up).max(0.05)).normalize_or(Vec3::Z);
+        maps.normal[i] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
+    }
+    maps
+}

@@ -1,0 +1,216 @@
+//! The billboard cloud: leaves and thin wood on a few cards, thick wood as coarse tubes.
+//!
+//! Leaves are grouped by sprays of a few neighbours on one chain, the groups go to planes ([`super::planes`]), and each
+//! plane's content is baked to one card ([`super::bake_card`]). Every card has the same texels a metre. The gain of the
+//! alpha is found by drawing the whole tree and comparing its coverage with the full level's (secant steps).
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::bake_card::{Card, Place};
+use super::measure::{Reference, Wardrobe, bounds};
+use super::planes::{self, Plane, Unit};
+use super::thin::append;
+use super::twigs::thin_wood;
+use crate::bake::{Maps, Picture};
+use crate::base::Seed;
+use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes};
+use crate::plant::{Plant, Posed};
+use crate::preset::plan::MeshParams;
+
+/// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
+/// pictures fill an atlas of 2048² at this size.
+pub const CARD_TEXELS: u32 = 64;
+/// Neighbours on a chain that stay together.
+const SPRAY: usize = 3;
+/// Longest edge of a card's picture, in mean edges.
+const LONGEST: u32 = 4;
+/// Share of the thickest wood's radius below which chains go to the cards.
+const THIN: f32 = 0.16;
+/// Rounds in search of the alpha's gain.
+const ROUNDS: usize = 3;
+
+/// Parameters of a cloud.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CloudParams {
+    /// Most cards.
+    pub cards: u32,
+    /// Mean edge of a card's picture, texels.
+    pub texels: u32,
+}
+
+/// What all baked levels start from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) posed: &'a Posed,
+    pub(super) params: &'a MeshParams,
+    /// The full level, leaves in the order of `leaf_of`.
+    pub(super) full: &'a TreeMesh,
+    /// The leaf of each leaf triangle of the full level.
+    pub(super) leaf_of: &'a [u32],
+    pub(super) light: &'a CrownLight,
+}
+
+/// A cloud as a level's mesh, tiles counted from `first_tile` on, and its pictures.
+pub(super) fn cloud(
+    scene: &Scene<'_>,
+    params: CloudParams,
+    wardrobe: &Wardrobe,
+    first_tile: u32,
+    reference: &Reference,
+    seed: Seed,
+) -> (TreeMesh, Vec<Maps>) {
+    let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
+    let (low, high) = bounds(scene.full);
+    let min_radius = thickest * THIN;
+    let detail =
+        TubeDetail { sides: 6, error: (high.y - low.y) * 0.006, min_radius, bark_tile: scene.params.bark_tile };
+    let mut bark = tubes(scene.plant, scene.posed, &detail);
+    // An error only says that the mesh has no triangles to take tangents from.
+    let _ = add_tangents(&mut bark);
+
+    let (units, unit_of) = sprays(scene);
+    let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
+    let contents = sort_out(scene, &planes, &homes, &unit_of, min_radius);
+    let cards = bake(scene, &planes, &contents, params, wardrobe);
+
+    // The whole tree covers what it should when the cards' gain is right.
+    let mut leaf = Mesh::default();
+    for (k, card) in cards.iter().enumerate() {
+        append(&mut leaf, &card.mesh, first_tile + k as u32);
+    }
+    let tree = TreeMesh { bark, leaf };
+    let (mut gain, mut best) = (1.0_f32, (f32::INFINITY, 1.0_f32));
+    let mut before: Option<(f32, f32)> = None;
+    let mut dressed = wardrobe.clone();
+    let kept = dressed.leaves.len();
+    for _ in 0..ROUNDS {
+        dressed.leaves.truncate(kept);
+        dressed.leaves.extend(cards.par_iter().map(|c| Picture::new(&c.finish(gain))).collect::<Vec<_>>());
+        let coverage = reference.measure(&tree, &dressed).coverage;
+        let off = (coverage - 1.0).abs();
+        if off < best.0 {
+            best = (off, gain);
+        }
+        if off < 0.01 || cards.is_empty() {
+            break;
+        }
+        // Cards hide each other, so the first guess of the slope is less than one.
+        let slope = match before {
+            Some((g, c)) if (gain - g).abs() > 1e-3 => ((coverage - c) / (gain - g)).clamp(0.1, 2.0),
+            _ => 0.5,
+        };
+        before = Some((gain, coverage));
+        gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
+    }
+    let tiles = cards.par_iter().map(|c| c.finish(best.1)).collect();
+    (tree, tiles)
+}
+
+/// Units of a few neighbouring leaves each, and for each leaf its unit.
+fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
+    let leaves = scene.plant.leaves();
+    let mut order: Vec<usize> = (0..leaves.len()).collect();
+    order.sort_by(|&a, &b| {
+        let key = |i: usize| (leaves[i].chain, leaves[i].location);
+        key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)).then(a.cmp(&b))
+    });
+    let mut units: Vec<Unit> = Vec::new();
+    let mut unit_of = vec![0_u32; leaves.len()];
+    for chain in order.chunk_by(|&a, &b| leaves[a].chain == leaves[b].chain) {
+        for group in chain.chunks(SPRAY) {
+            let (mut centre, mut normal, mut area) = (Vec3::ZERO, Vec3::ZERO, 1e-12_f32);
+            for &i in group {
+                unit_of[i] = units.len() as u32;
+                let pose = scene.posed.leaf(scene.plant, &leaves[i]);
+                let weight = leaves[i].size * leaves[i].size;
+                centre += (pose.position + pose.frame.y * (leaves[i].size * 0.5)) * weight;
+                let side = if normal.dot(pose.frame.z) < 0.0 { -1.0 } else { 1.0 };
+                normal += pose.frame.z * (side * weight);
+                area += weight;
+            }
+            units.push(Unit { centre: centre / area, normal: normal.normalize_or(Vec3::Y), area });
+        }
+    }
+    (units, unit_of)
+}
+
+/// What each plane's card shows.
+fn sort_out(scene: &Scene<'_>, planes: &[Plane], homes: &[usize], unit_of: &[u32], min_radius: f32) -> Vec<TreeMesh> {
+    let mut contents = vec![TreeMesh::default(); planes.len()];
+    if planes.is_empty() {
+        return contents;
+    }
+    let mut corners: Vec<Vec<u32>> = vec![Vec::new(); planes.len()];
+    for (triangle, &leaf) in scene.full.leaf.indices.as_chunks::<3>().0.iter().zip(scene.leaf_of) {
+        corners[homes[unit_of[leaf as usize] as usize]].extend_from_slice(triangle);
+    }
+    for (content, corners) in contents.iter_mut().zip(&corners) {
+        content.leaf = part(&scene.full.leaf, corners);
+    }
+    for segment in thin_wood(scene.plant, scene.posed, scene.light, min_radius) {
+        let centre = segment.centre();
+        let nearest =
+            |best: usize, i: usize| if planes[i].distance(centre) < planes[best].distance(centre) { i } else { best };
+        let home = (1..planes.len()).fold(0, nearest);
+        segment.add(&mut contents[home].bark, scene.params.bark_tile.max(1e-3));
+    }
+    contents
+}
+
+/// The triangles with the given corners as a mesh of their own.
+fn part(mesh: &Mesh, corners: &[u32]) -> Mesh {
+    let mut used: Vec<u32> = corners.to_vec();
+    used.sort_unstable();
+    used.dedup();
+    let pick = |i: &u32| *i as usize;
+    Mesh {
+        positions: used.iter().map(|i| mesh.positions[pick(i)]).collect(),
+        normals: used.iter().map(|i| mesh.normals[pick(i)]).collect(),
+        uvs: used.iter().map(|i| mesh.uvs[pick(i)]).collect(),
+        occlusion: used.iter().map(|i| mesh.occlusion[pick(i)]).collect(),
+        tiles: used.iter().map(|i| mesh.tiles[pick(i)]).collect(),
+        indices: corners.iter().map(|c| used.partition_point(|u| u < c) as u32).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// Bakes all cards at one density of texels.
+fn bake(
+    scene: &Scene<'_>,
+    planes: &[Plane],
+    contents: &[TreeMesh],
+    params: CloudParams,
+    wardrobe: &Wardrobe,
+) -> Vec<Card> {
+    let places: Vec<Option<Place>> = planes
+        .iter()
+        .zip(contents)
+        .map(|(plane, content)| {
+            // Wood without leaves would be a card of hairs.
+            if content.leaf.positions.is_empty() {
+                return None;
+            }
+            let points = || content.leaf.positions.iter().chain(&content.bark.positions).copied();
+            let centre = points().sum::<Vec3>() / points().count() as f32;
+            let outward = plane.normal.dot(centre - scene.light.centre());
+            let z = if outward < 0.0 { -plane.normal } else { plane.normal };
+            let on = centre + plane.normal * (plane.offset - plane.normal.dot(centre));
+            Place::around(z, on, points())
+        })
+        .collect();
+    let area: f32 = places.iter().flatten().map(Place::area).sum();
+    let count = places.iter().flatten().count();
+    let texels = params.texels.clamp(8, 1024);
+    let density = texels as f32 * (count as f32 / area.max(1e-12)).sqrt();
+    let edge = |half: f32| ((2.0 * half * density).ceil() as u32).clamp(4, texels * LONGEST);
+    places
+        .par_iter()
+        .zip(contents)
+        .filter_map(|(place, content)| {
+            let place = place.as_ref()?;
+            Card::bake(content, place, (edge(place.half.x), edge(place.half.y)), wardrobe, scene.light)
+        })
+        .collect()
+}

@@ -1,0 +1,44 @@
+//! The last level: two crossed upright cards through the trunk, each baked from the whole tree.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::bake_card::{Card, Place};
+use super::cloud::Scene;
+use super::measure::Wardrobe;
+use super::thin::append;
+use crate::bake::Maps;
+use crate::mesh::{Mesh, TreeMesh};
+
+/// Texels along the taller edge, in mean edges of a cloud's cards.
+const EDGE: u32 = 2;
+/// The whole tree's silhouette is what counts: no gain.
+const GAIN: f32 = 1.0;
+
+/// Two cards as a level's mesh, tiles counted from `first_tile` on, and their pictures. Their wood is on the cards.
+pub(super) fn crossed_quads(
+    scene: &Scene<'_>,
+    texels: u32,
+    wardrobe: &Wardrobe,
+    first_tile: u32,
+) -> (TreeMesh, Vec<Maps>) {
+    let full = scene.full;
+    // The axis: the foot of the first stem.
+    let foot = scene.posed.positions().first().copied().unwrap_or(Vec3::ZERO);
+    let cards: Vec<Card> = [Vec3::Z, Vec3::X]
+        .into_par_iter()
+        .filter_map(|z| {
+            let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
+            let place = Place::around(z, foot, points)?;
+            let longest = (texels.clamp(8, 1024) * EDGE) as f32;
+            let density = longest / (2.0 * place.half.max_element());
+            let edge = |half: f32| ((2.0 * half * density).ceil() as u32).max(4);
+            Card::bake(full, &place, (edge(place.half.x), edge(place.half.y)), wardrobe, scene.light)
+        })
+        .collect();
+    let mut leaf = Mesh::default();
+    for (k, card) in cards.iter().enumerate() {
+        append(&mut leaf, &card.mesh, first_tile + k as u32);
+    }
+    (TreeMesh { bark: Mesh::default(), leaf }, cards.iter().map(|c| c.finish(GAIN)).collect())
+}

@@ -1,0 +1,166 @@
+//! How far a level of detail is from the full tree, as it is seen at a given size.
+//!
+//! Views stand on a ring, every other one looking down a little. Both trees are drawn with alpha test and supersampling;
+//! a pixel belongs to the silhouette when at least half of its samples do. The intersection of the two silhouettes over
+//! their union is the IoU; the coverage ratio compares sums of coverage, which is what popping of brightness follows;
+//! colour is compared by the mean of the lit pixels.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::bake::{Light, Maps, Picture, Repeat, Shading, Surface, Target, View, rasterize};
+use crate::base::{Frame, math};
+use crate::mesh::{Mesh, TreeMesh};
+
+/// Elevation of every other view, radians.
+const LOOK_DOWN: f32 = 0.3;
+
+/// The pictures that the levels of one tree wear.
+#[derive(Clone, Debug)]
+pub struct Wardrobe {
+    /// Leaf pictures by slot, then the tiles of the ladder.
+    pub leaves: Vec<Picture>,
+    /// Bark.
+    pub bark: Vec<Picture>,
+}
+
+impl Wardrobe {
+    /// Makes the mips of leaf pictures and bark.
+    #[must_use]
+    pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
+        Self { leaves: leaf_art.iter().map(Picture::new).collect(), bark: vec![Picture::new(bark)] }
+    }
+
+    /// What a level shows.
+    #[must_use]
+    pub fn dressed<'a>(&'a self, tree: &'a TreeMesh) -> [Surface<'a>; 2] {
+        [
+            Surface { mesh: &tree.bark, pictures: &self.bark, repeat: Repeat::Tiled },
+            Surface { mesh: &tree.leaf, pictures: &self.leaves, repeat: Repeat::Cutout },
+        ]
+    }
+}
+
+/// How far a level is from the full one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// Height of the tree in the pictures that were compared, pixels.
+    pub pixels: u32,
+    /// How many views.
+    pub views: u32,
+    /// Silhouette intersection over union, mean of the views, 0..=1.
+    pub iou: f32,
+    /// The worst view's.
+    pub worst_iou: f32,
+    /// Covered area over the full level's, mean of the views.
+    pub coverage: f32,
+    /// Distance of the mean colours, sRGB with 1 for white, mean of the views.
+    pub color: f32,
+}
+
+impl Measured {
+    /// A tree against itself.
+    #[must_use]
+    pub const fn same(pixels: u32) -> Self {
+        Self { pixels, views: 0, iou: 1.0, worst_iou: 1.0, coverage: 1.0, color: 0.0 }
+    }
+}
+
+/// The full tree, drawn from all views at one size.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    views: Vec<View>,
+    targets: Vec<Target>,
+    pixels: u32,
+    samples: u32,
+}
+
+impl Reference {
+    /// Draws `tree` so that it is `pixels` high, from `views` directions.
+    #[must_use]
+    pub fn new(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: u32) -> Self {
+        let (low, high) = bounds(tree);
+        let centre = (low + high) * 0.5;
+        let half = (high - low).max(Vec3::splat(1e-3)) * 0.5;
+        let radius = (half.x * half.x + half.z * half.z).sqrt();
+        let (sin, cos) = math::sin_cos(LOOK_DOWN);
+        let per_metre = pixels.max(1) as f32 / (2.0 * half.y);
+        // The same frame for all: a tenth of room for what a level adds.
+        let wide = radius * 1.1;
+        let tall = (half.y * cos + radius * sin).max(half.y) * 1.1;
+        let size = |half: f32| (2.0 * half * per_metre).ceil().clamp(1.0, 2048.0) as u32;
+        let (width, height) = (size(wide), size(tall));
+        let views: Vec<View> = (0..views.max(1))
+            .map(|i| {
+                // A little off the axes, where crossed quads would stand edge on.
+                let azimuth = std::f32::consts::TAU * (i as f32 + 0.27) / views.max(1) as f32;
+                let mut view =
+                    View::level(azimuth, centre, 0.5 * width as f32 / per_metre, 0.5 * height as f32 / per_metre);
+                if i % 2 == 1 {
+                    let Frame { x, y, z } = view.frame;
+                    view.frame = Frame { x, y: y * cos - z * sin, z: z * cos + y * sin };
+                }
+                view
+            })
+            .collect();
+        let samples = if pixels <= 160 { 3 } else { 2 };
+        let mut made = Self { views, targets: Vec::new(), pixels, samples };
+        made.targets = made.draw(tree, wardrobe, (width, height));
+        made
+    }
+
+    fn draw(&self, tree: &TreeMesh, wardrobe: &Wardrobe, size: (u32, u32)) -> Vec<Target> {
+        let shading = Shading::Lit(Light::DAY);
+        self.views
+            .par_iter()
+            .map(|view| rasterize(&wardrobe.dressed(tree), view, size.0, size.1, self.samples, &shading))
+            .collect()
+    }
+
+    /// Compares a level with the full tree.
+    #[must_use]
+    pub fn measure(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
+        let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
+        let drawn = self.draw(tree, wardrobe, (first.width, first.height));
+        let count = self.targets.len() as f32;
+        let mut sum =
+            Measured { pixels: self.pixels, views: count as u32, iou: 0.0, worst_iou: 1.0, coverage: 0.0, color: 0.0 };
+        for (a, b) in self.targets.iter().zip(&drawn) {
+            let iou = silhouette_iou(a, b);
+            sum.iou += iou / count;
+            sum.worst_iou = sum.worst_iou.min(iou);
+            let (area, other) = (a.coverage.iter().sum::<f32>(), b.coverage.iter().sum::<f32>());
+            sum.coverage += if area > 0.0 { other / area } else { 1.0 } / count;
+            sum.color += (mean_color(a) - mean_color(b)).length() / count;
+        }
+        sum
+    }
+}
+
+/// Of the pixels that are half covered or more.
+fn silhouette_iou(a: &Target, b: &Target) -> f32 {
+    let (mut both, mut either) = (0_u32, 0_u32);
+    for (&a, &b) in a.coverage.iter().zip(&b.coverage) {
+        let (a, b) = (a >= 0.5, b >= 0.5);
+        both += u32::from(a && b);
+        either += u32::from(a || b);
+    }
+    if either == 0 { 1.0 } else { both as f32 / either as f32 }
+}
+
+/// Mean of what is covered, in sRGB.
+fn mean_color(target: &Target) -> Vec3 {
+    let area: f32 = target.coverage.iter().sum();
+    let sum: Vec3 = target.color.iter().zip(&target.coverage).map(|(&c, &w)| c * w).sum();
+    let mean = sum / area.max(1e-6);
+    let srgb = |l: f32| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * math::pow(l.min(1.0), 1.0 / 2.4) - 0.055 };
+    Vec3::new(srgb(mean.x), srgb(mean.y), srgb(mean.z))
+}
+
+/// Corners of the box around both primitives; zero where there are no vertices.
+pub(super) fn bounds(tree: &TreeMesh) -> (Vec3, Vec3) {
+    let all = [&tree.bark, &tree.leaf].into_iter().flat_map(|m: &Mesh| m.positions.iter()).filter(|p| p.is_finite());
+    let (low, high) = all.fold((Vec3::MAX, Vec3::MIN), |(l, h), &p| (l.min(p), h.max(p)));
+    if low.cmple(high).all() { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) }
+}

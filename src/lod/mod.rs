@@ -1,0 +1,18 @@
+//! Levels of detail: from the whole tree to two crossed quads, each measured against the first.
+//!
+//! Bark is meshed again from the chains at every level; leaves are thinned, then baked to cards. Where a level takes
+//! over is measured, not guessed: see [`ladder`].
+
+mod bake_card;
+mod cloud;
+mod crossed;
+mod ladder;
+mod measure;
+mod outline;
+mod planes;
+mod thin;
+mod twigs;
+
+pub use cloud::{CARD_TEXELS, CloudParams};
+pub use ladder::{CULL, Ladder, Level, ladder, ladder_with};
+pub use measure::{Measured, Reference, Wardrobe};

@@ -1,0 +1,196 @@
+//! Planes for a billboard cloud: few planes that all leaves lie near to.
+//!
+//! The cost of leaves on a plane is area × (distance² + λ(1 − |n·n'|)). Planes are seeded one after the other, each the
+//! best of some random candidates, by how much they lower the total (stochastic search: Lacewell et al. 2006), with
+//! directions spread by the golden angle so that some of them face any viewer. K-planes follows: leaves go to their
+//! cheapest plane, planes move to the middle of their leaves. More are seeded than asked for; those whose leaves lose
+//! least by going elsewhere are taken away. Directions stay as seeded: planes fitted freely line up with each other and
+//! the tree vanishes when it is seen along them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::base::{Seed, math};
+
+/// Candidates for each seeded plane.
+const CANDIDATES: u64 = 10;
+/// Units that candidates are tried on.
+const TRIED: usize = 1500;
+/// Rounds of k-planes.
+const ROUNDS: usize = 6;
+/// Seeded planes for each one asked for.
+const SPARE: f32 = 1.25;
+/// λ as a share of the square of the distance between planes.
+const FACING: f32 = 0.05;
+/// How much planes lean, at most: sine of the elevation of their normals.
+const LEAN: f32 = 0.55;
+
+/// Leaves that stay together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unit {
+    pub(super) centre: Vec3,
+    /// Unit vector, either way round.
+    pub(super) normal: Vec3,
+    pub(super) area: f32,
+}
+
+/// The points x with `normal · x = offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plane {
+    pub(super) normal: Vec3,
+    pub(super) offset: f32,
+}
+
+impl Plane {
+    fn cost(&self, unit: &Unit, lambda: f32) -> f32 {
+        let distance = self.normal.dot(unit.centre) - self.offset;
+        unit.area * (distance * distance + lambda * (1.0 - self.normal.dot(unit.normal).abs()))
+    }
+
+    /// Distance of a point, metres.
+    pub(super) fn distance(&self, p: Vec3) -> f32 {
+        (self.normal.dot(p) - self.offset).abs()
+    }
+}
+
+/// At most `count` planes, and for each unit the plane that it goes to.
+pub(super) fn fit(units: &[Unit], count: usize, seed: Seed) -> (Vec<Plane>, Vec<usize>) {
+    if units.is_empty() || count == 0 {
+        return (Vec::new(), Vec::new());
+    }
+    let (low, high) = units.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), u| (l.min(u.centre), h.max(u.centre)));
+    let gap = (high - low).length() / count as f32;
+    let lambda = FACING * gap * gap;
+    let mut planes = seeded(units, (count as f32 * SPARE).ceil() as usize, lambda, seed);
+    for _ in 0..ROUNDS {
+        settle(units, &mut planes, lambda);
+    }
+    while planes.len() > count {
+        remove_least(units, &mut planes, count, lambda);
+        settle(units, &mut planes, lambda);
+    }
+    let homes = nearest(units, &planes, lambda).into_iter().map(|n| n.0).collect();
+    (planes, homes)
+}
+
+/// Greedy stochastic seeding.
+fn seeded(units: &[Unit], count: usize, lambda: f32, seed: Seed) -> Vec<Plane> {
+    let step = units.len().div_ceil(TRIED);
+    let tried: Vec<&Unit> = units.iter().step_by(step).collect();
+    let mut paid = vec![f32::INFINITY; tried.len()];
+    let mut planes = Vec::with_capacity(count);
+    let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    for i in 0..count {
+        let mut best: Option<(f32, Plane)> = None;
+        for c in 0..CANDIDATES {
+            let here = seed.at(i as u64).at(c);
+            let lean = here.at(0).range(-LEAN, LEAN);
+            let (sin, cos) = math::sin_cos(golden * i as f32 + here.at(1).range(-0.3, 0.3));
+            let flat = (1.0 - lean * lean).sqrt();
+            let normal = Vec3::new(cos * flat, lean, sin * flat);
+            let plane = Plane { normal, offset: normal.dot(tried[here.at(2).index(tried.len())].centre) };
+            let total: f32 = tried.iter().zip(&paid).map(|(u, p)| p.min(plane.cost(u, lambda))).sum();
+            if best.is_none_or(|b| total < b.0) {
+                best = Some((total, plane));
+            }
+        }
+        let Some((_, plane)) = best else { break };
+        for (u, p) in tried.iter().zip(&mut paid) {
+            *p = p.min(plane.cost(u, lambda));
+        }
+        planes.push(plane);
+    }
+    planes
+}
+
+/// For each unit its cheapest plane and how much dearer the next best is.
+fn nearest(units: &[Unit], planes: &[Plane], lambda: f32) -> Vec<(usize, f32)> {
+    units
+        .par_iter()
+        .with_min_len(256)
+        .map(|unit| {
+            let (mut home, mut best, mut next) = (0, f32::INFINITY, f32::INFINITY);
+            for (i, plane) in planes.iter().enumerate() {
+                let cost = plane.cost(unit, lambda);
+                if cost < best {
+                    (home, next, best) = (i, best, cost);
+                } else if cost < next {
+                    next = cost;
+                }
+            }
+            (home, next - best)
+        })
+        .collect()
+}
+
+/// One round of k-planes.
+fn settle(units: &[Unit], planes: &mut Vec<Plane>, lambda: f32) {
+    let mut sums = vec![(0.0_f32, 0.0_f32); planes.len()];
+    for (unit, (home, _)) in units.iter().zip(nearest(units, planes, lambda)) {
+        sums[home].0 += unit.area * planes[home].normal.dot(unit.centre);
+        sums[home].1 += unit.area;
+    }
+    for (plane, (sum, area)) in planes.iter_mut().zip(&sums) {
+        if *area > 0.0 {
+            plane.offset = sum / area;
+        }
+    }
+    if !sums.iter().any(|s| s.1 > 0.0) {
+        planes.truncate(1);
+        return;
+    }
+    let mut used = sums.iter().map(|s| s.1 > 0.0);
+    planes.retain(|_| used.next().unwrap_or(false));
+}
+
+/// Takes the planes away whose leaves lose least; half of what is too much at a time, since losses change.
+fn remove_least(units: &[Unit], planes: &mut Vec<Plane>, count: usize, lambda: f32) {
+    let mut loss = vec![0.0_f32; planes.len()];
+    for (home, dearer) in nearest(units, planes, lambda) {
+        loss[home] += dearer;
+    }
+    let mut order: Vec<usize> = (0..planes.len()).collect();
+    order.sort_by(|&a, &b| loss[a].total_cmp(&loss[b]).then(a.cmp(&b)));
+    let surplus = (planes.len() - count).div_ceil(2);
+    let mut gone = vec![false; planes.len()];
+    order[..surplus].iter().for_each(|&i| gone[i] = true);
+    let mut gone = gone.into_iter();
+    planes.retain(|_| !gone.next().unwrap_or(false));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn units(count: u64, place: impl Fn(Seed) -> Vec3) -> Vec<Unit> {
+        (0..count)
+            .map(|i| {
+                let seed = Seed::new(6).at(i);
+                Unit { centre: place(seed), normal: seed.at(9).direction(), area: 0.5 + seed.at(8).unit() }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_ball_is_cut_into_thin_slices_that_face_all_ways() {
+        let units = units(4000, |s| s.at(0).direction() * math::cbrt(s.at(1).unit()) * 3.0);
+        let (planes, homes) = fit(&units, 48, Seed::new(1));
+        assert!(planes.len() <= 48 && planes.len() >= 40);
+        let mean = units.iter().zip(&homes).map(|(u, &h)| planes[h].distance(u.centre)).sum::<f32>() / 4000.0;
+        assert!(mean < 0.12, "{mean}");
+        for k in 0..8 {
+            let (sin, cos) = math::sin_cos(k as f32 * 0.39);
+            let facing = planes.iter().filter(|p| p.normal.dot(Vec3::new(cos, 0.0, sin)).abs() > 0.7).count();
+            assert!(facing >= planes.len() / 5, "{facing} of {} face view {k}", planes.len());
+        }
+    }
+
+    #[test]
+    fn degenerate_units_are_answered() {
+        assert!(fit(&[], 5, Seed::new(1)).0.is_empty());
+        let (planes, homes) = fit(&units(100, |_| Vec3::ONE), 5, Seed::new(1));
+        assert!(!planes.is_empty() && planes.len() <= 5 && homes.iter().all(|&h| h < planes.len()));
+        let broken = [Unit { centre: Vec3::NAN, normal: Vec3::NAN, area: f32::NAN }];
+        assert!(fit(&broken, 3, Seed::new(1)).1.len() == 1);
+    }
+}

@@ -1,0 +1,92 @@
+//! Thinning: fewer rings and sides of wood, fewer and larger leaves.
+//!
+//! Leaves go in a fixed seeded order: one that is kept at 40 % is kept at 50 % too. Those that stay are enlarged so that
+//! the area stays, at most to twice the size; beyond that they read as balloons. Edges of leaves are never collapsed.
+
+use super::cloud::Scene;
+use crate::base::Seed;
+use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards, tubes};
+
+/// Most that a leaf is enlarged by.
+const LARGEST: f32 = 2.0;
+/// Steps in search of the wood's detail.
+const STEPS: usize = 7;
+/// Triangles of a flat leaf.
+const FLAT: usize = 2;
+/// Triangles of a folded leaf.
+const FOLDED: usize = 4;
+
+/// Adds all of `part` to `mesh`; its vertices take their coordinates from `tile`.
+pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend_from_slice(&part.positions);
+    mesh.normals.extend_from_slice(&part.normals);
+    mesh.tangents.extend_from_slice(&part.tangents);
+    mesh.uvs.extend_from_slice(&part.uvs);
+    mesh.occlusion.extend_from_slice(&part.occlusion);
+    mesh.tiles.extend(part.positions.iter().map(|_| tile));
+    mesh.indices.extend(part.indices.iter().map(|i| i + first));
+}
+
+/// A level of about `share` of the full level's triangles.
+pub(super) fn thinned(scene: &Scene<'_>, share: f32, seed: Seed) -> TreeMesh {
+    let count = |m: &Mesh| m.indices.len() / 3;
+    let share = share.clamp(0.0, 1.0);
+    let total = count(&scene.full.bark) + count(&scene.full.leaf);
+    let budget = (total as f32 * share) as usize;
+    let leafy = !scene.plant.leaves().is_empty();
+    let mut bark = coarse_wood(scene, if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget });
+    // An error only says that the mesh has no triangles to take tangents from.
+    let _ = add_tangents(&mut bark);
+    let room = budget.saturating_sub(count(&bark));
+    let leaves = scene.plant.leaves().len();
+    // Folded leaves as long as nearly all of them fit.
+    let (shape, each) =
+        if room >= leaves * FOLDED * 4 / 5 { (CardShape::Folded, FOLDED) } else { (CardShape::Flat, FLAT) };
+    let mut leaf = leaf_cards(scene.plant, scene.posed, &kept(scene, room / each, seed), shape);
+    let _ = add_tangents(&mut leaf);
+    TreeMesh { bark, leaf }
+}
+
+/// The first `count` leaves in the fixed order, enlarged.
+fn kept(scene: &Scene<'_>, count: usize, seed: Seed) -> Vec<LeafCard> {
+    let leaves = scene.plant.leaves();
+    let mut order: Vec<usize> = (0..leaves.len()).collect();
+    order.sort_by_key(|&i| (seed.at(i as u64).bits(), i));
+    order.truncate(count);
+    // Vertices stay in the order of the plant.
+    order.sort_unstable();
+    let area = |i: &usize| f64::from(leaves[*i].size) * f64::from(leaves[*i].size);
+    let all: f64 = (0..leaves.len()).map(|i| area(&i)).sum();
+    let left: f64 = order.iter().map(area).sum();
+    let scale = if left > 0.0 { ((all / left).sqrt() as f32).clamp(1.0, LARGEST) } else { 1.0 };
+    order.into_iter().map(|leaf| LeafCard { leaf, scale }).collect()
+}
+
+/// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more.
+fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
+    let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
+    let params = scene.params;
+    let at = |coarse: f32| {
+        let detail = TubeDetail {
+            sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
+            error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
+            min_radius: thickest * 0.35 * coarse * coarse,
+            bark_tile: params.bark_tile,
+        };
+        tubes(scene.plant, scene.posed, &detail)
+    };
+    let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
+    let mut best: Option<Mesh> = None;
+    for _ in 0..STEPS {
+        let middle = (fine + coarse) * 0.5;
+        let mesh = at(middle);
+        if mesh.indices.len() / 3 <= budget {
+            coarse = middle;
+            best = Some(mesh);
+        } else {
+            fine = middle;
+        }
+    }
+    best.unwrap_or_else(|| at(1.0))
+}

@@ -1,0 +1,274 @@
+//! Tests of the whole folder: plants in, blends out.
+
+use glam::Vec3;
+
+use super::family::NONE;
+use super::random_plant::{Oddity, random_plant};
+use super::{Family, FamilyError, Kin, KinId, Weights, fuzzy_family};
+use crate::base::{Rotation, Seed};
+use crate::plant::{ChainId, Curve, Leaf, Plant, PlantBuilder};
+use crate::preset::plan::MatchParams;
+
+const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+
+fn pair(seed: u64, most: usize, oddity: Oddity) -> Family {
+    let plant = |name| random_plant(Seed::new(seed).child(name), most, oddity);
+    fuzzy_family(plant("a"), plant("b"), &EVEN).unwrap()
+}
+
+/// The same share of the second source everywhere.
+fn even(family: &Family, t: f32) -> Weights {
+    let mut weights = Weights::new(family.kin_count(), 2);
+    for kin in family.kin_ids() {
+        let degree = match (family.member(kin, 0), family.member(kin, 1)) {
+            (Some(_), None) => 1.0 - t,
+            (None, _) => t,
+            _ => 1.0,
+        };
+        weights.set(kin, &[1.0 - t, t], degree);
+    }
+    weights
+}
+
+#[test]
+fn a_corner_is_its_source_to_the_last_bit() {
+    for seed in 0..150 {
+        let oddity = if seed % 3 == 0 { Oddity::Tame } else { Oddity::Wild };
+        let family = pair(seed, 60, oddity);
+        for (s, source) in family.sources().iter().enumerate() {
+            assert!(family.blend(&family.corner(s)) == *source, "seed {seed}, source {s}");
+        }
+    }
+}
+
+#[test]
+fn a_member_bears_the_same_chain_whether_taken_whole_or_through_the_resampled_sum() {
+    // Just off the corner the resampled, turned sum is used: the tree must not jump.
+    for seed in 0..60 {
+        let family = pair(seed, 40, Oddity::Tame);
+        for s in 0..2 {
+            let source = &family.sources()[s];
+            let posed = source.pose();
+            let blended = family.blend(&even(&family, if s == 0 { 1e-6 } else { 1.0 - 1e-6 }));
+            let off = blended.pose();
+            let present: Vec<KinId> = family.kin_ids().collect();
+            for (chain, kin) in present.iter().enumerate() {
+                let Some(own) = family.member(*kin, s) else { continue };
+                let id = ChainId(chain as u32);
+                for i in 0..=8 {
+                    let t = f64::from(i) / 8.0;
+                    let (a, b) = (posed.curve(source, own).point(t), off.curve(&blended, id).point(t));
+                    assert!(a.distance(b) < source.height() * 2e-4, "seed {seed} kin {kin:?}: {a} {b}");
+                    let radius = |plant: &Plant, id| Curve::new(plant.points(id)).value(plant.radii(id), t);
+                    let (a, b) = (radius(source, own), radius(&blended, id));
+                    assert!((a - b).abs() < source.height() * 2e-3, "seed {seed} kin {kin:?}: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_blend_is_a_plant_whatever_the_weights() {
+    for seed in 0..150 {
+        let family = pair(seed, 40, Oddity::Wild);
+        let draw = Seed::new(seed).child("weights");
+        let mut weights = Weights::new(family.kin_count(), 2);
+        for kin in family.kin_ids() {
+            let d = draw.at(u64::from(kin.0));
+            let odd = [0.0, 1.0, f32::NAN, f32::INFINITY, -1.0, 1e-30, 3e38, 2.0];
+            let any = |d: Seed| if d.at(0).unit() < 0.3 { odd[d.at(1).index(8)] } else { d.at(2).unit() };
+            weights.set(kin, &[any(d.child("a")), any(d.child("b"))], any(d.child("d")));
+        }
+        // `finish_trusted` validates in this profile.
+        let plant = family.blend(&weights);
+        assert!(!plant.chains().is_empty());
+    }
+    let family = pair(1, 10, Oddity::Tame);
+    assert_eq!(family.blend(&Weights::new(0, 0)).chains().len(), 1);
+}
+
+#[test]
+fn shapes_radii_origins_and_locations_meet_half_way() {
+    let tree = |x: f32, height: f32, reach: Vec3, location: f32, radius: f32| {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::X * x, &[Vec3::ZERO, Vec3::Y * height], &[radius, radius * 0.5]);
+        builder.branch(stem, location, &[Vec3::ZERO, reach], &[radius * 0.2, radius * 0.2]);
+        builder.finish().unwrap()
+    };
+    let (a, b) = (tree(0.0, 2.0, Vec3::X, 0.2, 0.1), tree(1.0, 4.0, Vec3::Z * 3.0, 0.6, 0.2));
+    let family = fuzzy_family(a, b, &EVEN).unwrap();
+    let plant = family.blend(&even(&family, 0.5));
+    let (stem, branch) = (plant.chain(ChainId(0)), plant.chain(ChainId(1)));
+    assert_eq!(stem.origin, Vec3::X * 0.5);
+    assert_eq!(plant.points(ChainId(0))[1], Vec3::Y * 3.0);
+    assert!((branch.location - 0.4).abs() < 1e-6);
+    // Slerp of the branching vectors: between the two at their mean length, where a linear blend would be shorter.
+    let tip = plant.points(ChainId(1))[1];
+    assert!((tip - Vec3::new(2.0, 0.0, 2.0) * 0.5_f32.sqrt()).length() < 1e-5, "{tip}");
+    assert!((plant.radii(ChainId(0))[1] - 0.075).abs() < 1e-6);
+}
+
+#[test]
+fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
+    let bare =
+        |builder: &mut PlantBuilder| builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[0.2, 0.15, 0.1]);
+    let mut builder = PlantBuilder::new();
+    bare(&mut builder);
+    let a = builder.finish().unwrap();
+    let mut builder = PlantBuilder::new();
+    let stem = bare(&mut builder);
+    let twig = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
+    builder.leaf(Leaf { chain: twig, location: 1.0, orientation: Rotation::IDENTITY, size: 0.3, slot: 2 });
+    let b = builder.finish().unwrap();
+    let family = fuzzy_family(a, b, &EVEN).unwrap();
+    let mut weights = family.corner(1);
+    weights.set(KinId(1), &[0.0, 1.0], 0.5);
+    let plant = family.blend(&weights);
+    assert_eq!(plant.points(ChainId(1))[1], Vec3::X * 0.5);
+    assert_eq!(plant.radii(ChainId(1)), [0.05, 0.025]);
+    assert_eq!(plant.leaves()[0].size, 0.15);
+    let radii = plant.radii(ChainId(0));
+    assert!(radii[0] < 0.2 && radii[0] > radii[1] && radii[2] == 0.1, "{radii:?}");
+    weights.set(KinId(1), &[0.0, 1.0], 0.0);
+    let plant = family.blend(&weights);
+    assert!(plant.chains().len() == 1 && plant.leaves().is_empty());
+}
+
+#[test]
+fn children_stay_within_their_parents_and_chains_taper() {
+    for seed in 0..80 {
+        let family = pair(seed, 40, Oddity::Tame);
+        let plant = family.blend(&even(&family, Seed::new(seed).child("t").unit()));
+        for id in plant.chain_ids() {
+            let radii = plant.radii(id);
+            assert!(radii.windows(2).all(|w| w[1] <= w[0] * 1.0001), "seed {seed} {id:?}: {radii:?}");
+            let chain = plant.chain(id);
+            let Some(parent) = chain.parent else { continue };
+            let there = Curve::new(plant.points(parent)).value(plant.radii(parent), f64::from(chain.location));
+            // The tame sources themselves may be stouter than their parent where it tapers.
+            let kin = family.row(id.index());
+            let most = kin.iter().filter(|m| m.chain != NONE).fold(1.0_f32, |s, m| s.max(m.stoutness));
+            assert!(radii[0] <= there * most * 1.001, "seed {seed} {id:?}: {} {there} {most}", radii[0]);
+        }
+    }
+}
+
+#[test]
+fn three_sources_and_shared_members_have_their_corners() {
+    for seed in 0..30 {
+        let plants: Vec<Plant> =
+            (0..3).map(|i| random_plant(Seed::new(seed).child("n").at(i), 12, Oddity::Wild)).collect();
+        // Kins that hold one source each, then doubled for the second source (as a split would), then one that
+        // joins the first stems of all.
+        let stem = |_: usize| Some(ChainId(0));
+        let mut kins = vec![Kin { parent: None, members: (0..3).map(stem).collect() }];
+        for (s, plant) in plants.iter().enumerate() {
+            let mut own: Vec<KinId> = vec![KinId(0)];
+            for id in plant.chain_ids().skip(1) {
+                own.push(KinId(kins.len() as u32));
+                let parent = plant.chain(id).parent.map(|p| own[p.index()]);
+                let members: Vec<_> = (0..3).map(|m| (m == s).then_some(id)).collect();
+                if s == 1 {
+                    kins.push(Kin { parent, members: members.clone() });
+                }
+                kins.push(Kin { parent, members });
+            }
+        }
+        let family = Family::new(plants, &kins).unwrap();
+        for (s, source) in family.sources().iter().enumerate() {
+            assert!(family.blend(&family.corner(s)) == *source, "seed {seed}, source {s}");
+        }
+    }
+}
+
+#[test]
+fn a_blended_chain_reaches_as_far_as_its_members_do_on_average() {
+    let bent = |side: f32| {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0, Vec3::new(side, 3.0, 0.0)], &[0.1, 0.1, 0.1]);
+        builder.finish().unwrap()
+    };
+    let family = fuzzy_family(bent(2.0), bent(-2.0), &EVEN).unwrap();
+    let tip = family.blend(&even(&family, 0.5)).points(ChainId(0))[2];
+    assert!((tip - Vec3::Y * 13.0_f32.sqrt()).length() < 1e-5, "{tip}");
+}
+
+/// Real scans and grown structure: what no made-up plant has.
+#[test]
+#[expect(clippy::print_stderr, reason = "a skipped test must say so")]
+fn real_plants_blend_back_to_themselves() {
+    use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+    let folder = std::env::var("TREEWRIGHT_DATA")
+        .map_or_else(|_| std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), Into::into);
+    let folder = folder.join("skeleton");
+    let names = ["itsme_tree_2.csv", "rtwig_small.csv", "pyhelios_olive_900_qsm.txt", "eztree_oak_medium.swc"];
+    let mut plants = Vec::new();
+    for name in names {
+        let Ok(bytes) = std::fs::read(folder.join(name)) else {
+            assert!(std::env::var_os("CI").is_none(), "{name} is not in {}", folder.display());
+            eprintln!("skipped: {name} is not there");
+            return;
+        };
+        let params = ImportParams { file: name.into(), up: UpAxis::Detect, height: ImportHeight::Metres(10.0) };
+        plants.push(crate::source::import::import(&bytes, name, &params).unwrap().plant);
+    }
+    for (i, a) in plants.iter().enumerate() {
+        for b in &plants[i + 1..] {
+            let family = fuzzy_family(a.clone(), b.clone(), &EVEN).unwrap();
+            assert!(family.blend(&family.corner(0)) == *a && family.blend(&family.corner(1)) == *b);
+            let half = family.blend(&even(&family, 0.5));
+            assert_eq!(crate::plant::PlantStats::of(&half).topology_continuity, 1.0);
+            let height = half.height();
+            assert!((5.0..15.0).contains(&height), "{height}");
+        }
+    }
+}
+
+#[test]
+fn kins_that_are_no_correspondence_are_refused() {
+    let tree = || {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.1, 0.1]);
+        builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.1]);
+        builder.finish().unwrap()
+    };
+    let kin = |parent: Option<u32>, a: Option<u32>, b: Option<u32>| Kin {
+        parent: parent.map(KinId),
+        members: vec![a.map(ChainId), b.map(ChainId)],
+    };
+    let error = |kins: &[Kin]| Family::new(vec![tree(), tree()], kins).unwrap_err();
+    let stems = kin(None, Some(0), Some(0));
+    assert_eq!(error(&[stems.clone(), kin(Some(1), Some(1), Some(1))]), FamilyError::BadParent(KinId(1)));
+    assert_eq!(error(&[stems.clone(), kin(Some(0), None, None)]), FamilyError::BadMembers(KinId(1)));
+    assert_eq!(error(&[stems.clone(), kin(Some(0), Some(2), None)]), FamilyError::BadMembers(KinId(1)));
+    assert_eq!(
+        error(&[stems.clone(), kin(None, Some(1), Some(1))]),
+        FamilyError::Adopted { kin: KinId(1), source_index: 0 }
+    );
+    assert_eq!(
+        error(&[stems.clone(), kin(Some(0), Some(1), None)]),
+        FamilyError::Orphan { chain: ChainId(1), source_index: 1 }
+    );
+    assert_eq!(Family::new(vec![], &[]).unwrap_err(), FamilyError::Empty);
+    let mut builder = PlantBuilder::new();
+    builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3e38], &[0.1, 0.1]);
+    let huge = builder.finish().unwrap();
+    let kins = [Kin { parent: None, members: vec![Some(ChainId(0))] }];
+    assert_eq!(Family::new(vec![huge], &kins).unwrap_err(), FamilyError::TooLarge { source_index: 0 });
+}
+
+#[test]
+fn each_chain_of_a_blend_is_told_its_kin() {
+    let family = pair(7, 40, Oddity::Tame);
+    let (plant, kins) = family.blend_with_kins(&family.corner(1));
+    assert_eq!(kins.len(), plant.chains().len());
+    assert!(plant.chain_ids().zip(&kins).all(|(id, kin)| family.member(*kin, 1) == Some(id)));
+    let (plant, kins) = family.blend_with_kins(&even(&family, 0.5));
+    assert!(
+        plant
+            .chain_ids()
+            .zip(&kins)
+            .all(|(id, &kin)| { family.parent(kin) == plant.chain(id).parent.map(|p| kins[p.index()]) })
+    );
+}

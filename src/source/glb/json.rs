@@ -1,0 +1,132 @@
+//! The part of the glTF 2.0 schema that the reader looks at, as plain structs.
+//!
+//! Own structs instead of `gltf_json`'s: that crate cuts 64-bit indices to 32 bits without a word, and builds many more
+//! objects than are needed here. Unknown fields are skipped; `serde_json` bounds the depth at 128.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Root {
+    pub(super) asset: Asset,
+    pub(super) accessors: Vec<Accessor>,
+    pub(super) buffer_views: Vec<View>,
+    pub(super) buffers: Vec<Buffer>,
+    pub(super) extensions_used: Vec<String>,
+    pub(super) extensions_required: Vec<String>,
+    pub(super) images: Vec<Image>,
+    pub(super) materials: Vec<Material>,
+    pub(super) meshes: Vec<Mesh>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) scene: Option<u64>,
+    pub(super) scenes: Vec<Scene>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Asset {
+    pub(super) version: String,
+    pub(super) generator: String,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<u64>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+    pub(super) count: u64,
+    #[serde(rename = "type")]
+    pub(super) shape: String,
+    #[serde(default)]
+    pub(super) normalized: bool,
+    pub(super) min: Option<Vec<f64>>,
+    pub(super) max: Option<Vec<f64>>,
+    pub(super) sparse: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct View {
+    pub(super) buffer: u64,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub(super) uri: Option<String>,
+    pub(super) byte_length: u64,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Image {
+    pub(super) name: String,
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<u64>,
+    pub(super) mime_type: String,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Material {
+    pub(super) name: String,
+    pub(super) alpha_mode: String,
+    pub(super) alpha_cutoff: Option<f32>,
+    pub(super) double_sided: bool,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Mesh {
+    pub(super) name: String,
+    pub(super) primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: BTreeMap<String, u64>,
+    pub(super) indices: Option<u64>,
+    pub(super) material: Option<u64>,
+    pub(super) mode: Option<u32>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Node {
+    pub(super) name: String,
+    pub(super) mesh: Option<u64>,
+    pub(super) children: Vec<u64>,
+    pub(super) matrix: Option<[f32; 16]>,
+    pub(super) translation: Option<[f32; 3]>,
+    pub(super) rotation: Option<[f32; 4]>,
+    pub(super) scale: Option<[f32; 3]>,
+    pub(super) extras: Value,
+    pub(super) extensions: Extensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Extensions {
+    #[serde(rename = "MSFT_lod")]
+    pub(super) msft_lod: Option<MsftLod>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct MsftLod {
+    pub(super) ids: Vec<u64>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Scene {
+    pub(super) nodes: Vec<u64>,
+}

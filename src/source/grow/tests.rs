@@ -1,0 +1,212 @@
+//! Promises of growth as a whole: what comes out for any parameters, and what the shipped species look like.
+
+use glam::Vec3;
+
+use super::{GrowError, extend, grow};
+use crate::base::Seed;
+use crate::plant::{Plant, PlantStats};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+use crate::preset::species;
+use crate::source::grow::nodes::Nodes;
+use crate::source::grow::structure::Structure;
+use crate::source::grow::yao::Graph;
+
+fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
+    let guide = Guide::Piecewise { first, then: 0.0, switch: 1 };
+    GrowIteration { endpoints, guide, start: GuideStart::Kept, keep: EndpointRule::Any }
+}
+
+fn small() -> GrowParams {
+    let crown = Volume::HalfEllipsoid { bottom: 0.4, top: 0.8, radius: 0.3, hollow: 0.2 };
+    GrowParams {
+        seed: 1,
+        height: 9.0,
+        nodes: 2500,
+        width: 0.8,
+        tip_radius: 0.01,
+        allometry: 2.0,
+        crookedness: 0.3,
+        bole: 0.1,
+        iterations: vec![
+            pass(Endpoints::Volume { shape: Volume::Point { height: 0.5 }, count: 1 }, 0.0),
+            pass(Endpoints::Volume { shape: crown, count: 12 }, 0.6),
+            pass(Endpoints::Surface { hops: 2, proportion: 0.7, count: 60 }, 0.5),
+        ],
+    }
+}
+
+fn grown(params: &GrowParams) -> Plant {
+    grow(params, Seed::new(7)).unwrap().0
+}
+
+#[test]
+fn a_tree_stands_at_the_origin_as_tall_as_asked() {
+    let plant = grown(&small());
+    assert!((plant.height() - 9.0).abs() < 1e-4);
+    assert_eq!(plant.chains()[0].origin, Vec3::ZERO);
+    assert!(plant.chains().iter().filter(|c| c.parent.is_none()).count() == 1);
+    assert!(plant.chains().len() > 40 && plant.chains().iter().any(|c| c.order >= 3));
+}
+
+#[test]
+fn one_thread_and_two_grow_the_same_tree() {
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| grow(&small(), Seed::new(7)).unwrap())
+    };
+    assert_eq!(on(1), on(2));
+}
+
+#[test]
+fn another_seed_grows_another_tree() {
+    let mut other = small();
+    other.seed = 2;
+    assert_ne!(grown(&small()), grown(&other));
+    assert_ne!(grow(&small(), Seed::new(8)).unwrap().0, grown(&small()));
+}
+
+#[test]
+fn every_endpoint_is_reached_or_told_of() {
+    let params = small();
+    let nodes = Nodes::scatter(params.nodes, params.width, Seed::new(3));
+    let graph = Graph::yao(&nodes);
+    let mut structure = Structure::new(&nodes);
+    let mut notes = Vec::new();
+    let mut before = 0;
+    for iteration in &params.iterations {
+        extend(&mut structure, &nodes, &graph, iteration, params.bole, Seed::new(4), |note| notes.push(note));
+        assert!(structure.members.len() > before);
+        before = structure.members.len();
+    }
+    assert!(notes.is_empty(), "{notes:?}");
+    // A tree: every member once, after its parent, one edge of the graph away.
+    let mut seen = vec![false; nodes.len()];
+    for (i, member) in structure.members.iter().enumerate() {
+        assert!(!std::mem::replace(&mut seen[member.node as usize], true));
+        assert!(i == 0 || (member.parent as usize) < i);
+        let parent = structure.members[member.parent as usize].node;
+        assert!(i == 0 || graph.leaving(parent).any(|n| n == member.node));
+        assert!((member.vector.length() - 1.0).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn more_endpoints_than_room_are_told_of() {
+    let mut params = small();
+    params.iterations[1].endpoints =
+        Endpoints::Volume { shape: Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1 }, count: 5000 };
+    let (_, notes) = grow(&params, Seed::new(1)).unwrap();
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].starts_with("iteration 2: ") && notes[0].contains("of 5000 endpoints"), "{notes:?}");
+}
+
+#[test]
+fn nothing_forks_below_the_clear_bole() {
+    let mut params = small();
+    params.bole = 0.3;
+    // Height of the region is not quite the plant's: twigs end below or at 1.
+    let plant = grown(&params);
+    let posed = plant.pose();
+    for id in plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()) {
+        assert!(posed.chain(&plant, id)[0].y > 9.0 * 0.29);
+    }
+}
+
+#[test]
+fn many_first_endpoints_make_stems_of_their_own() {
+    let mut params = small();
+    let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.8, radius: 0.35, hollow: 0.7 };
+    params.iterations = vec![pass(Endpoints::Volume { shape, count: 10 }, 0.1)];
+    params.bole = 0.15;
+    let plant = grown(&params);
+    let stems = plant.chains().iter().filter(|c| c.parent.is_none()).count();
+    assert!((4..=10).contains(&stems), "{stems}");
+    assert!(plant.chains().iter().all(|c| c.origin.y == 0.0 && c.origin.length() < 9.0 * 0.15));
+}
+
+#[test]
+fn rules_keep_only_what_lies_lower_or_higher() {
+    let nodes = Nodes::scatter(2500, 0.8, Seed::new(3));
+    let graph = Graph::yao(&nodes);
+    for (keep, sign) in [(EndpointRule::Lower, -1.0), (EndpointRule::Higher, 1.0)] {
+        let mut structure = Structure::new(&nodes);
+        let params = small();
+        extend(&mut structure, &nodes, &graph, &params.iterations[0], 0.0, Seed::new(4), |_| {});
+        let trunk = structure.members.len();
+        let mut iteration = params.iterations[1].clone();
+        iteration.keep = keep;
+        extend(&mut structure, &nodes, &graph, &iteration, 0.0, Seed::new(4), |_| {});
+        let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
+        let mut tips = 0;
+        for (i, member) in structure.members.iter().enumerate().skip(trunk) {
+            if parents.contains(&(i as u32)) {
+                continue;
+            }
+            tips += 1;
+            let mut source = i;
+            while source >= trunk {
+                source = parents[source] as usize;
+            }
+            let rise = nodes.at(member.node).y - nodes.at(structure.members[source].node).y;
+            assert!(rise * sign > 0.0);
+        }
+        assert!(tips > 0);
+    }
+}
+
+#[test]
+fn extremes_end_in_a_plant_or_an_error() {
+    type Change = fn(&mut GrowParams);
+    let changes: [Change; 18] = [
+        |p| p.nodes = 16,
+        |p| p.nodes = 0,
+        |p| p.width = 0.02,
+        |p| p.width = 20.0,
+        |p| p.width = f32::NAN,
+        |p| p.height = 0.01,
+        |p| p.height = f32::INFINITY,
+        |p| p.tip_radius = 0.0,
+        |p| p.allometry = 0.5,
+        |p| p.crookedness = 1.0,
+        |p| p.bole = 1.0,
+        |p| p.iterations.clear(),
+        |p| p.iterations = vec![p.iterations[2].clone(); 20],
+        |p| p.iterations[0].endpoints = Endpoints::Volume { shape: Volume::Point { height: 0.0 }, count: 1 },
+        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: u32::MAX, proportion: 1.0, count: u32::MAX },
+        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: 0, proportion: 0.0, count: 0 },
+        |p| p.iterations[1].guide = Guide::Random { low: -12.0, high: 12.0 },
+        |p| p.iterations[1].guide = Guide::Polar { theta: f32::NAN },
+    ];
+    for (i, change) in changes.iter().enumerate() {
+        let mut params = small();
+        change(&mut params);
+        match grow(&params, Seed::new(1)) {
+            Ok((plant, _)) => assert!((plant.height() / params.height - 1.0).abs() < 1e-3, "change {i}"),
+            Err(GrowError::OutOfRange { field, .. }) => assert!(!field.is_empty()),
+            Err(GrowError::Nothing) => assert_ne!(i, 0),
+            Err(other) => panic!("change {i}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn shipped_species_have_their_habit() {
+    let figures = |name: &str, text: &str| {
+        let mut params = species(name, text).unwrap();
+        // Coarser than shipped, for time; the habit is the iterations'.
+        params.nodes /= 4;
+        let (plant, _) = grow(&params, Seed::new(1)).unwrap();
+        let stats = PlantStats::of(&plant);
+        assert!((300..3000).contains(&stats.chains), "{name}: {}", stats.chains);
+        assert!((3..=9).contains(&stats.orders.len()), "{name}: {}", stats.orders.len());
+        assert!((stats.height - params.height).abs() < 1e-3);
+        stats
+    };
+    let oak = figures("oak", include_str!("../../../presets/species/oak.ron"));
+    let birch = figures("birch", include_str!("../../../presets/species/birch.ron"));
+    let shrub = figures("shrub", include_str!("../../../presets/species/shrub.ron"));
+    assert!(oak.width > oak.height * 0.85 && birch.width < birch.height * 0.75);
+    assert!(oak.base_radius > birch.base_radius * 2.0);
+    assert_eq!((oak.stems, birch.stems), (1, 1));
+    assert!(shrub.stems >= 5);
+}
