@@ -7,6 +7,9 @@
 pub mod bake;
 pub mod base;
 pub mod blend;
+pub mod build;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod dress;
 pub mod export;
 pub mod lod;
@@ -15,3 +18,5 @@ pub mod plant;
 pub mod preset;
 pub mod relate;
 pub mod source;
+#[cfg(feature = "cli")]
+pub mod watch;

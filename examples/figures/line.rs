@@ -46,7 +46,7 @@ pub(crate) fn print() {
 /// One set's files, made from nothing.
 fn made(preset: &Path) -> SetFiles {
     let loaded = load_preset(preset).expect("the preset is good");
-    let inputs = read_inputs(&loaded.plan, &loaded.preset, &loaded.world).expect("its files are there");
+    let inputs = read_inputs(&loaded).expect("its files are there");
     let key = set_key(&loaded.plan, &inputs);
     make_set(&loaded.plan, &inputs, key, &Memory::default(), &|_| {}).expect("it builds")
 }

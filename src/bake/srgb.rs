@@ -17,19 +17,26 @@ static ENCODE: LazyLock<Vec<u8>> = LazyLock::new(|| {
         .collect()
 });
 
+static DECODE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let y = i as f32 / 255.0;
+        if y <= 0.040_45 { y / 12.92 } else { math::pow((y + 0.055) / 1.055, 2.4) }
+    })
+});
+
 /// The byte of a linear value; values outside 0..=1 are clamped, NaN is 0.
 pub(crate) fn encode(linear: f32) -> u8 {
     ENCODE[((linear * STEPS as f32 + 0.5).clamp(0.0, STEPS as f32)) as usize]
 }
 
+/// The linear value of a byte.
+pub(super) fn decode(byte: u8) -> f32 {
+    DECODE[usize::from(byte)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn decode(byte: u8) -> f32 {
-        let y = f32::from(byte) / 255.0;
-        if y <= 0.040_45 { y / 12.92 } else { math::pow((y + 0.055) / 1.055, 2.4) }
-    }
 
     #[test]
     fn bytes_survive_the_round_trip() {

@@ -14,6 +14,8 @@ pub struct Loaded {
     pub plan: Plan,
     /// The preset file as it is shown to people.
     pub preset: String,
+    /// What the file holds.
+    pub text: String,
     /// Reads relative to the preset's folder.
     pub world: World,
 }
@@ -80,7 +82,7 @@ pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = world.read_text(&name).map_err(|why| vec![Diagnostic::new(&preset, why)])?;
     let plan = preset::load(&preset, &text, &mut |relative| world.read_text(relative))?;
-    Ok(Loaded { plan, preset, world })
+    Ok(Loaded { plan, preset, text, world })
 }
 
 /// A path as people read it: `/` between folders.

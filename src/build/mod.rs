@@ -5,10 +5,12 @@
 //! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
 //! have the hashes listed there, is left alone.
 
+mod assets;
 mod find;
 pub mod output;
 pub mod pipeline;
 mod record;
+mod stages;
 mod world;
 
 use std::collections::BTreeMap;
@@ -16,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-pub use find::{find_presets, load_preset, Loaded};
+pub use find::{Loaded, find_presets, load_preset};
 pub use pipeline::{Memory, SetFiles};
 pub use world::World;
 
@@ -136,7 +138,7 @@ impl Builder {
         let plan = &loaded.plan;
         let folder = self.options.out.join(&plan.name);
         output::recover(&folder)?;
-        let inputs = pipeline::read_inputs(plan, &loaded.preset, &loaded.world).map_err(BuildError::Input)?;
+        let inputs = pipeline::read_inputs(loaded).map_err(BuildError::Input)?;
         let key = pipeline::set_key(plan, &inputs);
         let old = record::read(&folder, &plan.name);
         let mut outcome = Outcome {

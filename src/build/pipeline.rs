@@ -1,24 +1,20 @@
 //! The stages in order: from a plan and its inputs to the files of a set. Reads like a table of contents.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use super::record::manifest_name;
-use super::World;
-use crate::bake::{self, Atlas, Maps};
-use crate::base::{Diagnostic, Key, Note, Seed};
-use crate::export::{self, Manifest};
+use super::Loaded;
+use super::assets::{self, SetParts};
+use super::stages;
+use crate::base::{Diagnostic, Key, Note};
+use crate::dress;
 use crate::lod::{self, Ladder};
-use crate::mesh::TreeMesh;
 use crate::plant::Plant;
-use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, LeafArt, MatchParams, Source, SourceRecipe, Variant};
-use crate::relate::Family;
-use crate::source::{grow, import};
-use crate::{blend, dress};
+use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
+use crate::preset::{self, Plan};
+
+pub use super::stages::Memory;
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
 const PIPELINE_VERSION: u32 = 1;
@@ -44,33 +40,13 @@ pub struct SetFiles {
     pub notes: Vec<Note>,
 }
 
-/// Sources and pictures by their keys, kept between builds of one process. A hit never changes a byte.
-#[derive(Debug, Default)]
-pub struct Memory {
-    sources: Mutex<BTreeMap<Key, Arc<SourcePlant>>>,
-    pictures: Mutex<BTreeMap<Key, Arc<Pictures>>>,
-}
-
-/// A source and what was mended in it.
-#[derive(Clone, Debug)]
-struct SourcePlant {
-    plant: Plant,
-    notes: Vec<String>,
-}
-
-/// What leaves and bark wear.
-#[derive(Clone, Debug)]
-struct Pictures {
-    leaves: Vec<Maps>,
-    bark: Maps,
-}
-
 /// Reads every file that a plan names.
 ///
 /// # Errors
 ///
-/// One for each file that can't be read, in the preset.
-pub fn read_inputs(plan: &Plan, preset: &str, world: &World) -> Result<Inputs, Vec<Diagnostic>> {
+/// One for each file that can't be read, at the place in the preset that names it.
+pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
+    let Loaded { plan, preset, text, world } = loaded;
     let mut inputs = Inputs::new();
     let mut errors = Vec::new();
     for (file, field) in files_of(plan) {
@@ -84,6 +60,7 @@ pub fn read_inputs(plan: &Plan, preset: &str, world: &World) -> Result<Inputs, V
             }
             Err(why) => errors.push(
                 Diagnostic::new(preset, format!("can't read {file}: {why}"))
+                    .with_span(preset::place(text, &field))
                     .with_field(field)
                     .with_hint("paths are relative to the preset's folder"),
             ),
@@ -97,7 +74,7 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
         if let SourceRecipe::Import(params) = &source.recipe {
-            files.push((params.file.clone(), format!("sources.{}.file", source.name)));
+            files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
         }
     }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {
@@ -133,7 +110,7 @@ pub fn steps(plan: &Plan) -> usize {
 ///
 /// # Errors
 ///
-/// Everything that is wrong with the sources, or the first thing that is wrong with the pictures.
+/// Everything that is wrong with the sources; or else what is wrong with the pictures, the matching or the atlas.
 pub fn make_set(
     plan: &Plan,
     inputs: &Inputs,
@@ -141,36 +118,46 @@ pub fn make_set(
     memory: &Memory,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<SetFiles, Vec<Diagnostic>> {
-    let seed = Seed::new(plan.seed);
-    let sources = make_sources(plan, inputs, memory, step)?;
-    let pictures = make_pictures(plan, inputs, memory, seed)?;
+    let (sources, pictures) = rayon::join(
+        || stages::sources(plan, inputs, memory, step),
+        || stages::pictures(plan, inputs, memory),
+    );
+    let (sources, pictures) = (sources?, pictures?);
     step("leaves and bark");
-    let families = make_families(plan, &sources);
+    let families = stages::families(plan, &sources)?;
     step("matching");
 
+    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
+    let dressing = stages::dress_params(plan);
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
-        .map(|variant| {
-            // Addressed by what the variant is, not by its place in the list: adding one changes no other.
-            let seed = seed.child(&identity(plan, variant));
-            let bare = make_variant(variant, &sources, &families, seed);
-            let plant = dress::dress(&bare, &plan.dress, seed.child("dress"));
-            step("dressed");
-            let ladder =
-                lod::ladder(&plant, &plan.mesh, &plan.lods, &pictures.leaves, &pictures.bark, seed.child("lod"));
+        .zip(&identities)
+        .map(|(variant, (_, seed))| {
+            let bare = stages::variant(plan, variant, &sources, &families);
+            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            step("dressing");
+            let (leaves, bark) = (&pictures.leaves, &pictures.bark);
+            let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
             step("levels of detail");
             (plant, ladder)
         })
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let atlas = make_atlas(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, &pictures, &ladders)?;
     step("atlas");
-    let levels = place(&ladders, &atlas, pictures.leaves.len());
-    let set = assets::SetParts { plan, key, plants: &plants, ladders: &ladders, levels: &levels, atlas: &atlas };
-    let mut notes = source_notes(plan, &sources);
-    let files = assets::files(&set, &pictures.bark, &mut notes)?;
-    step("written");
+    let notes = stages::source_notes(plan, &sources);
+    let parts = SetParts {
+        plan,
+        key,
+        identities: &identities,
+        plants: &plants,
+        ladders: &ladders,
+        pictures: &pictures,
+        notes: &notes,
+    };
+    let files = assets::files(&parts, &placed)?;
+    step("files");
     Ok(SetFiles { files, notes })
 }

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::pipeline::Inputs;
-use crate::bake::{self, Maps};
+use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, LeafArt, MatchParams, Source, SourceRecipe, Variant};
+use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, SourceRecipe, Variant};
 use crate::relate::{self, Family};
 use crate::source::{grow, import};
 
@@ -88,7 +88,7 @@ pub(super) fn sources(
 fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<SourcePlant>, Vec<Diagnostic>> {
     match &source.recipe {
         SourceRecipe::Grow(params) => {
-            let key = Key::stage("grow", grow::VERSION).params(params).finish();
+            let key = Key::stage("grow", 1).params(params).finish();
             remember(&memory.sources, key, || {
                 grow::grow(params, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant { plant, notes })
@@ -99,7 +99,7 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
         }
         SourceRecipe::Import(params) => {
             let input = &inputs[&params.file];
-            let key = Key::stage("import", import::VERSION).params(params).input(Key::of_bytes(&input.bytes)).finish();
+            let key = Key::stage("import", 1).params(params).input(Key::of_bytes(&input.bytes)).finish();
             remember(&memory.sources, key, || {
                 import::import(&input.bytes, &input.shown, params)
                     .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
@@ -126,12 +126,12 @@ pub(super) fn pictures(
     memory: &Memory,
 ) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
     let seed = Seed::new(plan.seed);
-    let mut key = Key::stage("pictures", bake::ART_VERSION)
+    let mut key = Key::stage("pictures", 1)
         .number(plan.seed)
         .number(u64::from(plan.dress.pictures))
         .params(&plan.leaf_art)
         .params(&plan.bark_art);
-    for file in super::pipeline::picture_files(plan) {
+    for file in picture_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
     remember(&memory.pictures, key.finish(), || {
@@ -140,41 +140,57 @@ pub(super) fn pictures(
                 .into_par_iter()
                 .map(|picture| bake::leaf_maps(*shape, *color, *variation, *size, picture, seed.child("leaves")))
                 .collect(),
-            LeafArt::Files { color, normal } => vec![user_maps(inputs, bake::PictureUse::Leaf, color, normal, "")?],
+            LeafArt::Files { color, normal } => vec![user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?],
         };
         let bark = match &plan.bark_art {
             BarkArt::Made { pattern, color, size } => bake::bark_maps(*pattern, *color, *size, seed.child("bark")),
             BarkArt::Files { color, normal, roughness } => {
-                user_maps(inputs, bake::PictureUse::Bark, color, normal, roughness)?
+                user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?
             }
         };
         Ok(Pictures { leaves, bark })
     })
 }
 
-/// Decodes pictures of the user's; an empty name is a map that was not given.
-fn user_maps(
-    inputs: &Inputs,
-    usage: bake::PictureUse,
-    color: &str,
-    normal: &str,
-    roughness: &str,
-) -> Result<Maps, Vec<Diagnostic>> {
+/// The files that a plan's pictures are read from.
+fn picture_files(plan: &Plan) -> Vec<&String> {
+    let mut files = Vec::new();
+    if let LeafArt::Files { color, normal } = &plan.leaf_art {
+        files.extend([color, normal]);
+    }
+    if let BarkArt::Files { color, normal, roughness } = &plan.bark_art {
+        files.extend([color, normal, roughness]);
+    }
+    files.retain(|file| !file.is_empty());
+    files
+}
+
+/// Decodes pictures of the user's: colour, normal, roughness; an empty name is a map that was not given.
+fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 3]) -> Result<Maps, Vec<Diagnostic>> {
     let bytes = |file: &str| inputs.get(file).map(|input| input.bytes.as_slice());
-    let color_bytes = bytes(color).unwrap_or_default();
-    bake::maps_from_images(usage, color_bytes, bytes(normal), bytes(roughness)).map_err(|error| {
-        let shown = |file: &str| inputs.get(file).map_or_else(|| file.to_owned(), |input| input.shown.clone());
-        let file = match error.map {
-            bake::ArtMap::Color => shown(color),
-            bake::ArtMap::Normal => shown(normal),
-            bake::ArtMap::Roughness => shown(roughness),
+    let [color, normal, roughness] = files.map(bytes);
+    bake::maps_from_images(color.unwrap_or_default(), normal, roughness, usage, ArtLimits::default()).map_err(|error| {
+        let file = match error.file() {
+            ArtFile::Color => files[0],
+            ArtFile::Normal => files[1],
+            ArtFile::Roughness => files[2],
         };
-        vec![Diagnostic::new(file, error.to_string())]
+        let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
+        vec![Diagnostic::new(shown, error.to_string())]
     })
 }
 
+/// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
+pub(super) fn dress_params(plan: &Plan) -> DressParams {
+    let span = match plan.leaf_art {
+        LeafArt::Made { shape, .. } => bake::spray_span(shape),
+        LeafArt::Files { .. } => 1.0,
+    };
+    DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
+}
+
 /// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Families {
+pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
     let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
     for variant in &plan.variants {
         if let Variant::Blend { from, to, matching, .. } = variant {
@@ -186,32 +202,42 @@ pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Families {
     pairs
         .into_par_iter()
         .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(&sources[from].plant, &sources[to].plant, &matching);
-            ((from, to, matching), family)
+            let family = relate::fuzzy_family(sources[from].plant.clone(), sources[to].plant.clone(), &matching);
+            let family = family.map_err(|error| {
+                let pair = format!("{} and {}", plan.sources[from].name, plan.sources[to].name);
+                vec![Diagnostic::new(format!("sources {pair}"), error.to_string())]
+            })?;
+            Ok(((from, to, matching), family))
         })
         .collect()
 }
 
 /// One variant, bare.
-pub(super) fn variant(variant: &Variant, sources: &[Arc<SourcePlant>], families: &Families, seed: Seed) -> Plant {
+pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant>], families: &Families) -> Plant {
     match variant {
         Variant::Source(index) => sources[*index].plant.clone(),
         Variant::Blend { from, to, matching, batch, progress } => {
             let pair = (*from, *to, *matching);
             let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
             let family = family.expect("families holds every pair that a variant blends");
-            family.blend(&blend::sample(family, seed.child("schedule").at(*batch), *progress))
+            // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
+            let name = |index: usize| plan.sources[index].name.as_str();
+            let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
+            family.blend(&blend::sample(family, 0, 1, seed, *progress))
         }
     }
 }
 
-/// What a variant is, in words: the address of its randomness.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> String {
-    match variant {
-        Variant::Source(index) => format!("source {}", plan.sources[*index].name),
-        Variant::Blend { from, to, batch, progress, .. } => {
-            let name = |index: usize| &plan.sources[index].name;
-            format!("blend {} {} batch {batch} at {progress:.4}", name(*from), name(*to))
-        }
-    }
+/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
+/// that adding a variant changes no other.
+pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
+    let name = |index: usize| plan.sources[index].name.as_str();
+    let recipe = match variant {
+        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
+        Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
+            "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
+        }),
+    };
+    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
+    (recipe, seed)
 }

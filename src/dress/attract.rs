@@ -5,6 +5,7 @@
 //! empty, and a crown of several limbs keeps its gaps.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::grid::Grid;
 use super::twig::Wood;
@@ -27,6 +28,7 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
     let deepest = wood.crown.depth(centre).max(1e-6);
     let grid = Grid::new(&wood.near, wood.reach * 0.5);
     (0..drawn)
+        .into_par_iter()
         .filter_map(|i| {
             let s = seed.at(i as u64);
             let p = low + size * Vec3::new(s.at(0).unit(), s.at(1).unit(), s.at(2).unit());

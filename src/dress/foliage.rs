@@ -93,7 +93,7 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
     for id in plant.chain_ids() {
         let own = id.index() < bare.chains().len();
         let length = posed.curve(plant, id).length();
-        if !(length > 0.0) {
+        if length <= 0.0 {
             continue;
         }
         let tip = plant.radii(id)[plant.radii(id).len() - 1];

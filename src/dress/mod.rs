@@ -20,7 +20,7 @@ use crate::preset::plan::DressParams;
 /// points and leaves but for a sort of the leaves.
 #[must_use]
 pub fn dress(plant: &Plant, params: &DressParams, seed: Seed) -> Plant {
-    if !plant.leaves().is_empty() || plant.chains().is_empty() || params.most_leaves == 0 || !(params.density > 0.0) {
+    if !plant.leaves().is_empty() || plant.chains().is_empty() || params.most_leaves == 0 || params.density <= 0.0 {
         return plant.clone();
     }
     let posed = plant.pose();

@@ -1,12 +1,19 @@
 //! Assets: meshes, pictures and figures as the bytes that engines read.
 //!
-//! [`glb()`] writes one variant with all its levels, [`encode_maps`] the pictures that a set shares. Everything here
+//! [`glb()`] writes one variant with all its levels, [`encode_maps`] the pictures that a set
+//! shares, [`Manifest`] says what was made and measured, [`capsules`] are colliders. Everything here
 //! returns bytes; `build` decides where they go.
 
+mod collider;
 mod glb;
+mod manifest;
 mod png;
 #[cfg(test)]
 mod tests;
 
+pub use collider::{Capsule, ColliderParams, capsules};
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
+pub use manifest::{
+    AtlasEntry, Bounds, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry, VariantEntry,
+};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps};

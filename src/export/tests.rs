@@ -83,7 +83,8 @@ fn the_gltf_crate_agrees() {
     assert_eq!(floats(attribute(gltf::Semantic::Positions)), expected);
     assert_eq!(floats(attribute(gltf::Semantic::Tangents)), mesh.leaf.tangents.as_flattened());
     assert_eq!(attribute(gltf::Semantic::Colors(0))[20..24], [5, 5, 5, 255]);
-    let indices: Vec<u32> = bytes(leaf.indices().unwrap()).as_chunks().0.iter().map(|&c| u16::from_le_bytes(c).into()).collect();
+    let indices: Vec<u32> =
+        bytes(leaf.indices().unwrap()).as_chunks().0.iter().map(|&c| u16::from_le_bytes(c).into()).collect();
     assert_eq!(indices, mesh.leaf.indices);
     assert_eq!(leaf.material().alpha_mode(), gltf::material::AlphaMode::Mask);
     for accessor in file.accessors() {

@@ -30,14 +30,16 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
     };
     first("a position is not finite", mesh.positions.iter().position(|p| !p.is_finite()));
     first("a uv is not finite", mesh.uvs.iter().position(|p| !p.is_finite()));
-    // Negated comparisons, so that NaN counts as a problem.
-    first("a normal is not unit", mesh.normals.iter().position(|n| !((n.length() - 1.0).abs() < 1e-3)));
+    // Both are false for NaN, so that it counts as a problem.
+    let is_small = |v: f32| v.abs() < 1e-3;
+    let is_unit = |v: glam::Vec3| is_small(v.length() - 1.0);
+    first("a normal is not unit", mesh.normals.iter().position(|&n| !is_unit(n)));
     let xyz = |t: &[f32; 4]| glam::Vec3::new(t[0], t[1], t[2]);
-    first("a tangent is not unit", mesh.tangents.iter().position(|t| !((xyz(t).length() - 1.0).abs() < 1e-3)));
+    first("a tangent is not unit", mesh.tangents.iter().position(|t| !is_unit(xyz(t))));
     first("a tangent's sign is not 1 or -1", mesh.tangents.iter().position(|t| t[3].abs() != 1.0));
     first(
         "a tangent leans on its normal",
-        mesh.tangents.iter().zip(&mesh.normals).position(|(t, n)| !(xyz(t).dot(*n).abs() < 1e-3)),
+        mesh.tangents.iter().zip(&mesh.normals).position(|(t, n)| !is_small(xyz(t).dot(*n))),
     );
     let outside = mesh.indices.iter().position(|&i| i as usize >= count);
     first("an index is out of range", outside);
@@ -47,7 +49,8 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
             let (u, v) = (b - a, c - a);
             let longest = u.length_squared().max(v.length_squared()).max((c - b).length_squared());
             // Twice the area over the longest edge is the height: none to speak of next to the edge, or none at all.
-            !(u.cross(v).length() > longest * 1e-6)
+            let height = u.cross(v).length();
+            height <= longest * 1e-6 || height.is_nan()
         });
         first("a triangle has no area", flat);
     }

@@ -192,7 +192,7 @@ fn emergence(fine: &[(Vec3, f32, f32)], axis: Vec3, parent: f32) -> f32 {
 
 /// Drops the rings without which the surface moves by less than `error`.
 fn thin(rings: &mut Vec<Ring>, error: f32) {
-    if rings.len() < 3 || !(error > 0.0) {
+    if rings.len() < 3 || error <= 0.0 {
         return;
     }
     let mut keep = vec![false; rings.len()];

@@ -178,7 +178,7 @@ fn along(a: &Ring, b: &Ring, around: f32, tile: f32) -> f32 {
 fn flare(points: &[Vec3], radii: &[f32]) -> f32 {
     let curve = crate::plant::Curve::new(points);
     let length = curve.length();
-    if !(length > 0.0) {
+    if length <= 0.0 {
         return 0.0;
     }
     let above = curve.value(radii, f64::from((radii[0] * 3.0 / length).min(0.5)));

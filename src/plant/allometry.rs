@@ -32,19 +32,6 @@ pub fn rule_radii(plant: &Plant) -> Vec<f32> {
     let parameters: Vec<f64> =
         plant.chain_ids().flat_map(|id| super::Curve::new(plant.points(id)).parameters()).collect();
     let mut rule = vec![0.0_f32; plant.all_points().len()];
-    walk(plant, &parameters, |point, radius| rule[point] = radius as f32);
-    rule
-}
-
-/// The radius that the rule gives at the base of every chain, metres; `parameters` are the arc-length parameters of
-/// [`Plant::all_points`].
-pub(crate) fn chain_rules(plant: &Plant, parameters: &[f64]) -> Vec<f64> {
-    walk(plant, parameters, |_, _| {})
-}
-
-/// Tells the rule's radius at every point, and returns that at each chain's base.
-fn walk(plant: &Plant, parameters: &[f64], mut tell: impl FnMut(usize, f64)) -> Vec<f64> {
-    let mut bases = vec![0.0_f64; plant.chains().len()];
     // What each chain's children carry: (location, r^2.5 at their base).
     let mut loads: Vec<Vec<(f32, f64)>> = vec![Vec::new(); plant.chains().len()];
     for id in plant.chain_ids().rev() {
@@ -65,15 +52,14 @@ fn walk(plant: &Plant, parameters: &[f64], mut tell: impl FnMut(usize, f64)) -> 
             if next > before {
                 radius = carrier(sum);
             }
-            tell(i, radius);
+            rule[i] = radius as f32;
         }
-        bases[id.index()] = radius;
         let chain = plant.chain(id);
         if let Some(parent) = chain.parent {
             loads[parent.index()].push((chain.location, carried(radius)));
         }
     }
-    bases
+    rule
 }
 
 #[cfg(test)]

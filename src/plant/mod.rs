@@ -18,7 +18,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
-pub(crate) use allometry::{carried, carrier, chain_rules, counts};
+pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};

@@ -2,8 +2,8 @@
 //!
 //! The union of the plants' chains: a kin has a parent kin and, for each source, the member chain or none. Several kins
 //! may share a member (split and merge). What a blend needs of a kin is worked out here once: its members resampled at
-//! the union of their arc-length parameters and turned onto one branching vector (2017 TVCG, 4.3), and what the
-//! allometric rule says of each member where it stands.
+//! the union of their arc-length parameters and turned onto one branching vector (2017 TVCG, 4.3), and how thick
+//! each member is where it stands.
 //!
 //! Limits: memory is sources × (all points of a kin's members), so it grows with the square of the number of sources.
 
@@ -15,7 +15,7 @@ use super::alignment::alignment;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use crate::base::Rotation;
-use crate::plant::{ChainId, Curve, Plant, chain_rules, value_at};
+use crate::plant::{ChainId, Curve, Plant, value_at};
 
 /// Index of a kin in its family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -89,8 +89,8 @@ pub(super) struct Member {
     pub(super) location: f32,
     /// Turns the kin's branching vector (its first member's) to this member's.
     pub(super) turn: Rotation,
-    /// The radius that the allometric rule gives at its base, metres.
-    pub(super) rule: f64,
+    /// Its radius at the base, metres.
+    pub(super) base: f32,
     /// The next kin on the same parent kin that shares this chain, in a ring; [`NONE`] when there is no other.
     pub(super) twin: u32,
     /// Its radius at the base over its parent's radius there, but at least 1: how thick a blend may make it. Infinite
@@ -261,12 +261,6 @@ impl Family {
 
     /// Fills `members`, `blocks` and the shapes.
     fn prepare(&mut self, kins: &[Kin]) {
-        let rules: Vec<Vec<f64>> = self
-            .plants
-            .iter()
-            .zip(&self.parameters)
-            .map(|(plant, parameters)| chain_rules(plant, parameters))
-            .collect();
         for kin in kins {
             let mut reference: Option<Vec3> = None;
             for (s, member) in kin.members.iter().enumerate() {
@@ -275,7 +269,7 @@ impl Family {
                         chain: NONE,
                         location: 0.0,
                         turn: Rotation::IDENTITY,
-                        rule: 0.0,
+                        base: 0.0,
                         twin: NONE,
                         stoutness: 1.0,
                     });
@@ -292,7 +286,7 @@ impl Family {
                     chain: id.0,
                     location: plant.chain(id).location,
                     turn,
-                    rule: rules[s][id.index()],
+                    base: plant.radii(id)[0],
                     twin: NONE,
                     stoutness: stoutness(plant, &self.parameters[s], id),
                 });

@@ -7,21 +7,17 @@
 
 use glam::Vec3;
 
+use super::Space;
 use super::grid::Lattice;
 use super::nodes::Nodes;
 use super::structure::Structure;
-use super::yao::{Graph, NONE};
+use super::yao::NONE;
 use crate::base::Seed;
 use crate::preset::plan::{Endpoints, Volume};
 
 /// The nodes at which branches may end, without those of the structure; in no particular order.
-pub(super) fn candidates(
-    endpoints: &Endpoints,
-    nodes: &Nodes,
-    graph: &Graph,
-    structure: &Structure,
-    seed: Seed,
-) -> Vec<u32> {
+pub(super) fn candidates(endpoints: &Endpoints, space: &Space, structure: &Structure, seed: Seed) -> Vec<u32> {
+    let Space { nodes, graph, from_root } = space;
     let free = |node: &u32| !structure.holds(*node);
     match *endpoints {
         Endpoints::Volume { ref shape, .. } => {
@@ -36,7 +32,6 @@ pub(super) fn candidates(
             let mut surface: Vec<u32> = (0..nodes.len() as u32).filter(|&n| near[n as usize] == hops).collect();
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
-            let from_root = graph.hops(&[nodes.root], u32::MAX);
             let seed = seed.child("surface");
             surface.sort_by_key(|&n| (std::cmp::Reverse(from_root[n as usize]), seed.at(u64::from(n)).bits()));
             let kept = (surface.len() as f32 * proportion.clamp(0.0, 1.0)).ceil() as usize;
@@ -192,16 +187,14 @@ mod tests {
 
     #[test]
     fn a_surface_lies_exactly_its_hops_away_and_outermost() {
-        let nodes = Nodes::scatter(3000, 1.0, Seed::new(4));
-        let graph = Graph::yao(&nodes);
-        let structure = Structure::new(&nodes);
+        let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
+        let structure = Structure::new(&space.nodes);
         let surface = |proportion| {
             let endpoints = Endpoints::Surface { hops: 3, proportion, count: 9 };
-            candidates(&endpoints, &nodes, &graph, &structure, Seed::new(1))
+            candidates(&endpoints, &space, &structure, Seed::new(1))
         };
-        let hops = graph.hops(&[nodes.root], 10);
         let all = surface(1.0);
-        assert!(!all.is_empty() && all.iter().all(|&n| hops[n as usize] == 3));
+        assert!(!all.is_empty() && all.iter().all(|&n| space.from_root[n as usize] == 3));
         assert_eq!(surface(0.5).len(), all.len().div_ceil(2));
         assert!(surface(0.0).is_empty());
     }

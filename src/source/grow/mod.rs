@@ -62,31 +62,46 @@ pub enum GrowError {
 pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
     check(params)?;
     let seed = seed.child("grow").at(params.seed);
-    let nodes = Nodes::scatter(params.nodes, params.width, seed);
-    let graph = Graph::yao(&nodes);
-    let mut structure = Structure::new(&nodes);
+    let space = Space::new(Nodes::scatter(params.nodes, params.width, seed));
+    let mut structure = Structure::new(&space.nodes);
     let mut notes = Vec::new();
     for (i, iteration) in params.iterations.iter().enumerate() {
-        extend(&mut structure, &nodes, &graph, iteration, params.bole, seed.child("iteration").at(i as u64), |note| {
+        extend(&mut structure, &space, iteration, params.bole, seed.child("iteration").at(i as u64), |note| {
             notes.push(format!("iteration {}: {note}", i + 1));
         });
     }
-    let skeleton = skeleton::skeleton(&structure, &nodes, params);
+    let skeleton = skeleton::skeleton(&structure, &space.nodes, params);
     Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
+}
+
+/// Where trees grow: nodes, edges, and how far each node is from the root.
+struct Space {
+    nodes: Nodes,
+    graph: Graph,
+    /// Fewest edges from the root to each node.
+    from_root: Vec<u32>,
+}
+
+impl Space {
+    fn new(nodes: Nodes) -> Self {
+        let graph = Graph::yao(&nodes);
+        let from_root = graph.hops(&[nodes.root], u32::MAX);
+        Self { nodes, graph, from_root }
+    }
 }
 
 /// One iteration: candidates, paths, the rule, the choice (2015, 3.1.2 to 3.1.4).
 fn extend(
     structure: &mut Structure,
-    nodes: &Nodes,
-    graph: &Graph,
+    space: &Space,
     iteration: &GrowIteration,
     bole: f32,
     seed: Seed,
     mut note: impl FnMut(String),
 ) {
+    let Space { nodes, graph, .. } = space;
     let wanted = endpoints::count(&iteration.endpoints) as usize;
-    let candidates = endpoints::candidates(&iteration.endpoints, nodes, graph, structure, seed);
+    let candidates = endpoints::candidates(&iteration.endpoints, space, structure, seed);
     if wanted == 0 {
         return;
     }

@@ -11,6 +11,7 @@
 //! reaches.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::grid::{Grid, Lattice};
 use crate::base::{Seed, math};
@@ -55,19 +56,20 @@ impl Nodes {
                 Vec3::new(radius, 1.0, radius),
                 CELL * disc,
             );
-            let mut dart = 0_u64;
-            for y in 0..lattice.size[1] {
-                for z in 0..lattice.size[2] {
-                    for x in 0..lattice.size[0] {
-                        let seed = seed.at(dart);
-                        dart += 1;
-                        let jitter = Vec3::new(seed.at(0).unit(), seed.at(1).unit(), seed.at(2).unit());
-                        let point = lattice.low + (Vec3::new(x as f32, y as f32, z as f32) + jitter) * lattice.edge;
-                        if inside(point) {
-                            darts.throw(point);
-                        }
-                    }
-                }
+            let [across, layers, rows] = lattice.size;
+            // Nearly all darts hit a disc that lies there already; that much is found out in parallel. Those that don't
+            // may still hit each other, and are thrown in their order.
+            let free = (0..layers * rows).into_par_iter().with_min_len(8).map(|row| {
+                let throw = |x: u32| {
+                    let seed = seed.at(u64::from(row) * u64::from(across) + u64::from(x));
+                    let jitter = Vec3::new(seed.at(0).unit(), seed.at(1).unit(), seed.at(2).unit());
+                    let cell = Vec3::new(x as f32, (row / rows) as f32, (row % rows) as f32);
+                    lattice.low + (cell + jitter) * lattice.edge
+                };
+                (0..across).map(throw).filter(|&p| inside(p) && darts.fits(p)).collect::<Vec<Vec3>>()
+            });
+            for point in free.collect::<Vec<_>>().into_iter().flatten() {
+                darts.throw(point);
             }
         }
         Self::from_positions(darts.points, disc)
@@ -141,25 +143,32 @@ impl Darts {
 
     /// Keeps a point unless one lies within the disc around it.
     fn throw(&mut self, point: Vec3) {
+        if self.fits(point) {
+            let cell = self.lattice.index(self.lattice.cell(point));
+            self.before.push(self.last[cell]);
+            self.last[cell] = self.points.len() as u32;
+            self.points.push(point);
+        }
+    }
+
+    /// Whether no point lies within the disc around this one.
+    fn fits(&self, point: Vec3) -> bool {
         let here = self.lattice.cell(point);
         // Most darts of the later rounds are refused by a point of their own cell or one beside it.
         if self.refuses(here, point) {
-            return;
+            return false;
         }
         let [low, high] = self.lattice.around(here);
         for y in low[1]..=high[1] {
             for z in low[2]..=high[2] {
                 for x in low[0]..=high[0] {
                     if self.refuses([x, y, z], point) {
-                        return;
+                        return false;
                     }
                 }
             }
         }
-        let cell = self.lattice.index(here);
-        self.before.push(self.last[cell]);
-        self.last[cell] = self.points.len() as u32;
-        self.points.push(point);
+        true
     }
 
     fn refuses(&self, cell: [u32; 3], point: Vec3) -> bool {

@@ -1,6 +1,10 @@
 //! Least-cost paths with guiding vectors that are set on the way (2015, 3.1.2): Dijkstra's algorithm in which
 //! finalizing a node fixes its guiding vector, and with it the weights `d (1 - e·v)` of the edges that leave it.
 //!
+//! One thing is added to the paper's weight: length costs a little ([`LENGTH`]). Where it costs nothing, a twig on the far
+//! side of the crown is a whip that comes straight from the foot of the trunk, however many branches it passes; at 0.3
+//! twigs leave nearly at right angles and curl.
+//!
 //! A weight depends on the path to its node, so this is no shortest-path problem of one fixed graph; but every weight is
 //! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Costs are
 //! compared as bits (they are never negative) with the node's index after them, so equal costs have one order.
@@ -233,8 +237,7 @@ mod tests {
                 }
             }
         }
-        for i in 0..nodes.len() {
-            assert_eq!(paths.states[i].cost, costs[i]);
-        }
+        let found: Vec<f32> = paths.states.iter().map(|s| s.cost).collect();
+        assert_eq!(found, costs);
     }
 }

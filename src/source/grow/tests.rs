@@ -2,14 +2,13 @@
 
 use glam::Vec3;
 
-use super::{GrowError, extend, grow};
+use super::{GrowError, Space, extend, grow};
 use crate::base::Seed;
 use crate::plant::{Plant, PlantStats};
 use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
 use crate::preset::species;
 use crate::source::grow::nodes::Nodes;
 use crate::source::grow::structure::Structure;
-use crate::source::grow::yao::Graph;
 
 fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
     let guide = Guide::Piecewise { first, then: 0.0, switch: 1 };
@@ -69,12 +68,13 @@ fn another_seed_grows_another_tree() {
 fn every_endpoint_is_reached_or_told_of() {
     let params = small();
     let nodes = Nodes::scatter(params.nodes, params.width, Seed::new(3));
-    let graph = Graph::yao(&nodes);
-    let mut structure = Structure::new(&nodes);
+    let space = Space::new(nodes);
+    let Space { nodes, graph, .. } = &space;
+    let mut structure = Structure::new(nodes);
     let mut notes = Vec::new();
     let mut before = 0;
     for iteration in &params.iterations {
-        extend(&mut structure, &nodes, &graph, iteration, params.bole, Seed::new(4), |note| notes.push(note));
+        extend(&mut structure, &space, iteration, params.bole, Seed::new(4), |note| notes.push(note));
         assert!(structure.members.len() > before);
         before = structure.members.len();
     }
@@ -127,15 +127,16 @@ fn many_first_endpoints_make_stems_of_their_own() {
 #[test]
 fn rules_keep_only_what_lies_lower_or_higher() {
     let nodes = Nodes::scatter(2500, 0.8, Seed::new(3));
-    let graph = Graph::yao(&nodes);
+    let space = Space::new(nodes);
+    let nodes = &space.nodes;
     for (keep, sign) in [(EndpointRule::Lower, -1.0), (EndpointRule::Higher, 1.0)] {
-        let mut structure = Structure::new(&nodes);
+        let mut structure = Structure::new(nodes);
         let params = small();
-        extend(&mut structure, &nodes, &graph, &params.iterations[0], 0.0, Seed::new(4), |_| {});
+        extend(&mut structure, &space, &params.iterations[0], 0.0, Seed::new(4), |_| {});
         let trunk = structure.members.len();
         let mut iteration = params.iterations[1].clone();
         iteration.keep = keep;
-        extend(&mut structure, &nodes, &graph, &iteration, 0.0, Seed::new(4), |_| {});
+        extend(&mut structure, &space, &iteration, 0.0, Seed::new(4), |_| {});
         let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
         let mut tips = 0;
         for (i, member) in structure.members.iter().enumerate().skip(trunk) {

@@ -1,0 +1,263 @@
+//! The last stages: one atlas for all variants, then the files of the set.
+
+use rayon::prelude::*;
+
+use super::record::manifest_name;
+use super::stages::Pictures;
+use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
+use crate::base::{Diagnostic, Key, Note, Seed};
+use crate::export::{
+    self, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
+    MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
+};
+use crate::lod::{Ladder, Level};
+use crate::mesh::TreeMesh;
+use crate::plant::{Plant, PlantStats};
+use crate::preset::Plan;
+use crate::preset::plan::Lod;
+
+/// Everything that the files of a set are made from.
+pub(super) struct SetParts<'a> {
+    /// The plan.
+    pub(super) plan: &'a Plan,
+    /// The set's key.
+    pub(super) key: Key,
+    /// What each variant is, in words, and its own seed.
+    pub(super) identities: &'a [(serde_json::Value, Seed)],
+    /// The dressed variants.
+    pub(super) plants: &'a [Plant],
+    /// Their levels, with coordinates in their own pictures.
+    pub(super) ladders: &'a [Ladder],
+    /// What leaves and bark wear.
+    pub(super) pictures: &'a Pictures,
+    /// What was mended in the sources.
+    pub(super) notes: &'a [Note],
+}
+
+/// The atlas and the meshes of all variants with their coordinates in it.
+pub(super) struct Placed {
+    /// The atlas.
+    pub(super) atlas: Atlas,
+    /// Alpha coverage of its mips.
+    coverage: CoverageReport,
+    /// By variant and level.
+    meshes: Vec<Vec<TreeMesh>>,
+}
+
+/// Packs the pictures of leaves and of all baked cards, and moves every mesh's coordinates there.
+pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Result<Placed, Vec<Diagnostic>> {
+    let fail = |error: &dyn std::fmt::Display| {
+        vec![
+            Diagnostic::new(format!("set {}", plan.name), error.to_string())
+                .with_field("atlas.size")
+                .with_hint("a larger atlas, fewer cards or fewer variants fit"),
+        ]
+    };
+    let tiles: Vec<&Maps> = pictures.leaves.iter().chain(ladders.iter().flat_map(|ladder| &ladder.tiles)).collect();
+    let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| fail(&e))?;
+    let coverage = bake::preserve_coverage(&mut atlas.maps);
+    let shared = pictures.leaves.len();
+    // Where each variant's own pictures start, less the shared ones that its tiles count from.
+    let starts: Vec<u32> = ladders
+        .iter()
+        .scan(0, |next, ladder| {
+            let start = *next;
+            *next += ladder.tiles.len() as u32;
+            Some(start)
+        })
+        .collect();
+    let meshes = ladders
+        .par_iter()
+        .zip(starts)
+        .map(|(ladder, start)| {
+            let level = |level: &Level| {
+                let mut mesh = level.mesh.clone();
+                for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
+                    *tile += start;
+                }
+                atlas.place(&mut mesh.leaf).map(|()| mesh)
+            };
+            ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
+        })
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| fail(&e))?;
+    Ok(Placed { atlas, coverage, meshes })
+}
+
+/// Encodes all files of a set, the manifest last.
+pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String, Vec<u8>)>, Vec<Diagnostic>> {
+    let set = &parts.plan.name;
+    let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new(format!("set {set}"), error.to_string())];
+    let materials = SetMaterials::of(set);
+    let names: Vec<String> = (1..=parts.plants.len()).map(|i| format!("{set}_{i:03}")).collect();
+
+    let (glbs, (bark, (leaf, sheet))) = rayon::join(
+        || {
+            names
+                .par_iter()
+                .enumerate()
+                .map(|(i, name)| glb(parts, placed, &materials, i, name))
+                .collect::<Result<Vec<_>, _>>()
+        },
+        || {
+            rayon::join(
+                || export::encode_maps(&parts.pictures.bark, PngKind::Rgb),
+                || {
+                    rayon::join(
+                        || export::encode_maps(&placed.atlas.maps, PngKind::Rgba),
+                        || contact_sheet(parts, placed, &names),
+                    )
+                },
+            )
+        },
+    );
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    for (name, bytes) in names.iter().zip(glbs.map_err(|e| fail(&e))?) {
+        files.push((format!("{name}.glb"), bytes));
+    }
+    for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
+        let maps = maps.map_err(|e| fail(&e))?;
+        files.push((uris.color.clone(), maps.color));
+        files.push((uris.normal.clone(), maps.normal));
+        files.push((uris.orm.clone(), maps.orm));
+    }
+    files.push((format!("{set}_contact.png"), sheet.map_err(|e| fail(&e))?));
+    files.sort();
+    let manifest = manifest(parts, placed, &materials, &names, &files).map_err(|e| fail(&e))?;
+    files.push((manifest_name(set), manifest.into_bytes()));
+    Ok(files)
+}
+
+fn glb(
+    parts: &SetParts<'_>,
+    placed: &Placed,
+    materials: &SetMaterials,
+    variant: usize,
+    name: &str,
+) -> Result<Vec<u8>, export::ExportError> {
+    let levels: Vec<AssetLevel<'_>> = parts.ladders[variant]
+        .levels
+        .iter()
+        .zip(&placed.meshes[variant])
+        .map(|(level, mesh)| AssetLevel { mesh, screen_coverage: level.screen_coverage })
+        .collect();
+    export::glb(&AssetIn { name, seed: parts.identities[variant].1.bits(), levels: &levels, materials })
+}
+
+/// Every variant at every level of detail.
+fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
+    let columns = |variant: usize| {
+        let levels = parts.ladders[variant].levels.iter().zip(&placed.meshes[variant]).enumerate();
+        levels
+            .map(|(i, (level, mesh))| SheetColumn {
+                label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
+                mesh,
+            })
+            .collect()
+    };
+    let rows: Vec<SheetRow<'_>> =
+        names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
+    let sheet = bake::contact_sheet(&rows, &placed.atlas.maps, &parts.pictures.bark);
+    export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+}
+
+/// A level's kind as the manifest and the contact sheet name it.
+fn kind(lod: &Lod) -> &'static str {
+    match lod {
+        Lod::Full => "Full",
+        Lod::Thinned { .. } => "Thinned",
+        Lod::BillboardCloud { .. } => "BillboardCloud",
+        Lod::CrossedQuads => "CrossedQuads",
+    }
+}
+
+fn manifest(
+    parts: &SetParts<'_>,
+    placed: &Placed,
+    materials: &SetMaterials,
+    names: &[String],
+    files: &[(String, Vec<u8>)],
+) -> Result<String, serde_json::Error> {
+    let plan = parts.plan;
+    let size = |maps: &Maps| (maps.width, maps.height);
+    let mut textures = Vec::new();
+    for (material, uris, (width, height)) in
+        [("bark", &materials.bark, size(&parts.pictures.bark)), ("leaf", &materials.leaf, size(&placed.atlas.maps))]
+    {
+        for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
+            textures.push(TextureEntry {
+                file: file.clone(),
+                material: material.to_owned(),
+                map: map.to_owned(),
+                width,
+                height,
+            });
+        }
+    }
+    Manifest {
+        generator: "treewright".to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        format: MANIFEST_FORMAT,
+        set: plan.name.clone(),
+        key: parts.key.to_hex(),
+        seed: plan.seed,
+        variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, i, name)).collect(),
+        textures,
+        atlas: Some(AtlasEntry {
+            pictures: placed.atlas.rects.len() as u64,
+            scale: placed.atlas.scale,
+            utilisation: placed.atlas.utilisation,
+            coverage_before: placed.coverage.before.clone(),
+            coverage: placed.coverage.after.clone(),
+        }),
+        notes: parts.notes.iter().map(|note| format!("{}: {}", note.about, note.message)).collect(),
+        files: files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
+    }
+    .to_json()
+}
+
+fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &str) -> VariantEntry {
+    let plant = &parts.plants[variant];
+    let stats = PlantStats::of(plant);
+    let meshes = &placed.meshes[variant];
+    let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
+    let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
+    let height = bounds.max[1] - bounds.min[1];
+    let levels = parts.ladders[variant].levels.iter().zip(meshes).enumerate();
+    VariantEntry {
+        name: name.to_owned(),
+        file: format!("{name}.glb"),
+        seed: parts.identities[variant].1.bits(),
+        recipe: parts.identities[variant].0.clone(),
+        bounds,
+        height: stats.height,
+        trunk_radius: stats.base_radius,
+        topology_continuity: stats.topology_continuity,
+        chains: stats.chains as u64,
+        leaves: stats.leaves as u64,
+        levels: levels.map(|(i, (level, mesh))| level_entry(name, i, level, mesh, height)).collect(),
+        capsules: export::capsules(plant, &plant.pose(), &ColliderParams::default()),
+    }
+}
+
+fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height: f32) -> LevelEntry {
+    let measured = &level.measured;
+    LevelEntry {
+        mesh: export::level_name(name, index),
+        kind: kind(&level.kind).to_owned(),
+        triangles: level.triangles as u64,
+        bark_triangles: (mesh.bark.indices.len() / 3) as u64,
+        leaf_triangles: (mesh.leaf.indices.len() / 3) as u64,
+        vertices: (mesh.bark.positions.len() + mesh.leaf.positions.len()) as u64,
+        screen_coverage: level.screen_coverage,
+        switch_distance: export::switch_distance(height, level.screen_coverage),
+        measured: (index > 0).then(|| MeasuredErrors {
+            pixels: measured.pixels,
+            views: measured.views,
+            iou_mean: measured.iou,
+            iou_worst: measured.worst_iou,
+            coverage: measured.coverage,
+            color: measured.color,
+        }),
+    }
+}

@@ -1,0 +1,227 @@
+//! The manifest: what a set holds, how it was made and what was measured, as JSON for engines and build steps.
+//!
+//! The build fills these plain structs; field order is the declaration's, floats print shortest-exact, so equal sets give
+//! equal bytes.
+
+use serde::{Deserialize, Serialize};
+
+use super::Capsule;
+
+/// Number of the manifest's format; raised when a field changes its meaning or goes away.
+pub const MANIFEST_FORMAT: u32 = 1;
+
+/// A set of assets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Always `treewright`.
+    pub generator: String,
+    /// Version of Treewright that made the set.
+    pub version: String,
+    /// [`MANIFEST_FORMAT`].
+    pub format: u32,
+    /// Name of the set.
+    pub set: String,
+    /// The preset's seed.
+    pub seed: u64,
+    /// One a variant, in the preset's order.
+    pub variants: Vec<VariantEntry>,
+    /// One a texture file.
+    pub textures: Vec<TextureEntry>,
+    /// The leaf atlas; none for a set without leaves.
+    pub atlas: Option<AtlasEntry>,
+    /// What was mended, bridged or dropped on the way, one sentence each.
+    pub notes: Vec<String>,
+    /// Every file of the set but the manifest, sorted by name: what a later build may replace or remove.
+    pub files: Vec<FileEntry>,
+}
+
+/// A file of the set.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct FileEntry {
+    /// Relative to the manifest, `/` between folders.
+    pub file: String,
+    /// Size.
+    pub bytes: u64,
+    /// blake3 of its bytes, 64 hexadecimal digits.
+    pub blake3: String,
+}
+
+/// A variant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VariantEntry {
+    /// Its name, also of the root node.
+    pub name: String,
+    /// Its GLB, relative to the manifest.
+    pub file: String,
+    /// Seed of its own randomness.
+    pub seed: u64,
+    /// How it was made: the preset's words and the weights that were used.
+    pub recipe: serde_json::Value,
+    /// Of the first level.
+    pub bounds: Bounds,
+    /// Of the wood above the origin, metres.
+    pub height: f32,
+    /// Of the thickest stem at its base, metres.
+    pub trunk_radius: f32,
+    /// Branches of all orders, stems included.
+    pub chains: u64,
+    /// Leaves of the plant before any thinning.
+    pub leaves: u64,
+    /// Finest first.
+    pub levels: Vec<LevelEntry>,
+    /// Trunk and thick limbs as a simple collider, thickest first.
+    pub capsules: Vec<Capsule>,
+}
+
+/// An axis-aligned box, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Least corner.
+    pub min: [f32; 3],
+    /// Greatest corner.
+    pub max: [f32; 3],
+}
+
+impl Bounds {
+    /// The box around some points; none around none.
+    pub fn of(points: impl IntoIterator<Item = glam::Vec3>) -> Option<Self> {
+        points.into_iter().fold(None, |all, p| {
+            let (min, max) = all.map_or((p, p), |b: Self| (p.min(b.min.into()), p.max(b.max.into())));
+            Some(Self { min: min.to_array(), max: max.to_array() })
+        })
+    }
+}
+
+/// A level of detail.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LevelEntry {
+    /// Name of its mesh.
+    pub mesh: String,
+    /// Triangles of wood.
+    pub bark_triangles: u64,
+    /// Triangles of leaves and cards.
+    pub leaf_triangles: u64,
+    /// Vertices of both.
+    pub vertices: u64,
+    /// The level is shown down to this share of the screen's height; of the last one the cull point.
+    pub screen_coverage: f32,
+    /// Distance at which that coverage is reached with a vertical field of view of 60°, metres.
+    pub switch_distance: f32,
+    /// Against the first level at the size where this level takes over; none for the first.
+    pub errors: Option<MeasuredErrors>,
+}
+
+/// What was measured of a level against the first, over views on a sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredErrors {
+    /// Intersection over union of the silhouettes, 0..=1, the mean of the views.
+    pub iou: f32,
+    /// The level's projected area over the first level's, the mean of the views.
+    pub coverage_ratio: f32,
+}
+
+/// A texture file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TextureEntry {
+    /// Relative to the manifest.
+    pub file: String,
+    /// `bark` or `leaf`.
+    pub material: String,
+    /// `color`, `normal` or `orm`.
+    pub map: String,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+}
+
+/// The leaf atlas in figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtlasEntry {
+    /// Pictures in it.
+    pub pictures: u64,
+    /// What they were scaled by to fit, 0..=1.
+    pub scale: f32,
+    /// Share of it that pictures take, 0..=1.
+    pub utilisation: f32,
+    /// Share of solid texels per mip, level 0 first, before the correction.
+    pub coverage_before: Vec<f32>,
+    /// The same as delivered.
+    pub coverage: Vec<f32>,
+}
+
+impl Manifest {
+    /// The manifest as indented JSON with a newline at the end. Not-finite numbers become `null`.
+    ///
+    /// # Errors
+    ///
+    /// When the recipe of a variant can't be written.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote.
+    ///
+    /// # Errors
+    ///
+    /// When the text is no manifest.
+    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+}
+
+impl FileEntry {
+    /// The entry of a file's bytes.
+    #[must_use]
+    pub fn of(file: &str, bytes: &[u8]) -> Self {
+        let blake3 = blake3::hash(bytes).to_hex().to_string();
+        Self { file: file.to_owned(), bytes: bytes.len() as u64, blake3 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_manifest_survives_its_text() {
+        let level = LevelEntry {
+            mesh: "oak_001_LOD0".into(),
+            bark_triangles: 10,
+            leaf_triangles: 4,
+            vertices: 30,
+            screen_coverage: 0.1,
+            switch_distance: 86.6,
+            errors: Some(MeasuredErrors { iou: 0.91, coverage_ratio: 1.02 }),
+        };
+        let variant = VariantEntry {
+            name: "oak_001".into(),
+            file: "oak_001.glb".into(),
+            seed: u64::MAX,
+            recipe: serde_json::json!({"blend": ["a", "b"]}),
+            bounds: Bounds::of([glam::Vec3::ONE, glam::Vec3::ZERO]).unwrap(),
+            height: 8.0,
+            trunk_radius: 0.2,
+            chains: 3,
+            leaves: 5,
+            levels: vec![level],
+            capsules: vec![Capsule { a: [0.0; 3], b: [0.0, 1.0, 0.0], radius: 0.2 }],
+        };
+        let manifest = Manifest {
+            generator: "treewright".into(),
+            version: "0.1.0".into(),
+            format: MANIFEST_FORMAT,
+            set: "oak".into(),
+            seed: 41,
+            variants: vec![variant],
+            textures: Vec::new(),
+            atlas: None,
+            notes: Vec::new(),
+            files: vec![FileEntry::of("oak_001.glb", b"abc")],
+        };
+        let text = manifest.to_json().unwrap();
+        assert_eq!(Manifest::from_json(&text).unwrap(), manifest);
+        assert!(text.contains("6437b3ac38465133ffb63b75273a8db548c558465d79db03fd359c6cd5bd9d85"));
+        assert_eq!(Bounds::of([]), None);
+    }
+}
