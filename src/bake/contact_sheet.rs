@@ -1,19 +1,26 @@
 //! The contact sheet: all trees of a set side by side, a row a variant, a column a level of detail.
 //!
-//! Everything on a sheet is drawn to one scale, standing on one ground line a row, so that sizes compare. A level with a
-//! size at which it takes over is drawn a second time, that small, beside itself: what a player will see.
+//! Everything on a sheet is drawn to one scale, standing on one ground line a row, so that sizes compare. Lower levels are
+//! drawn a second time beside themselves, small: as a player will see them.
 
 use glam::Vec3;
 
+use super::Maps;
 use super::letters::{ADVANCE, HEIGHT, rows as letter_rows};
+use super::picture::{Picture, Repeat};
 use super::raster::{Surface, Target, View, rasterize};
 use super::shade::{Light, Shading};
 use super::srgb::encode;
+use crate::mesh::TreeMesh;
 
 /// Pixels around a tree, and between cells.
 const MARGIN: u32 = 14;
 /// Pixels for the two lines of text above a tree.
 const HEAD: u32 = 2 * (HEIGHT + 4) + 6;
+/// Height of the largest tree, pixels.
+const TREE: u32 = 280;
+/// How much smaller lower levels are drawn the second time.
+const SMALL: u32 = 5;
 /// Largest edge of a sheet, pixels.
 const LARGEST: u32 = 8192;
 /// Where trees are looked at from: radians, as [`View::level`].
@@ -22,26 +29,24 @@ const AZIMUTH: f32 = 0.45;
 const SKY: Vec3 = Vec3::new(0.56, 0.62, 0.68);
 const SOIL: Vec3 = Vec3::new(0.40, 0.40, 0.37);
 /// Of the letters, sRGB.
-const INK: [u8; 4] = [40, 46, 52, 255];
+const INK: [u8; 3] = [40, 46, 52];
 
 /// One tree at one level.
 #[derive(Clone, Debug)]
-pub struct SheetCell<'a> {
-    /// What it shows; the origin is the foot of the trunk.
-    pub surfaces: Vec<Surface<'a>>,
-    /// Two lines of text: which level, how many triangles.
-    pub labels: [String; 2],
-    /// Height at which the level takes over, pixels, for the small picture; 0 for none.
-    pub small: u32,
+pub struct SheetColumn<'a> {
+    /// Which level, how many triangles.
+    pub label: String,
+    /// Bark, and leaves with coordinates in the atlas; the origin is the foot of the trunk.
+    pub mesh: &'a TreeMesh,
 }
 
-/// One row.
+/// One variant.
 #[derive(Clone, Debug)]
 pub struct SheetRow<'a> {
     /// Its name.
-    pub name: String,
+    pub label: String,
     /// From fine to coarse.
-    pub cells: Vec<SheetCell<'a>>,
+    pub columns: Vec<SheetColumn<'a>>,
 }
 
 /// A picture for people.
@@ -51,57 +56,61 @@ pub struct Sheet {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// sRGB and alpha, rows from the top.
+    /// sRGB, three bytes a pixel, rows from the top.
     pub pixels: Vec<u8>,
 }
 
-/// Draws a sheet whose largest tree is `tree_height` pixels high, smaller where the sheet would be wider or higher than
-/// 8192 pixels. An empty sheet is one pixel.
+/// Draws a sheet on which leaves wear `atlas` and wood wears `bark`. The largest tree is 280 pixels high, less where
+/// the sheet would be wider or higher than 8192 pixels. An empty sheet is one pixel.
 #[must_use]
-pub fn contact_sheet(rows: &[SheetRow<'_>], tree_height: u32) -> Sheet {
-    let columns = rows.iter().map(|r| r.cells.len()).max().unwrap_or(0) as u32;
+pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet {
+    let columns = rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32;
     if columns == 0 {
-        return Sheet { width: 1, height: 1, pixels: vec![255; 4] };
+        return Sheet { width: 1, height: 1, pixels: vec![255; 3] };
     }
+    let pictures = [Picture::new(atlas), Picture::new(bark)];
     let (reach, top) = extent(rows);
-    let count = rows.len().min((LARGEST / (HEAD + 3 * MARGIN)) as usize) as u32;
+    let count = rows.len().min((LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
     let columns = columns.min(LARGEST / 64);
     // Text must fit, and so must the whole sheet.
     let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
     let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32;
-    let tall = (tree_height.clamp(8, 4096).min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
+    let tall = (TREE.min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
     let per_metre = tall / top;
     let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
-    let cell = ((tree.0 + 2 * MARGIN).max(24 * ADVANCE).min(LARGEST / columns), tree.1 + HEAD + 3 * MARGIN);
-    let mut sheet = Canvas::new(cell.0 * columns, cell.1 * count);
+    let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
+    let cell = ((tree.0 + 2 * MARGIN).max(34 * ADVANCE).min(LARGEST / columns), tree.1 + HEAD + 3 * MARGIN);
+    let mut canvas = Canvas::new(cell.0 * columns, cell.1 * count);
     for (r, row) in rows.iter().take(count as usize).enumerate() {
         let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
-        sheet.band(ground, (r as u32 + 1) * cell.1);
-        for (c, shown) in row.cells.iter().take(columns as usize).enumerate() {
+        canvas.band(ground, (r as u32 + 1) * cell.1);
+        let text = r as u32 * cell.1 + MARGIN / 2;
+        canvas.write(MARGIN, text, &row.label, cell.0 * columns);
+        for (c, shown) in row.columns.iter().take(columns as usize).enumerate() {
             let left = c as u32 * cell.0;
-            let text = r as u32 * cell.1 + MARGIN / 2;
-            sheet.write(left + MARGIN, text, &format!("{} {}", row.name, shown.labels[0]), cell.0 - MARGIN);
-            sheet.write(left + MARGIN, text + HEIGHT + 4, &shown.labels[1], cell.0 - MARGIN);
-            let view = |reach: f32| View::level(AZIMUTH, Vec3::Y * (top * 0.5), reach, top * 0.5);
-            let half = tree.0 as f32 * 0.5 / per_metre;
-            let drawn = rasterize(&shown.surfaces, &view(half), tree.0, tree.1, 3, &Shading::Lit(Light::DAY));
-            sheet.lay(&drawn, left + cell.0.saturating_sub(tree.0) / 2, ground - tree.1);
-            if shown.small > 0 && shown.small * 3 < tree.1 {
-                let small = (((2 * shown.small) as f32 * reach / top).ceil() as u32, shown.small);
-                let half = small.0 as f32 * 0.5 * top / small.1 as f32;
-                let drawn = rasterize(&shown.surfaces, &view(half), small.0, small.1, 3, &Shading::Lit(Light::DAY));
-                sheet.lay(&drawn, (left + cell.0).saturating_sub(small.0 + 2), ground - small.1);
+            canvas.write(left + MARGIN, text + HEIGHT + 4, &shown.label, cell.0 - MARGIN);
+            let surfaces = [
+                Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
+                Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
+            ];
+            let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
+            let shading = Shading::Lit(Light::DAY);
+            let drawn = rasterize(&surfaces, &view, tree.0, tree.1, 3, &shading);
+            canvas.lay(&drawn, left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1));
+            if c > 0 {
+                let drawn = rasterize(&surfaces, &view, small.0, small.1, 3, &shading);
+                canvas.lay(&drawn, (left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
             }
         }
     }
-    Sheet { width: sheet.width, height: sheet.height, pixels: sheet.pixels.into_flattened() }
+    Sheet { width: canvas.width, height: canvas.height, pixels: canvas.pixels.into_flattened() }
 }
 
 /// Half the width and the height of a box around every tree, metres, with a little air.
 fn extent(rows: &[SheetRow<'_>]) -> (f32, f32) {
     let (mut reach, mut top) = (0.1_f32, 0.1_f32);
-    let surfaces = rows.iter().flat_map(|r| &r.cells).flat_map(|c| &c.surfaces);
-    for p in surfaces.flat_map(|s| &s.mesh.positions).filter(|p| p.is_finite()) {
+    let meshes = rows.iter().flat_map(|r| &r.columns).flat_map(|c| [&c.mesh.bark, &c.mesh.leaf]);
+    for p in meshes.flat_map(|m| &m.positions).filter(|p| p.is_finite()) {
         reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
         top = top.max(p.y);
     }
@@ -111,18 +120,18 @@ fn extent(rows: &[SheetRow<'_>]) -> (f32, f32) {
 struct Canvas {
     width: u32,
     height: u32,
-    pixels: Vec<[u8; 4]>,
+    pixels: Vec<[u8; 3]>,
 }
 
 impl Canvas {
     fn new(width: u32, height: u32) -> Self {
-        let sky = [encode(SKY.x), encode(SKY.y), encode(SKY.z), 255];
+        let sky = [encode(SKY.x), encode(SKY.y), encode(SKY.z)];
         Self { width, height, pixels: vec![sky; width as usize * height as usize] }
     }
 
     /// Ground from one row to another.
     fn band(&mut self, top: u32, bottom: u32) {
-        let soil = [encode(SOIL.x), encode(SOIL.y), encode(SOIL.z), 255];
+        let soil = [encode(SOIL.x), encode(SOIL.y), encode(SOIL.z)];
         let wide = self.width as usize;
         let bottom = bottom.saturating_sub(MARGIN).max(top).min(self.height);
         self.pixels[top.min(bottom) as usize * wide..bottom as usize * wide].fill(soil);
@@ -139,7 +148,7 @@ impl Canvas {
                     // Over the sky; the ground begins below the trees.
                     let mixed = target.color[from] * cover + SKY * (1.0 - cover);
                     let to = (top + y) as usize * self.width as usize + (left + x) as usize;
-                    self.pixels[to] = [encode(mixed.x), encode(mixed.y), encode(mixed.z), 255];
+                    self.pixels[to] = [encode(mixed.x), encode(mixed.y), encode(mixed.z)];
                 }
             }
         }
@@ -163,41 +172,38 @@ impl Canvas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::Repeat;
     use crate::mesh::Mesh;
 
-    fn post(height: f32) -> Mesh {
-        Mesh {
-            positions: [(-0.5, 0.0), (0.5, 0.0), (0.5, height), (-0.5, height)]
-                .map(|(x, y)| Vec3::new(x, y, 0.0))
-                .into(),
+    fn post(height: f32) -> TreeMesh {
+        let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, height), (-0.5, height)];
+        let bark = Mesh {
+            positions: corners.map(|(x, y)| Vec3::new(x, y, 0.0)).into(),
             indices: vec![0, 1, 2, 0, 2, 3],
             ..Mesh::default()
-        }
+        };
+        TreeMesh { bark, leaf: Mesh::default() }
     }
 
-    fn row(mesh: &Mesh) -> SheetRow<'_> {
-        let cell = |labels: [&str; 2]| SheetCell {
-            surfaces: vec![Surface { mesh, pictures: &[], repeat: Repeat::Tiled }],
-            labels: labels.map(str::to_owned),
-            small: 9,
-        };
-        SheetRow { name: "oak".into(), cells: vec![cell(["Full", "12 triangles"]), cell(["Cloud", "\u{1f333}"])] }
+    fn row(mesh: &TreeMesh) -> SheetRow<'_> {
+        let column = |label: &str| SheetColumn { label: label.to_owned(), mesh };
+        SheetRow { label: "oak_001".into(), columns: vec![column("LOD0 Full 12 tris"), column("\u{1f333}")] }
+    }
+
+    fn grey() -> Maps {
+        Maps { width: 1, height: 1, color: vec![[90, 90, 90, 255]], normal: vec![[128, 128, 255]], orm: vec![[255; 3]] }
     }
 
     #[test]
     fn trees_stand_on_the_ground_at_one_scale() {
         let (short, tall) = (post(2.0), post(4.0));
-        let sheet = contact_sheet(&[row(&tall), row(&short)], 100);
-        assert_eq!(sheet.pixels.len(), (sheet.width * sheet.height * 4) as usize);
-        // Lit pixels of the middle of the first column, in the upper and in the lower row.
+        let sheet = contact_sheet(&[row(&tall), row(&short)], &grey(), &grey());
+        assert_eq!(sheet.pixels.len(), (sheet.width * sheet.height * 3) as usize);
+        // Pixels of the middle of the first column that are not sky, in the upper and in the lower row.
         let x = (sheet.width / 4) as usize;
-        let sky = &sheet.pixels[..4].to_vec();
         let half = sheet.height as usize / 2;
         let lit = |from: usize| {
-            let first = from + HEAD as usize;
-            let last = from + half - 2 * MARGIN as usize;
-            (first..last).filter(|y| &sheet.pixels[(y * sheet.width as usize + x) * 4..][..4] != sky.as_slice()).count()
+            let rows = from + HEAD as usize..from + half - 2 * MARGIN as usize;
+            rows.filter(|y| sheet.pixels[(y * sheet.width as usize + x) * 3..][..3] != sheet.pixels[..3]).count()
         };
         let (a, b) = (lit(0) as f32, lit(half) as f32);
         assert!((a / b - 2.0).abs() < 0.1, "{a} {b}");
@@ -205,10 +211,10 @@ mod tests {
 
     #[test]
     fn strange_sheets_are_drawn_within_bounds() {
-        assert_eq!(contact_sheet(&[], 100).pixels.len(), 4);
-        let (flat, broken) =
-            (post(1e-9), Mesh { positions: vec![Vec3::NAN; 3], indices: vec![0, 1, 2], ..Mesh::default() });
-        let sheet = contact_sheet(&[row(&flat), row(&broken)], u32::MAX);
+        assert_eq!(contact_sheet(&[], &grey(), &grey()).pixels.len(), 3);
+        let (flat, far) = (post(1e-9), post(f32::NAN));
+        let rows: Vec<SheetRow<'_>> = (0..400).map(|i| row(if i % 2 == 0 { &flat } else { &far })).collect();
+        let sheet = contact_sheet(&rows, &grey(), &grey());
         assert!(sheet.width <= LARGEST && sheet.height <= LARGEST);
     }
 }

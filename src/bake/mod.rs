@@ -23,7 +23,7 @@ mod user_art;
 
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
-pub use contact_sheet::{Sheet, SheetCell, SheetRow, contact_sheet};
+pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};

@@ -192,3 +192,91 @@ fn takes_over(
     }
     last
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::base::Rotation;
+    use crate::plant::{Leaf, PlantBuilder};
+
+    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0 };
+
+    fn lods() -> Vec<Lod> {
+        vec![Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]
+    }
+
+    /// A trunk with a ball of twigs and leaves.
+    fn plant(leaves: u64) -> Plant {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0, Vec3::Y * 4.0], &[0.2, 0.15, 0.1]);
+        for i in 0..40 {
+            let seed = Seed::new(3).at(i);
+            let way = seed.at(0).direction() * 1.4;
+            let twig =
+                builder.branch(stem, seed.at(1).range(0.6, 1.0), &[Vec3::ZERO, way * 0.5, way], &[0.03, 0.02, 0.01]);
+            for k in 0..leaves / 40 {
+                let seed = seed.at(10 + k);
+                let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf { chain: twig, location: seed.at(2).unit(), orientation, size: 0.3, slot: 0 });
+            }
+        }
+        builder.finish().unwrap()
+    }
+
+    fn maps(alpha: u8) -> Maps {
+        Maps {
+            width: 16,
+            height: 16,
+            color: vec![[60, 110, 30, alpha]; 256],
+            normal: vec![[128, 128, 255]; 256],
+            orm: vec![[255, 200, 0]; 256],
+        }
+    }
+
+    fn build(plant: &Plant) -> Ladder {
+        ladder_with(plant, &PARAMS, &lods(), &[maps(255)], &maps(255), 32, Seed::new(5))
+    }
+
+    #[test]
+    fn every_level_is_sound_cheaper_and_takes_over_further_away() {
+        let ladder = build(&plant(800));
+        assert_eq!(ladder.levels.iter().map(|l| l.kind.clone()).collect::<Vec<_>>(), lods());
+        for pair in ladder.levels.windows(2) {
+            assert!(pair[1].triangles < pair[0].triangles && pair[1].screen_coverage < pair[0].screen_coverage);
+        }
+        for level in &ladder.levels {
+            for mesh in [&level.mesh.bark, &level.mesh.leaf] {
+                assert!(crate::mesh::problems(mesh).is_empty(), "{:?} {:?}", level.kind, crate::mesh::problems(mesh));
+            }
+            assert!(level.mesh.leaf.tiles.iter().all(|t| (*t as usize) < 1 + ladder.tiles.len()));
+        }
+        assert!(ladder.levels[2].mesh.leaf.indices.len() / 3 <= 12 * 6);
+        assert!(ladder.levels[3].triangles <= 12);
+    }
+
+    #[test]
+    fn thinning_hits_its_budget_and_the_cloud_keeps_the_silhouette() {
+        let ladder = build(&plant(2000));
+        let share = ladder.levels[1].triangles as f32 / ladder.levels[0].triangles as f32;
+        assert!((share - 0.4).abs() < 0.02, "{share}");
+        let cloud = ladder.levels[2].measured;
+        assert!(cloud.iou > 0.85 && (cloud.coverage - 1.0).abs() < 0.05, "{cloud:?}");
+    }
+
+    #[test]
+    fn the_ladder_is_the_same_on_one_thread_and_on_many() {
+        let plant = plant(400);
+        let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        assert_eq!(pool(1).install(|| build(&plant)), pool(3).install(|| build(&plant)));
+    }
+
+    #[test]
+    fn a_bare_plant_and_missing_pictures_are_answered() {
+        let bare = plant(0);
+        assert_eq!(build(&bare).levels.len(), 4);
+        let none = ladder_with(&plant(40), &PARAMS, &lods(), &[], &maps(0), 32, Seed::new(5));
+        assert_eq!(none.levels.len(), 4);
+    }
+}
