@@ -3,6 +3,7 @@
 mod atlas;
 mod bark_art;
 mod bark_height;
+mod contact_sheet;
 mod coverage;
 mod dilate;
 mod leaf_art;
@@ -21,6 +22,7 @@ mod user_art;
 
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
+pub use contact_sheet::{SheetColumn, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
