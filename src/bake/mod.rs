@@ -3,14 +3,14 @@
 mod atlas;
 mod bark_art;
 mod bark_height;
-mod coverage;
 mod contact_sheet;
+mod coverage;
 mod dilate;
 mod leaf_art;
 mod leaf_outline;
 mod leaf_veins;
-mod mip_coverage;
 mod letters;
+mod mip_coverage;
 mod noise;
 mod picture;
 mod raster;

@@ -97,6 +97,17 @@ pub enum ArtError {
     NothingSeen,
 }
 
+impl ArtError {
+    /// The file that the error is about.
+    #[must_use]
+    pub const fn file(&self) -> ArtFile {
+        match self {
+            Self::Format { file } | Self::Decode { file, .. } | Self::TooLarge { file, .. } => *file,
+            Self::NoAlpha | Self::NothingSeen => ArtFile::Color,
+        }
+    }
+}
+
 /// Roughness where no map says otherwise: leaves, bark.
 const ROUGH: [u8; 2] = [148, 224];
 

@@ -22,7 +22,7 @@ use crate::source::{grow, import};
 
 /// What was found.
 #[derive(Serialize)]
-struct Inspected {
+struct Inspected<'a> {
     file: String,
     /// `plant`, `species`, the name of an import format, or `glb`.
     kind: String,
@@ -31,7 +31,7 @@ struct Inspected {
     #[serde(skip_serializing_if = "Option::is_none")]
     plant: Option<PlantStats>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    asset: Option<GlbInfo>,
+    asset: Option<GlbInfo<'a>>,
 }
 
 /// Inspects one file.
@@ -84,10 +84,10 @@ fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec
     }
     let params = ImportParams { file: file.to_owned(), up: UpAxis::Detect, height: ImportHeight::AsIs };
     let imported = import::import(bytes, file, &params).map_err(Failure::Diagnostics)?;
-    Ok((imported.format.to_string(), imported.plant, imported.notes))
+    Ok((imported.format.name().to_owned(), imported.plant, imported.notes))
 }
 
-fn describe(inspected: &Inspected) -> String {
+fn describe(inspected: &Inspected<'_>) -> String {
     let mut text = format!("{} ({})\n", inspected.file, inspected.kind);
     if let Some(stats) = &inspected.plant {
         describe_plant(&mut text, stats);
@@ -129,5 +129,36 @@ fn describe_plant(text: &mut String, s: &PlantStats) {
             spread(&o.branching_angle, 1.0, 0),
             spread(&o.length_ratio, 1.0, 2),
         );
+    }
+}
+
+fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
+    let triangles: u64 = asset.instances.iter().filter_map(|i| asset.meshes.get(i.mesh)).map(|m| m.triangles()).sum();
+    let _ = writeln!(
+        text,
+        "{} meshes, {} materials, {} images; the scene shows {triangles} triangles; made by {}",
+        asset.meshes.len(),
+        asset.materials.len(),
+        asset.images.len(),
+        if asset.generator.is_empty() { "?" } else { &asset.generator },
+    );
+    for extension in &asset.extensions_used {
+        let needed = if asset.extensions_required.contains(extension) { " (required)" } else { "" };
+        let _ = writeln!(text, "extension {extension}{needed}");
+    }
+    for mesh in &asset.meshes {
+        let _ = writeln!(text, "mesh {}: {} triangles, {} vertices", mesh.name, mesh.triangles(), mesh.vertices());
+        for primitive in &mesh.primitives {
+            let material = primitive.material.and_then(|m| asset.materials.get(m));
+            let (name, alpha) = material.map_or(("none", ""), |m| (m.name.as_str(), m.alpha_mode.as_str()));
+            let _ = writeln!(text, "  {} triangles, material {name} {alpha}: {}", primitive.triangles, primitive.attributes.join(" "));
+        }
+    }
+    for lod in &asset.lods {
+        let _ = writeln!(text, "levels of {}:", lod.node);
+        for level in &lod.levels {
+            let coverage = level.screen_coverage.map_or_else(String::new, |c| format!(" down to {c:.4} of the screen"));
+            let _ = writeln!(text, "  {}{coverage}", level.node);
+        }
     }
 }

@@ -21,6 +21,8 @@ pub struct Manifest {
     pub format: u32,
     /// Name of the set.
     pub set: String,
+    /// Hash of the version, the plan and the inputs that the set was made from: 64 hexadecimal digits.
+    pub key: String,
     /// The preset's seed.
     pub seed: u64,
     /// One a variant, in the preset's order.
@@ -63,6 +65,8 @@ pub struct VariantEntry {
     pub height: f32,
     /// Of the thickest stem at its base, metres.
     pub trunk_radius: f32,
+    /// Share of the branches whose base lies inside their parent's wood, 0..=1.
+    pub topology_continuity: f32,
     /// Branches of all orders, stems included.
     pub chains: u64,
     /// Leaves of the plant before any thinning.
@@ -97,6 +101,10 @@ impl Bounds {
 pub struct LevelEntry {
     /// Name of its mesh.
     pub mesh: String,
+    /// `Full`, `Thinned`, `BillboardCloud` or `CrossedQuads`.
+    pub kind: String,
+    /// Triangles of both primitives.
+    pub triangles: u64,
     /// Triangles of wood.
     pub bark_triangles: u64,
     /// Triangles of leaves and cards.
@@ -108,16 +116,24 @@ pub struct LevelEntry {
     /// Distance at which that coverage is reached with a vertical field of view of 60°, metres.
     pub switch_distance: f32,
     /// Against the first level at the size where this level takes over; none for the first.
-    pub errors: Option<MeasuredErrors>,
+    pub measured: Option<MeasuredErrors>,
 }
 
 /// What was measured of a level against the first, over views on a sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredErrors {
+    /// Height of the tree in the pictures that were compared, pixels.
+    pub pixels: u32,
+    /// How many views.
+    pub views: u32,
     /// Intersection over union of the silhouettes, 0..=1, the mean of the views.
-    pub iou: f32,
+    pub iou_mean: f32,
+    /// The worst view's.
+    pub iou_worst: f32,
     /// The level's projected area over the first level's, the mean of the views.
-    pub coverage_ratio: f32,
+    pub coverage: f32,
+    /// Distance of the mean colours, sRGB with 1 for white, the mean of the views.
+    pub color: f32,
 }
 
 /// A texture file.
@@ -148,6 +164,13 @@ pub struct AtlasEntry {
     pub coverage_before: Vec<f32>,
     /// The same as delivered.
     pub coverage: Vec<f32>,
+}
+
+/// Distance at which a tree of `height` metres covers `coverage` of a screen's height with a vertical field of view of
+/// 60°, metres; infinite at 0.
+#[must_use]
+pub fn switch_distance(height: f32, coverage: f32) -> f32 {
+    height / (coverage * 2.0 * crate::base::math::tan(std::f32::consts::FRAC_PI_6))
 }
 
 impl Manifest {
@@ -187,12 +210,21 @@ mod tests {
     fn a_manifest_survives_its_text() {
         let level = LevelEntry {
             mesh: "oak_001_LOD0".into(),
+            kind: "Thinned".into(),
+            triangles: 14,
             bark_triangles: 10,
             leaf_triangles: 4,
             vertices: 30,
             screen_coverage: 0.1,
             switch_distance: 86.6,
-            errors: Some(MeasuredErrors { iou: 0.91, coverage_ratio: 1.02 }),
+            measured: Some(MeasuredErrors {
+                pixels: 200,
+                views: 8,
+                iou_mean: 0.91,
+                iou_worst: 0.88,
+                coverage: 1.02,
+                color: 0.01,
+            }),
         };
         let variant = VariantEntry {
             name: "oak_001".into(),
@@ -202,6 +234,7 @@ mod tests {
             bounds: Bounds::of([glam::Vec3::ONE, glam::Vec3::ZERO]).unwrap(),
             height: 8.0,
             trunk_radius: 0.2,
+            topology_continuity: 1.0,
             chains: 3,
             leaves: 5,
             levels: vec![level],
@@ -212,6 +245,7 @@ mod tests {
             version: "0.1.0".into(),
             format: MANIFEST_FORMAT,
             set: "oak".into(),
+            key: "00".into(),
             seed: 41,
             variants: vec![variant],
             textures: Vec::new(),
