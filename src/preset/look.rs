@@ -1,7 +1,8 @@
 //! How a set's leaves and bark look: the `foliage` and `bark` of a preset, and the defaults of each leaf.
 //!
 //! The leaf's name decides what is not given: [`LEAVES`] is the one table of sizes, angles, colours and barks by leaf.
-//! Sizes are typical of the grown tree in summer, from botanical descriptions of the genera.
+//! Sizes are those of large leaves of each genus in summer: a card shows a whole spray, and somewhat larger leaves on
+//! fewer cards look the same from where trees are looked at.
 
 use super::path::relative;
 use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape};
@@ -27,13 +28,13 @@ const LEAF_NAMES: &[&str] = &["oak", "birch", "beech", "maple", "willow", "ash",
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
 static LEAVES: [LeafKind; 7] = [
-    LeafKind { shape: LeafShape::Oak,    size: 0.11, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Birch,  size: 0.06, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", bark: BarkPattern::Papery },
-    LeafKind { shape: LeafShape::Beech,  size: 0.08, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", bark: BarkPattern::Smooth },
-    LeafKind { shape: LeafShape::Maple,  size: 0.13, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.10, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.26, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.16, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", bark: BarkPattern::Plated },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth"];

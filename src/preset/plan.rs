@@ -69,6 +69,8 @@ pub struct GrowParams {
     /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths
     /// share becomes separate stems.
     pub bole: f32,
+    /// Longest a branch may be in radii of its base, 50..=10000; slimmer ones are shed.
+    pub slenderness: f32,
 }
 
 /// One pass of shortest paths and the branches that it adds.

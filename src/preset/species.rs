@@ -58,6 +58,12 @@ pub(super) static SPECIES: Record = Record {
             about: "clear bole: nothing forks below this height; what would are stems of their own",
         },
         Field {
+            name: "slenderness",
+            kind: Kind::Number { low: 50.0, high: 10000.0, unit: "radii" },
+            default: Default::Is("300.0"),
+            about: "longest a branch may be in radii of its base; slimmer ones are shed",
+        },
+        Field {
             name: "iterations",
             kind: Kind::Rows { record: &ITERATION, low: 1, high: 16 },
             default: Default::Required,
@@ -291,6 +297,7 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
         allometry: species.number("allometry"),
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
+        slenderness: species.number("slenderness"),
     }
 }
 

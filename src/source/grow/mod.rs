@@ -13,6 +13,7 @@ mod grid;
 mod guide;
 mod nodes;
 mod paths;
+mod shed;
 mod skeleton;
 mod structure;
 #[cfg(test)]
@@ -71,7 +72,12 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
         });
     }
     let skeleton = skeleton::skeleton(&structure, &space.nodes, params);
-    Ok((skeleton.ok_or(GrowError::Nothing)?.into_plant()?, notes))
+    let (plant, slim) = shed::shed(&skeleton.ok_or(GrowError::Nothing)?.into_plant()?, params.slenderness);
+    if slim > 0 {
+        let s = if slim == 1 { "" } else { "es" };
+        notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
+    }
+    Ok((plant, notes))
 }
 
 /// Where trees grow: nodes, edges, and how far each node is from the root.
@@ -157,6 +163,7 @@ fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("width", params.width, 0.02, 20.0)?;
     within("crookedness", params.crookedness, 0.0, 1.0)?;
     within("bole", params.bole, 0.0, 1.0)?;
+    within("slenderness", params.slenderness, 50.0, 10_000.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
     within("allometry", params.allometry, 0.5, 10.0)?;
     within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;

@@ -26,6 +26,7 @@ fn small() -> GrowParams {
         allometry: 2.0,
         crookedness: 0.3,
         bole: 0.1,
+        slenderness: 10_000.0,
         iterations: vec![
             pass(Endpoints::Volume { shape: Volume::Point { height: 0.5 }, count: 1 }, 0.0),
             pass(Endpoints::Volume { shape: crown, count: 12 }, 0.6),
@@ -170,6 +171,7 @@ fn extremes_end_in_a_plant_or_an_error() {
         |p| p.allometry = 0.5,
         |p| p.crookedness = 1.0,
         |p| p.bole = 1.0,
+        |p| p.slenderness = 50.0,
         |p| p.iterations.clear(),
         |p| p.iterations = vec![p.iterations[2].clone(); 20],
         |p| p.iterations[0].endpoints = Endpoints::Volume { shape: Volume::Point { height: 0.0 }, count: 1 },
