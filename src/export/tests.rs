@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::*;
 use crate::mesh::{Mesh, TreeMesh};
-use crate::source::read_glb;
+use crate::source::glb::read_glb;
 
 /// `quads` quads side by side, four vertices each.
 fn quads(quads: usize) -> Mesh {

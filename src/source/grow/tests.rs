@@ -159,7 +159,7 @@ fn rules_keep_only_what_lies_lower_or_higher() {
 #[test]
 fn extremes_end_in_a_plant_or_an_error() {
     type Change = fn(&mut GrowParams);
-    let changes: [Change; 18] = [
+    let changes: [Change; 19] = [
         |p| p.nodes = 16,
         |p| p.nodes = 0,
         |p| p.width = 0.02,
