@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From the bottom of the dependency order up. The three ways in share the last place.
+/// From the bottom of the dependency order up.
 const LAYERS: &[&[&str]] = &[
     &["base"],
     &["plant"],
@@ -18,7 +18,8 @@ const LAYERS: &[&[&str]] = &[
     &["lod"],
     &["export"],
     &["build"],
-    &["watch", "cli"],
+    &["watch"],
+    &["cli"],
 ];
 
 /// What a pure layer must not name.
@@ -111,10 +112,11 @@ fn the_layers_from_base_to_export_are_pure() {
     let mut wrong = Vec::new();
     let build = rank("build").unwrap();
     for (name, layer, text) in source_files() {
-        if rank(&layer).is_none_or(|own| own >= build) {
+        // Files of tests may read data and say that it is absent.
+        let tests = name.ends_with("/tests.rs") || name.contains("/tests/");
+        if tests || rank(&layer).is_none_or(|own| own >= build) {
             continue;
         }
-        // Tests at the end of a file may read data and print that it is absent.
         let code = text.split("#[cfg(test)]").next().unwrap();
         for (i, line) in code.lines().enumerate().filter(|(_, l)| !l.trim_start().starts_with("//")) {
             wrong.extend(IMPURE.iter().filter(|w| line.contains(**w)).map(|w| format!("{name}:{}: {w}", i + 1)));

@@ -21,7 +21,7 @@ const SPELLED_OUT: &str = r##"(
         ),
     ],
     foliage: (
-        leaf: "oak", density: 1.0, most: 20000, size: 0.11, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
+        leaf: "oak", density: 1.0, most: 20000, size: 0.14, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
         color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
@@ -54,7 +54,7 @@ fn what_is_left_out_has_the_documented_default() {
 #[test]
 fn species_defaults_are_the_documented_ones() {
     let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
-    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, iterations: [(
+    let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, slenderness: 300, iterations: [(
         endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
         guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
     )])";

@@ -4,23 +4,38 @@
 //! radius all along. Past the paper; without it about one branch in two hundred of the shipped species hung bare below
 //! the crown. Real branches measure 100 to 300 base radii, and so does the median of every shipped species.
 
+use glam::Vec3;
+
 use crate::plant::{ChainId, Curve, Plant, PlantBuilder};
 
-/// The plant without the branches that are longer than `slenderness` times their base radius, and what these bore; and
-/// how many of them there were. Stems stay. Linear in points.
+/// The plant without the branches that are longer than `slenderness` times their base radius, and what these bore, scaled
+/// to the height that it had; and how many of them there were. Stems stay, and so do branches of no radius. Linear in
+/// points.
 pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
+    let (rest, slim) = without(plant, slenderness, 1.0);
+    let (before, after) = (plant.height(), rest.height());
+    // The highest twig may be among what was shed.
+    if slim > 0 && after > 0.0 && after < before {
+        let (rest, _) = without(plant, slenderness, before / after);
+        return (rest, slim);
+    }
+    (rest, slim)
+}
+
+fn without(plant: &Plant, slenderness: f32, scale: f32) -> (Plant, usize) {
     let mut builder = PlantBuilder::new();
     let mut kept: Vec<Option<ChainId>> = Vec::with_capacity(plant.chains().len());
     let mut slim = 0;
     for id in plant.chain_ids() {
         let chain = plant.chain(id);
-        let (points, radii) = (plant.points(id), plant.radii(id));
+        let points: Vec<Vec3> = plant.points(id).iter().map(|p| *p * scale).collect();
+        let radii: Vec<f32> = plant.radii(id).iter().map(|r| r * scale).collect();
         kept.push(match chain.parent {
-            None => Some(builder.stem(chain.origin, points, radii)),
+            None => Some(builder.stem(chain.origin * scale, &points, &radii)),
             Some(parent) => kept[parent.index()].and_then(|parent| {
-                let sound = Curve::new(points).length() <= slenderness * radii[0];
+                let sound = radii[0] == 0.0 || Curve::new(&points).length() <= slenderness * radii[0];
                 slim += usize::from(!sound);
-                sound.then(|| builder.branch(parent, chain.location, points, radii))
+                sound.then(|| builder.branch(parent, chain.location, &points, &radii))
             }),
         });
     }
@@ -30,8 +45,6 @@ pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     #[test]

@@ -1,3 +1,5 @@
+//! Hand-made defects with exact answers, real files, and mutations of both.
+
 use std::path::PathBuf;
 
 use super::*;
