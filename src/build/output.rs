@@ -233,8 +233,7 @@ mod tests {
         fs::write(at("a"), "old").unwrap();
         fs::write(at("stale"), "old").unwrap();
         fs::write(at(".treewright-0000.part"), "new").unwrap();
-        let journal =
-            r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
+        let journal = r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
         fs::write(at(JOURNAL), journal).unwrap();
         recover(folder.path()).unwrap();
         assert_eq!(listing(folder.path()), ["a"]);

@@ -92,9 +92,7 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
             remember(&memory.sources, key, || {
                 grow::grow(params, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant { plant, notes })
-                    .map_err(|error| {
-                        vec![Diagnostic::new(format!("source {}", source.name), error.to_string())]
-                    })
+                    .map_err(|error| vec![Diagnostic::new(format!("source {}", source.name), error.to_string())])
             })
         }
         SourceRecipe::Import(params) => {
@@ -120,11 +118,7 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
 }
 
 /// Makes or reads the pictures of leaves and bark.
-pub(super) fn pictures(
-    plan: &Plan,
-    inputs: &Inputs,
-    memory: &Memory,
-) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
+pub(super) fn pictures(plan: &Plan, inputs: &Inputs, memory: &Memory) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
     let seed = Seed::new(plan.seed);
     let mut key = Key::stage("pictures", 1)
         .number(plan.seed)
@@ -144,9 +138,7 @@ pub(super) fn pictures(
         };
         let bark = match &plan.bark_art {
             BarkArt::Made { pattern, color, size } => bake::bark_maps(*pattern, *color, *size, seed.child("bark")),
-            BarkArt::Files { color, normal, roughness } => {
-                user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?
-            }
+            BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?,
         };
         Ok(Pictures { leaves, bark })
     })
@@ -193,10 +185,10 @@ pub(super) fn dress_params(plan: &Plan) -> DressParams {
 pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
     let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
     for variant in &plan.variants {
-        if let Variant::Blend { from, to, matching, .. } = variant {
-            if !pairs.contains(&(*from, *to, *matching)) {
-                pairs.push((*from, *to, *matching));
-            }
+        if let Variant::Blend { from, to, matching, .. } = variant
+            && !pairs.contains(&(*from, *to, *matching))
+        {
+            pairs.push((*from, *to, *matching));
         }
     }
     pairs

@@ -108,15 +108,11 @@ fn describe_plant(text: &mut String, s: &PlantStats) {
         s.height, s.width, s.stems, s.chains, s.points, s.leaves, s.wood_length, s.base_radius
     );
     let _ = writeln!(text, "topology continuity {:.4}", s.topology_continuity);
-    let _ = writeln!(text, "order  chains  length m              base radius mm        angle deg             length ratio");
+    let _ =
+        writeln!(text, "order  chains  length m              base radius mm        angle deg             length ratio");
     let spread = |d: &Distribution, scale: f32, digits: usize| match d.count {
         0 => "-".to_owned(),
-        _ => format!(
-            "{:.digits$} [{:.digits$}..{:.digits$}]",
-            d.median * scale,
-            d.min * scale,
-            d.max * scale
-        ),
+        _ => format!("{:.digits$} [{:.digits$}..{:.digits$}]", d.median * scale, d.min * scale, d.max * scale),
     };
     for o in &s.orders {
         let _ = writeln!(
@@ -151,7 +147,12 @@ fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
         for primitive in &mesh.primitives {
             let material = primitive.material.and_then(|m| asset.materials.get(m));
             let (name, alpha) = material.map_or(("none", ""), |m| (m.name.as_str(), m.alpha_mode.as_str()));
-            let _ = writeln!(text, "  {} triangles, material {name} {alpha}: {}", primitive.triangles, primitive.attributes.join(" "));
+            let _ = writeln!(
+                text,
+                "  {} triangles, material {name} {alpha}: {}",
+                primitive.triangles,
+                primitive.attributes.join(" ")
+            );
         }
     }
     for lod in &asset.lods {

@@ -61,9 +61,8 @@ pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
     let text = std::fs::read(&diagnostic.file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
     match diagnostic.span.and_then(|span| byte_range(&text, span)) {
         Some(range) if text.len() < 4 << 20 => {
-            group = group.element(
-                Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)),
-            );
+            group = group
+                .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
         }
         _ => {
             let mut origin = annotate_snippets::Origin::path(&diagnostic.file);
