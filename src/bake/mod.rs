@@ -12,6 +12,7 @@ mod leaf_veins;
 mod letters;
 mod mip_coverage;
 mod noise;
+mod noise_table;
 mod picture;
 mod raster;
 mod resample;
