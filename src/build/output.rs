@@ -1,10 +1,13 @@
 //! Sets of files that land whole or not at all.
 //!
-//! New and changed files are first written beside their targets under names of their own (`.treewright-NNN.part`), then
+//! New and changed files are first written beside their targets under names of their own (`.treewright-NNNN.part`), then
 //! a journal that lists every step is renamed into place: that rename is the commit. Then the parts are renamed over
 //! their targets, files that the set no longer has are removed, and the journal goes. A build that is killed before the
 //! commit leaves the old set untouched; one that is killed after it is finished by whoever opens the folder next
-//! ([`recover`]). Files whose bytes do not change are not written, so engines do not reload them.
+//! ([`recover`]). Parts are flushed to the disk before the journal names them. Files whose bytes do not change are not
+//! written, so engines do not reload them.
+//!
+//! Two processes that build into one output folder take turns ([`Turn`]): without, one would clear the other's parts.
 //!
 //! What belongs to Treewright is what the set's last record (the manifest's list of files and hashes) names. A file with
 //! a target's name that is not on that list is somebody else's: the commit is refused before anything is written. A file
@@ -12,13 +15,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::Key;
+use crate::base::{Diagnostic, Key};
 
+const LOCK: &str = ".treewright-lock";
 const JOURNAL: &str = ".treewright-commit.json";
 const PART_PREFIX: &str = ".treewright-";
 const PART_SUFFIX: &str = ".part";
@@ -53,12 +57,81 @@ pub enum OutputError {
         /// What it said.
         source: io::Error,
     },
-    /// A file with a target's name that Treewright did not write.
-    #[error("{path} is in the way: Treewright did not write it, so it will not replace it")]
+    /// Files with a target's name that Treewright did not write.
+    #[error("files in the way that Treewright did not write, in {folder}: {}", .names.join(", "))]
     Foreign {
-        /// The file.
-        path: PathBuf,
+        /// The set's folder.
+        folder: PathBuf,
+        /// The files.
+        names: Vec<String>,
     },
+}
+
+impl OutputError {
+    /// The same for people: about the file or folder that is in the way, with what to do.
+    #[must_use]
+    pub fn diagnostic(&self) -> Diagnostic {
+        let (message, hint) = match self {
+            Self::Io { source, .. } => match source.kind() {
+                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+                    ("a file is where a folder is needed".to_owned(), "give --out another folder, or move the file away")
+                }
+                io::ErrorKind::IsADirectory => {
+                    ("a folder is where a file is to be written".to_owned(), "move the folder away")
+                }
+                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => (
+                    "there is no right to write it".to_owned(),
+                    "give --out another folder, or close the program that holds the file",
+                ),
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                    ("the disk is full; the old set is untouched".to_owned(), "make room and build again")
+                }
+                _ => (format!("it can't be written: {source}"), "mend that and build again"),
+            },
+            Self::Foreign { names, .. } => {
+                let more = if names.len() > 1 { format!(" and {} more", names.len() - 1) } else { String::new() };
+                (
+                    format!("{}{more} in the way: Treewright did not write it, so it will not replace it", names[0]),
+                    "move it away, or remove the folder if all in it was built and its manifest was lost",
+                )
+            }
+        };
+        let file = match self {
+            Self::Io { path, .. } => path,
+            Self::Foreign { folder, .. } => folder,
+        };
+        Diagnostic::new(super::find::shown(file), message).with_hint(hint)
+    }
+}
+
+/// The right to write into an output folder, until dropped.
+///
+/// It is the system's lock on the empty file `.treewright-lock` there. The file stays, since removing it would race with
+/// a process that has just opened it, but the lock never outlives its process, however that ends. On file systems
+/// without locks (some network drives) everybody has the turn.
+#[derive(Debug)]
+pub struct Turn {
+    _file: fs::File,
+}
+
+impl Turn {
+    /// Waits for the turn; `wait` is called once when somebody else has it.
+    ///
+    /// # Errors
+    ///
+    /// When the folder or the file can't be made.
+    pub fn take(out: &Path, wait: impl FnOnce()) -> Result<Self, OutputError> {
+        fs::create_dir_all(out).map_err(|source| OutputError::Io { path: out.to_path_buf(), source })?;
+        let path = out.join(LOCK);
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let file = file.map_err(|source| OutputError::Io { path, source })?;
+        if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
+            wait();
+            // An error here is one of a file system that can't wait; see above.
+            let _ = file.lock();
+        }
+        Ok(Self { _file: file })
+    }
 }
 
 /// The files that a set owns: name and hash, from its last record.
@@ -97,22 +170,27 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 ///
-/// When a file that Treewright did not write is in the way or the file system refuses; the old set is then complete.
+/// When a file that Treewright did not write is in the way or the file system refuses. The old set is then complete, or,
+/// when a rename was refused in the midst of the commit (a program holds one of the files), the next build ends it.
 pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
     fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
     recover(folder)?;
     let mut committed = Committed::default();
     let mut journal = Journal { rename: Vec::new(), remove: Vec::new() };
     let mut changed = Vec::new();
+    let mut foreign = Vec::new();
     for (name, bytes) in files {
         let path = folder.join(name);
         match fs::read(&path) {
             Ok(old) if old == *bytes => committed.unchanged += 1,
-            Ok(_) if !owned.contains_key(name) => return Err(OutputError::Foreign { path }),
+            Ok(_) if !owned.contains_key(name) => foreign.push(name.clone()),
             Ok(_) => changed.push((name, bytes)),
             Err(e) if e.kind() == io::ErrorKind::NotFound => changed.push((name, bytes)),
             Err(source) => return Err(OutputError::Io { path, source }),
         }
+    }
+    if !foreign.is_empty() {
+        return Err(OutputError::Foreign { folder: folder.to_path_buf(), names: foreign });
     }
     for (name, key) in owned {
         let stale = !files.iter().any(|(kept, _)| kept == name);
@@ -171,7 +249,12 @@ fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    fs::write(path, bytes).map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+    let flushed = || {
+        let mut file = fs::File::create(path)?;
+        file.write_all(bytes)?;
+        file.sync_data()
+    };
+    flushed().map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
 }
 
 fn rename(from: &Path, to: &Path) -> Result<(), OutputError> {
@@ -224,6 +307,25 @@ mod tests {
         // On the list, but changed since: kept as well.
         commit(folder.path(), &owned(&[("b", "ours")]), &files(&[("a", "1")])).unwrap();
         assert_eq!(fs::read_to_string(folder.path().join("b")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn turns_are_taken_one_after_the_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("new/out");
+        let first = Turn::take(&out, || panic!("nobody else is there")).unwrap();
+        let (asked, asks) = std::sync::mpsc::channel();
+        let (took, takes) = std::sync::mpsc::channel();
+        let second = std::thread::spawn(move || {
+            let turn = Turn::take(&out, || asked.send(()).unwrap());
+            took.send(()).unwrap();
+            turn.unwrap();
+        });
+        asks.recv().unwrap();
+        assert!(takes.try_recv().is_err(), "two have the turn");
+        drop(first);
+        takes.recv().unwrap();
+        second.join().unwrap();
     }
 
     #[test]

@@ -26,10 +26,7 @@ pub(super) enum Failure {
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
-        match error {
-            BuildError::Input(diagnostics) => Self::Diagnostics(diagnostics),
-            other => Self::Other(other.to_string()),
-        }
+        Self::Diagnostics(error.diagnostics)
     }
 }
 
@@ -126,6 +123,7 @@ impl Meter {
                 bar.inc(1);
                 bar.set_message(format!("{set}: {what}"));
             }
+            (_, Progress::Waiting) => self.line("waiting: another treewright builds into the output folder"),
             (_, Progress::Set { outcome, folder }) => self.line(&summary(folder, outcome)),
             (None, _) => {}
         }
