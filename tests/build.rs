@@ -162,10 +162,13 @@ fn what_a_preset_no_longer_makes_is_removed_and_nothing_else() {
     let project = small_project();
     let out = project.path().join("out");
     let preset = project.path().join("small.ron");
-    fs::write(&preset, SMALL.replace(r#"[Source("a")]"#, r#"[Source("a"), Source("b")]"#).replace(
-        r#""a": Grow(species: "species/shrub.ron", seed: 1),"#,
-        r#""a": Grow(species: "species/shrub.ron", seed: 1), "b": Grow(species: "species/shrub.ron", seed: 2),"#,
-    ))
+    fs::write(
+        &preset,
+        SMALL.replace(r#"[Source("a")]"#, r#"[Source("a"), Source("b")]"#).replace(
+            r#""a": Grow(species: "species/shrub.ron", seed: 1),"#,
+            r#""a": Grow(species: "species/shrub.ron", seed: 1), "b": Grow(species: "species/shrub.ron", seed: 2),"#,
+        ),
+    )
     .unwrap();
     let build = || treewright(&[&"build", &preset, &"--out", &out]);
     assert_eq!(build().status.code(), Some(0));

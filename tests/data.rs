@@ -44,7 +44,8 @@ fn every_skeleton_imports_as_one_upright_connected_plant() {
     assert!(files.len() >= 10, "{} files", files.len());
     for file in files {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        let imported = import(&std::fs::read(&file).unwrap(), &name, &params()).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        let imported =
+            import(&std::fs::read(&file).unwrap(), &name, &params()).unwrap_or_else(|e| panic!("{name}: {e:?}"));
         let stats = PlantStats::of(&imported.plant);
         assert_eq!(stats.stems, 1, "{name}");
         assert!((stats.topology_continuity - 1.0).abs() < f32::EPSILON, "{name}: {}", stats.topology_continuity);
@@ -71,10 +72,8 @@ fn a_broken_skeleton_gives_one_clear_error_and_exit_code_1() {
         let binary: Vec<u8> = bytes.iter().enumerate().map(|(i, b)| if i % 3 == 0 { *b ^ 0xa5 } else { *b }).collect();
         let mut hostile = bytes.clone();
         let last = hostile.trim_ascii_end().iter().rposition(|&b| b == b'\n').unwrap();
-        let row: Vec<u8> = hostile[last + 1..]
-            .iter()
-            .flat_map(|b| if *b == b'.' { b"e300.".to_vec() } else { vec![*b] })
-            .collect();
+        let row: Vec<u8> =
+            hostile[last + 1..].iter().flat_map(|b| if *b == b'.' { b"e300.".to_vec() } else { vec![*b] }).collect();
         hostile.truncate(last + 1);
         hostile.extend(row);
         for (what, bytes) in [("truncated", cut), ("binary", binary), ("empty", Vec::new()), ("hostile", hostile)] {

@@ -57,7 +57,11 @@ fn a_build_killed_at_any_moment_leaves_the_old_set_or_is_finished_by_the_next() 
         // From the start of the process to beyond its end; most commits fall into the later half.
         std::thread::sleep(Duration::from_millis(4 * i as u64));
         let _ = child.kill();
-        if child.wait().unwrap().success() { ended += 1 } else { cut_off += 1 }
+        if child.wait().unwrap().success() {
+            ended += 1
+        } else {
+            cut_off += 1
+        }
         // Before a commit everything is old; in it every file is whole, old or new; nothing is missing.
         let after = set();
         for (name, bytes) in &old {
@@ -155,8 +159,11 @@ fn hostile_presets_are_errors_that_name_file_and_place() {
     let at = |name: &str| project.path().join(name);
     let import = |file: &str| tiny::scanned().replace("scans/tiny.swc", file);
     fs::write(at("scans/bad.csv"), "1,2\nx").unwrap();
-    fs::write(at("species/none.ron"), tiny::SPECIES.replace("bottom: 0.35, top: 0.9, radius: 0.36", "bottom: 0.98, top: 0.99, radius: 0.001"))
-        .unwrap();
+    fs::write(
+        at("species/none.ron"),
+        tiny::SPECIES.replace("bottom: 0.35, top: 0.9, radius: 0.36", "bottom: 0.98, top: 0.99, radius: 0.001"),
+    )
+    .unwrap();
     fs::write(at("art/text.png"), "no picture").unwrap();
     let cases: [(&str, Vec<u8>, &[&str]); 11] = [
         ("empty", Vec::new(), &["empty.ron", "the file is empty"]),
@@ -167,8 +174,16 @@ fn hostile_presets_are_errors_that_name_file_and_place() {
         ("gone", import("scans/gone.csv").into_bytes(), &["gone.ron:4:", "sources[\"a\"].file", "no such file"]),
         ("outside", import("/etc/passwd").into_bytes(), &["outside.ron:4:", "absolute"]),
         ("scan", import("scans/bad.csv").into_bytes(), &["scans/bad.csv:1:"]),
-        ("bare", tiny::GROWN.replace("tiny.ron", "none.ron").into_bytes(), &["bare.ron:4:14", "sources[\"a\"]", "help:"]),
-        ("art", tiny::GROWN.replace("leaf.png", "text.png").into_bytes(), &["art.ron:7:", "foliage.leaf.color", "text.png"]),
+        (
+            "bare",
+            tiny::GROWN.replace("tiny.ron", "none.ron").into_bytes(),
+            &["bare.ron:4:14", "sources[\"a\"]", "help:"],
+        ),
+        (
+            "art",
+            tiny::GROWN.replace("leaf.png", "text.png").into_bytes(),
+            &["art.ron:7:", "foliage.leaf.color", "text.png"],
+        ),
         ("cut", b"(\n  sources: {".to_vec(), &["cut.ron:2:", "not closed"]),
     ];
     for (name, text, _) in &cases {
@@ -215,5 +230,8 @@ fn two_presets_of_one_name_are_told_before_one_overwrites_the_other() {
     }
     assert!(tiny::is_whole(&at("out/grown"), "grown"));
     // The same preset named twice is one.
-    assert!(builds(project.path(), &["build", "grown.ron", "./grown.ron", ".", "--out", "out"]).contains("nothing had changed"));
+    assert!(
+        builds(project.path(), &["build", "grown.ron", "./grown.ron", ".", "--out", "out"])
+            .contains("nothing had changed")
+    );
 }

@@ -41,7 +41,9 @@ impl Watched {
         std::thread::spawn(move || {
             watcher.run(&|event| {
                 let message = match event {
-                    Event::Build(Progress::Set { outcome, .. }) if outcome.current => Said::Current(outcome.set.clone()),
+                    Event::Build(Progress::Set { outcome, .. }) if outcome.current => {
+                        Said::Current(outcome.set.clone())
+                    }
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
                     Event::Build(_) => return Next::Watch,
                     Event::Failed(error) => Said::Failed(error.to_string()),
@@ -114,7 +116,8 @@ fn whatever_is_saved_builds_the_sets_that_read_it() {
         assert!(watched.is_whole(set) && watched.is_whole(other));
     };
 
-    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("seed: 1,\n    sources", "seed: 2,\n    sources")).unwrap();
+    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("seed: 1,\n    sources", "seed: 2,\n    sources"))
+        .unwrap();
     built("grown", "scanned");
     fs::write(watched.path("species/tiny.ron"), tiny::SPECIES.replace("height: 3.0", "height: 4.0")).unwrap();
     built("grown", "scanned");

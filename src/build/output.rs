@@ -73,9 +73,10 @@ impl OutputError {
     pub fn diagnostic(&self) -> Diagnostic {
         let (message, hint) = match self {
             Self::Io { source, .. } => match source.kind() {
-                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                    ("a file is where a folder is needed".to_owned(), "give --out another folder, or move the file away")
-                }
+                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => (
+                    "a file is where a folder is needed".to_owned(),
+                    "give --out another folder, or move the file away",
+                ),
                 io::ErrorKind::IsADirectory => {
                     ("a folder is where a file is to be written".to_owned(), "move the folder away")
                 }
@@ -143,14 +144,18 @@ pub type Owned = BTreeMap<String, Key>;
 ///
 /// When the file system refuses.
 pub fn recover(folder: &Path) -> Result<(), OutputError> {
+    recover_by(&mut Hand::free(), folder)
+}
+
+fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
     let journal = folder.join(JOURNAL);
     match fs::read(&journal) {
         Ok(bytes) => {
             // A journal is renamed into place whole; one that can't be read isn't ours to act on.
             if let Ok(journal) = serde_json::from_slice::<Journal>(&bytes) {
-                carry_out(folder, &journal)?;
+                carry_out(hand, folder, &journal)?;
             }
-            remove(&journal)?;
+            hand.remove(&journal)?;
         }
         Err(e) if e.kind() == io::ErrorKind::NotFound => {}
         Err(source) => return Err(OutputError::Io { path: journal, source }),
@@ -160,7 +165,7 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(PART_PREFIX) && name.ends_with(PART_SUFFIX) {
-            remove(&entry.path())?;
+            hand.remove(&entry.path())?;
         }
     }
     Ok(())
@@ -173,6 +178,20 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
 /// When a file that Treewright did not write is in the way or the file system refuses. The old set is then complete, or,
 /// when a rename was refused in the midst of the commit (a program holds one of the files), the next build ends it.
 pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
+    let result = commit_by(&mut Hand::free(), folder, owned, files);
+    if result.is_err() {
+        // Best effort: the next build clears or ends what is left.
+        let _ = recover(folder);
+    }
+    result
+}
+
+fn commit_by(
+    hand: &mut Hand,
+    folder: &Path,
+    owned: &Owned,
+    files: &[(String, Vec<u8>)],
+) -> Result<Committed, OutputError> {
     fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
     recover(folder)?;
     let mut committed = Committed::default();
@@ -198,45 +217,36 @@ pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Resu
             journal.remove.push(name.clone());
         }
     }
-    let result = (|| {
-        for (i, (name, bytes)) in changed.iter().enumerate() {
-            let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
-            write(&folder.join(&part), bytes)?;
-            journal.rename.push((part, (*name).clone()));
-        }
-        if journal.rename.is_empty() && journal.remove.is_empty() {
-            return Ok(());
-        }
-        let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
-        let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
-        write(&part, &text)?;
-        rename(&part, &folder.join(JOURNAL))
-    })();
-    if let Err(error) = result {
-        // Best effort: the next build clears what is left.
-        let _ = recover(folder);
-        return Err(error);
+    for (i, (name, bytes)) in changed.iter().enumerate() {
+        let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
+        hand.write(&folder.join(&part), bytes)?;
+        journal.rename.push((part, (*name).clone()));
     }
-    carry_out(folder, &journal)?;
-    if !(journal.rename.is_empty() && journal.remove.is_empty()) {
-        remove(&folder.join(JOURNAL))?;
+    if journal.rename.is_empty() && journal.remove.is_empty() {
+        return Ok(committed);
     }
+    let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
+    let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
+    hand.write(&part, &text)?;
+    hand.rename(&part, &folder.join(JOURNAL))?;
+    carry_out(hand, folder, &journal)?;
+    hand.remove(&folder.join(JOURNAL))?;
     committed.written = journal.rename.into_iter().map(|(_, target)| target).collect();
     committed.removed = journal.remove;
     Ok(committed)
 }
 
 /// Does what is left of a journal; every step may have been done already.
-fn carry_out(folder: &Path, journal: &Journal) -> Result<(), OutputError> {
+fn carry_out(hand: &mut Hand, folder: &Path, journal: &Journal) -> Result<(), OutputError> {
     for (part, target) in &journal.rename {
         let (Some(part), Some(target)) = (inside(folder, part), inside(folder, target)) else { continue };
         if part.exists() {
-            rename(&part, &target)?;
+            hand.rename(&part, &target)?;
         }
     }
     for name in &journal.remove {
         if let Some(path) = inside(folder, name) {
-            remove(&path)?;
+            hand.remove(&path)?;
         }
     }
     Ok(())
@@ -248,23 +258,49 @@ fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
     plain.then(|| folder.join(name))
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let flushed = || {
-        let mut file = fs::File::create(path)?;
-        file.write_all(bytes)?;
-        file.sync_data()
-    };
-    flushed().map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+/// Changes files, one step at a time; tests cut it off before any of its steps, as a kill would.
+struct Hand {
+    left: usize,
 }
 
-fn rename(from: &Path, to: &Path) -> Result<(), OutputError> {
-    fs::rename(from, to).map_err(|source| OutputError::Io { path: to.to_path_buf(), source })
-}
+impl Hand {
+    /// A hand that is not cut off.
+    const fn free() -> Self {
+        Self { left: usize::MAX }
+    }
 
-fn remove(path: &Path) -> Result<(), OutputError> {
-    match fs::remove_file(path) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(OutputError::Io { path: path.to_path_buf(), source: e }),
-        _ => Ok(()),
+    fn step(&mut self, path: &Path, change: impl FnOnce() -> io::Result<()>) -> Result<(), OutputError> {
+        let result = match self.left.checked_sub(1) {
+            Some(left) => {
+                self.left = left;
+                change()
+            }
+            None => Err(io::ErrorKind::Interrupted.into()),
+        };
+        result.map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+    }
+
+    /// Two steps: a kill between them leaves half a file.
+    fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+        let (first, rest) = bytes.split_at(bytes.len() / 2);
+        let mut open = None;
+        self.step(path, || open.insert(fs::File::create(path)?).write_all(first))?;
+        self.step(path, || {
+            let Some(mut file) = open else { return Ok(()) };
+            file.write_all(rest)?;
+            file.sync_data()
+        })
+    }
+
+    fn rename(&mut self, from: &Path, to: &Path) -> Result<(), OutputError> {
+        self.step(to, || fs::rename(from, to))
+    }
+
+    fn remove(&mut self, path: &Path) -> Result<(), OutputError> {
+        self.step(path, || match fs::remove_file(path) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        })
     }
 }
 
@@ -329,14 +365,59 @@ mod tests {
     }
 
     #[test]
+    fn a_kill_before_any_step_leaves_the_old_set_or_one_that_the_next_build_ends() {
+        let (old, new) = (
+            [("a", "old a"), ("b", "same"), ("c", "old c"), ("m", "1")],
+            [("a", "new a"), ("b", "same"), ("d", "new d"), ("m", "2")],
+        );
+        let read = |folder: &Path| -> Vec<(String, String)> {
+            let text = |name: &String| fs::read_to_string(folder.join(name)).unwrap();
+            listing(folder).into_iter().map(|name| (name.clone(), text(&name))).collect()
+        };
+        let with_mine = |set: &[(&str, &str)]| -> Vec<(String, String)> {
+            set.iter()
+                .chain(&[("mine", "mine")])
+                .map(|(n, t)| ((*n).to_owned(), (*t).to_owned()))
+                .collect::<std::collections::BTreeSet<_>>()
+                .into_iter()
+                .collect()
+        };
+        let (mut kept_old, mut made_new) = (0, 0);
+        for left in 0.. {
+            let folder = tempfile::tempdir().unwrap();
+            commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
+            fs::write(folder.path().join("mine"), "mine").unwrap();
+            if commit_by(&mut Hand { left }, folder.path(), &owned(&old), &files(&new)).is_ok() {
+                assert!(left > 10, "only {left} steps were cut");
+                break;
+            }
+            // What a reader finds meanwhile is whole: nothing but old and new texts under the sets' names.
+            for (name, text) in read(folder.path()).iter().filter(|(name, _)| !name.starts_with('.')) {
+                let known = |set: &[(&str, &str)]| set.contains(&(name, text));
+                assert!(known(&old) || known(&new) || name == "mine", "{name}: {text:?} after {left} steps");
+            }
+            // The process that mends is killed as well, at each of its steps.
+            for again in 0..20 {
+                let _ = recover_by(&mut Hand { left: again % 4 }, folder.path());
+            }
+            recover(folder.path()).unwrap();
+            match read(folder.path()) {
+                now if now == with_mine(&old) => kept_old += 1,
+                now if now == with_mine(&new) => made_new += 1,
+                now => panic!("after {left} steps: {now:?}"),
+            }
+        }
+        assert!(kept_old >= 7 && made_new >= 5, "{kept_old} old, {made_new} new");
+    }
+
+    #[test]
     fn a_commit_that_was_cut_off_is_finished() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a"), "old").unwrap();
         fs::write(at("stale"), "old").unwrap();
         fs::write(at(".treewright-0000.part"), "new").unwrap();
-        let journal =
-            r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
+        let journal = r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
         fs::write(at(JOURNAL), journal).unwrap();
         recover(folder.path()).unwrap();
         assert_eq!(listing(folder.path()), ["a"]);

@@ -143,10 +143,8 @@ pub fn make_set(
     memory: &Memory,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<SetFiles, Vec<Diagnostic>> {
-    let (sources, pictures) = rayon::join(
-        || stages::sources(plan, inputs, memory, step),
-        || stages::pictures(plan, inputs, memory),
-    );
+    let (sources, pictures) =
+        rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
     let families = stages::families(plan, &sources)?;

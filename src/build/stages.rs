@@ -165,11 +165,7 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
 }
 
 /// Makes or reads the pictures of leaves and bark.
-pub(super) fn pictures(
-    plan: &Plan,
-    inputs: &Inputs,
-    memory: &Memory,
-) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
+pub(super) fn pictures(plan: &Plan, inputs: &Inputs, memory: &Memory) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
     let seed = Seed::new(plan.seed);
     let mut key = Key::stage("pictures", 1)
         .number(plan.seed)
@@ -189,9 +185,7 @@ pub(super) fn pictures(
         };
         let bark = match &plan.bark_art {
             BarkArt::Made { pattern, color, size } => bake::bark_maps(*pattern, *color, *size, seed.child("bark")),
-            BarkArt::Files { color, normal, roughness } => {
-                user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?
-            }
+            BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?,
         };
         Ok(Pictures { leaves, bark })
     })

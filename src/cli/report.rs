@@ -2,7 +2,7 @@
 
 #![expect(clippy::print_stderr, reason = "this is where the command talks to people")]
 
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -27,6 +27,15 @@ pub(super) enum Failure {
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
         Self::Diagnostics(error.diagnostics)
+    }
+}
+
+/// Writes what was asked for to standard output. A reader that has seen enough, as `head`, is no error.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::Other(format!("can't write the result: {e}"))),
+        _ => Ok(()),
     }
 }
 
@@ -58,9 +67,8 @@ pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
     let text = std::fs::read(&diagnostic.file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
     match diagnostic.span.and_then(|span| byte_range(&text, span)) {
         Some(range) if text.len() < 4 << 20 => {
-            group = group.element(
-                Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)),
-            );
+            group = group
+                .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
         }
         _ => {
             let mut origin = annotate_snippets::Origin::path(&diagnostic.file);

@@ -155,7 +155,9 @@ impl Watcher {
             let known = |path: &PathBuf| self.reads.values().any(|reads| concerns(path, reads));
             let folder = absolute(&self.folder);
             let preset = |path: &PathBuf| {
-                path.starts_with(&folder) && path.extension().is_some_and(|e| e == "ron") && path.parent() == Some(&folder)
+                path.starts_with(&folder)
+                    && path.extension().is_some_and(|e| e == "ron")
+                    && path.parent() == Some(&folder)
             };
             if paths.iter().any(|path| known(path) || preset(path) || *path == folder) {
                 return Some(paths);
@@ -209,7 +211,9 @@ fn concerns(path: &Path, reads: &BTreeSet<PathBuf>) -> bool {
 /// The names that events may give a file: where it stands, and where a link leads.
 fn names(path: &Path) -> [PathBuf; 2] {
     let standing = match (path.parent(), path.file_name()) {
-        (Some(folder), Some(name)) => absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).join(name),
+        (Some(folder), Some(name)) => {
+            absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).join(name)
+        }
         _ => absolute(path),
     };
     [standing, absolute(path)]
