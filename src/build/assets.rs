@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::record::manifest_name;
+use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
 use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed};
@@ -48,7 +48,7 @@ pub(super) struct Placed {
 pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Result<Placed, Vec<Diagnostic>> {
     let fail = |error: &dyn std::fmt::Display| {
         vec![
-            Diagnostic::new(format!("set {}", plan.name), error.to_string())
+            Diagnostic::new("", error.to_string())
                 .with_field("atlas.size")
                 .with_hint("a larger atlas, fewer cards or fewer variants fit"),
         ]
@@ -109,7 +109,7 @@ fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>>
 /// Encodes all files of a set, the manifest last.
 pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String, Vec<u8>)>, Vec<Diagnostic>> {
     let set = &parts.plan.name;
-    let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new(format!("set {set}"), error.to_string())];
+    let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
     let materials = SetMaterials::of(set);
     let names: Vec<String> = (1..=parts.plants.len()).map(|i| format!("{set}_{i:03}")).collect();
 
@@ -217,7 +217,7 @@ fn manifest(
         }
     }
     Manifest {
-        generator: "treewright".to_owned(),
+        generator: GENERATOR.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         format: MANIFEST_FORMAT,
         set: plan.name.clone(),

@@ -1,5 +1,6 @@
 //! Finding presets, and reading one with everything that it names.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -54,20 +55,16 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
         } else if path.exists() {
             presets.push(path.clone());
         } else {
-            errors.push(Diagnostic::new(shown(path), "there is no such file or folder"));
+            errors.push(
+                Diagnostic::new(shown(path), "there is no such file or folder")
+                    .with_hint("name a preset file or a folder of presets"),
+            );
         }
     }
     // The same preset named twice, by itself and by its folder, is one.
-    let mut seen = Vec::new();
-    presets.retain(|preset| {
-        let identity = fs::canonicalize(preset).unwrap_or_else(|_| preset.clone());
-        let new = !seen.contains(&identity);
-        if new {
-            seen.push(identity);
-        }
-        new
-    });
-    if errors.is_empty() { Ok(presets) } else { Err(BuildError::Input(errors)) }
+    let mut seen = BTreeSet::new();
+    presets.retain(|preset| seen.insert(fs::canonicalize(preset).unwrap_or_else(|_| preset.clone())));
+    if errors.is_empty() { Ok(presets) } else { Err(BuildError::of(errors)) }
 }
 
 /// Reads and resolves one preset.
@@ -76,13 +73,38 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
 ///
 /// Every error in it and in the text files that it names.
 pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
+    load_or_reads(path).map_err(|(diagnostics, _)| diagnostics)
+}
+
+/// As [`load_preset`]; with the errors comes the world that knows what was read up to them.
+pub(super) fn load_or_reads(path: &Path) -> Result<Loaded, (Vec<Diagnostic>, World)> {
     let preset = shown(path);
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let world = World::at(folder);
+    let world = World::at(path.parent().unwrap_or(Path::new("")));
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let text = world.read_text(&name).map_err(|why| vec![Diagnostic::new(&preset, why)])?;
-    let plan = preset::load(&preset, &text, &mut |relative| world.read_text(relative))?;
-    Ok(Loaded { plan, preset, text, world })
+    let text = match world.read_text(&name) {
+        Ok(text) => text,
+        Err(why) => {
+            let hint = if why.contains("UTF-8") { "save it as UTF-8" } else { "" };
+            return Err((vec![Diagnostic::new(&preset, why).with_hint(hint)], world));
+        }
+    };
+    match preset::load(&preset, &text, &mut |relative| world.read_text(relative)) {
+        Ok(plan) => Ok(Loaded { plan, preset, text, world }),
+        Err(diagnostics) => Err((diagnostics, world)),
+    }
+}
+
+impl Loaded {
+    /// Gives errors of later stages, which know fields but no text, the preset's name and the field's place.
+    pub(super) fn placed(&self, mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+        for diagnostic in diagnostics.iter_mut().filter(|d| d.file.is_empty()) {
+            diagnostic.file.clone_from(&self.preset);
+            if !diagnostic.field.is_empty() {
+                diagnostic.span = preset::place(&self.text, &diagnostic.field);
+            }
+        }
+        diagnostics
+    }
 }
 
 /// A path as people read it: `/` between folders.

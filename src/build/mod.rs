@@ -14,6 +14,7 @@ mod stages;
 mod world;
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -23,18 +24,36 @@ pub use pipeline::{Memory, SetFiles};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};
-use output::Committed;
+use output::{Committed, OutputError, Turn};
 
 /// Why a build failed; everything that could be built was.
-#[derive(Debug, thiserror::Error)]
-pub enum BuildError {
-    /// Presets or inputs are wrong.
-    #[error("{} errors in presets and inputs", .0.len())]
-    Input(Vec<Diagnostic>),
-    /// A set could not be written.
-    #[error(transparent)]
-    Output(#[from] output::OutputError),
+#[derive(Debug)]
+pub struct BuildError {
+    /// Everything that is wrong with presets, inputs and the output folder.
+    pub diagnostics: Vec<Diagnostic>,
+    /// What happened to the sets that could be built.
+    pub built: Vec<Outcome>,
+    /// Every file that was read or looked for, of the failed sets too, with its content key.
+    pub reads: BTreeMap<PathBuf, Option<Key>>,
 }
+
+impl BuildError {
+    /// Errors before anything was built.
+    pub(crate) fn of(diagnostics: Vec<Diagnostic>) -> Self {
+        Self { diagnostics, built: Vec::new(), reads: BTreeMap::new() }
+    }
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.diagnostics.iter().enumerate().try_for_each(|(i, diagnostic)| {
+            let separator = if i == 0 { "" } else { "\n" };
+            write!(f, "{separator}{diagnostic}")
+        })
+    }
+}
+
+impl std::error::Error for BuildError {}
 
 /// How to build.
 #[derive(Clone, Debug)]
@@ -67,6 +86,8 @@ pub struct Outcome {
 pub enum Progress<'a> {
     /// So many steps more will be taken.
     Steps(usize),
+    /// Somebody else builds into the output folder; the build goes on when that is done.
+    Waiting,
     /// One step was taken.
     Step {
         /// The set.
@@ -107,39 +128,38 @@ impl Builder {
         presets: &[PathBuf],
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<Vec<Outcome>, BuildError> {
-        let loaded: Vec<_> = presets.par_iter().map(|preset| load_preset(preset)).collect();
-        let mut errors = Vec::new();
-        let mut outcomes = Vec::new();
-        let mut names: BTreeMap<String, &Path> = BTreeMap::new();
+        let loaded: Vec<_> = presets.par_iter().map(|preset| find::load_or_reads(preset)).collect();
+        let mut failed = BuildError::of(Vec::new());
+        let mut names = Names::default();
         for (preset, loaded) in presets.iter().zip(loaded) {
-            let built = loaded.and_then(|loaded| match names.insert(loaded.plan.name.to_lowercase(), preset) {
-                Some(other) => Err(vec![
-                    Diagnostic::new(
-                        find::shown(preset),
-                        format!("its set has the same name as that of {}", find::shown(other)),
-                    )
-                    .with_hint("rename one of the preset files; a set is named after its preset"),
-                ]),
-                None => self.set(&loaded, progress).map_err(|error| match error {
-                    BuildError::Input(diagnostics) => diagnostics,
-                    BuildError::Output(error) => vec![Diagnostic::new(find::shown(preset), error.to_string())],
-                }),
-            });
-            match built {
-                Ok(outcome) => outcomes.push(outcome),
-                Err(mut diagnostics) => errors.append(&mut diagnostics),
+            let result = match loaded {
+                Err((diagnostics, world)) => Err((diagnostics, world.reads())),
+                Ok(loaded) => {
+                    let built = names.claim(preset, &loaded).and_then(|()| self.set(&loaded, progress));
+                    built.map_err(|diagnostics| (loaded.placed(diagnostics), loaded.world.reads()))
+                }
+            };
+            match result {
+                Ok(outcome) => failed.built.push(outcome),
+                Err((diagnostics, reads)) => {
+                    failed.diagnostics.extend(diagnostics);
+                    failed.reads.extend(reads);
+                }
             }
         }
-        if errors.is_empty() { Ok(outcomes) } else { Err(BuildError::Input(errors)) }
+        if failed.diagnostics.is_empty() { Ok(failed.built) } else { Err(failed) }
     }
 
     /// Builds one set.
-    fn set(&self, loaded: &Loaded, progress: &(dyn Fn(Progress<'_>) + Sync)) -> Result<Outcome, BuildError> {
+    fn set(&self, loaded: &Loaded, progress: &(dyn Fn(Progress<'_>) + Sync)) -> Result<Outcome, Vec<Diagnostic>> {
+        let refused = |error: OutputError| vec![error.diagnostic()];
         let plan = &loaded.plan;
         let folder = self.options.out.join(&plan.name);
-        output::recover(&folder)?;
-        let inputs = pipeline::read_inputs(loaded).map_err(BuildError::Input)?;
+        let inputs = pipeline::read_inputs(loaded)?;
         let key = pipeline::set_key(plan, &inputs);
+        // Held until the set is written: who waited for it finds the set current and has nothing to do.
+        let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
+        output::recover(&folder).map_err(refused)?;
         let old = record::read(&folder, &plan.name);
         let mut outcome = Outcome {
             set: plan.name.clone(),
@@ -154,12 +174,53 @@ impl Builder {
         } else {
             let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
             progress(Progress::Steps(pipeline::steps(plan)));
-            let made = pipeline::make_set(plan, &inputs, key, &self.memory, &step).map_err(BuildError::Input)?;
+            let made = pipeline::make_set(plan, &inputs, key, &self.memory, &step)?;
             let owned = old.map(|old| old.owned()).unwrap_or_default();
-            outcome.committed = output::commit(&folder, &owned, &made.files)?;
+            outcome.committed = output::commit(&folder, &owned, &made.files).map_err(refused)?;
             outcome.notes = made.notes;
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
         Ok(outcome)
+    }
+}
+
+/// Resolves presets and reads every file that they name as a build would, without building. Returns how many are good.
+/// What only growing, matching and packing can find is left to the build.
+///
+/// # Errors
+///
+/// All errors of all presets.
+pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
+    let mut names = Names::default();
+    let mut diagnostics = Vec::new();
+    for preset in presets {
+        let checked = load_preset(preset).and_then(|loaded| {
+            names.claim(preset, &loaded)?;
+            let inputs = pipeline::read_inputs(&loaded)?;
+            pipeline::check_inputs(&loaded.plan, &inputs).map_err(|found| loaded.placed(found))
+        });
+        diagnostics.extend(checked.err().into_iter().flatten());
+    }
+    if diagnostics.is_empty() { Ok(presets.len()) } else { Err(BuildError::of(diagnostics)) }
+}
+
+/// The names of sets and who has them; upper and lower case are one, as they are to many file systems.
+#[derive(Debug, Default)]
+struct Names(BTreeMap<String, String>);
+
+impl Names {
+    fn claim(&mut self, preset: &Path, loaded: &Loaded) -> Result<(), Vec<Diagnostic>> {
+        match self.0.entry(loaded.plan.name.to_lowercase()) {
+            Entry::Occupied(other) => {
+                let message = format!("its set has the same name as that of {}", other.get());
+                Err(vec![Diagnostic::new(find::shown(preset), message).with_hint(
+                    "a set is named after its preset: rename one of them, or build them into two output folders",
+                )])
+            }
+            Entry::Vacant(free) => {
+                free.insert(find::shown(preset));
+                Ok(())
+            }
+        }
     }
 }

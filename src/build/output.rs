@@ -1,10 +1,13 @@
 //! Sets of files that land whole or not at all.
 //!
-//! New and changed files are first written beside their targets under names of their own (`.treewright-NNN.part`), then
+//! New and changed files are first written beside their targets under names of their own (`.treewright-NNNN.part`), then
 //! a journal that lists every step is renamed into place: that rename is the commit. Then the parts are renamed over
 //! their targets, files that the set no longer has are removed, and the journal goes. A build that is killed before the
 //! commit leaves the old set untouched; one that is killed after it is finished by whoever opens the folder next
-//! ([`recover`]). Files whose bytes do not change are not written, so engines do not reload them.
+//! ([`recover`]). Parts are flushed to the disk before the journal names them. Files whose bytes do not change are not
+//! written, so engines do not reload them.
+//!
+//! Two processes that build into one output folder take turns ([`Turn`]): without, one would clear the other's parts.
 //!
 //! What belongs to Treewright is what the set's last record (the manifest's list of files and hashes) names. A file with
 //! a target's name that is not on that list is somebody else's: the commit is refused before anything is written. A file
@@ -12,13 +15,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::Key;
+use crate::base::{Diagnostic, Key};
 
+const LOCK: &str = ".treewright-lock";
 const JOURNAL: &str = ".treewright-commit.json";
 const PART_PREFIX: &str = ".treewright-";
 const PART_SUFFIX: &str = ".part";
@@ -53,12 +57,82 @@ pub enum OutputError {
         /// What it said.
         source: io::Error,
     },
-    /// A file with a target's name that Treewright did not write.
-    #[error("{path} is in the way: Treewright did not write it, so it will not replace it")]
+    /// Files with a target's name that Treewright did not write.
+    #[error("files in the way that Treewright did not write, in {folder}: {}", .names.join(", "))]
     Foreign {
-        /// The file.
-        path: PathBuf,
+        /// The set's folder.
+        folder: PathBuf,
+        /// The files.
+        names: Vec<String>,
     },
+}
+
+impl OutputError {
+    /// The same for people: about the file or folder that is in the way, with what to do.
+    #[must_use]
+    pub fn diagnostic(&self) -> Diagnostic {
+        let (message, hint) = match self {
+            Self::Io { source, .. } => match source.kind() {
+                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => (
+                    "a file is where a folder is needed".to_owned(),
+                    "give --out another folder, or move the file away",
+                ),
+                io::ErrorKind::IsADirectory => {
+                    ("a folder is where a file is to be written".to_owned(), "move the folder away")
+                }
+                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => (
+                    "there is no right to write it".to_owned(),
+                    "give --out another folder, or close the program that holds the file",
+                ),
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                    ("the disk is full; the old set is untouched".to_owned(), "make room and build again")
+                }
+                _ => (format!("it can't be written: {source}"), "mend that and build again"),
+            },
+            Self::Foreign { names, .. } => {
+                let more = if names.len() > 1 { format!(" and {} more", names.len() - 1) } else { String::new() };
+                (
+                    format!("{}{more} in the way: Treewright did not write it, so it will not replace it", names[0]),
+                    "move it away, or remove the folder if all in it was built and its manifest was lost",
+                )
+            }
+        };
+        let file = match self {
+            Self::Io { path, .. } => path,
+            Self::Foreign { folder, .. } => folder,
+        };
+        Diagnostic::new(super::find::shown(file), message).with_hint(hint)
+    }
+}
+
+/// The right to write into an output folder, until dropped.
+///
+/// It is the system's lock on the empty file `.treewright-lock` there. The file stays, since removing it would race with
+/// a process that has just opened it, but the lock never outlives its process, however that ends. On file systems
+/// without locks (some network drives) everybody has the turn.
+#[derive(Debug)]
+pub struct Turn {
+    _file: fs::File,
+}
+
+impl Turn {
+    /// Waits for the turn; `wait` is called once when somebody else has it.
+    ///
+    /// # Errors
+    ///
+    /// When the folder or the file can't be made.
+    pub fn take(out: &Path, wait: impl FnOnce()) -> Result<Self, OutputError> {
+        fs::create_dir_all(out).map_err(|source| OutputError::Io { path: out.to_path_buf(), source })?;
+        let path = out.join(LOCK);
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let file = file.map_err(|source| OutputError::Io { path, source })?;
+        if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
+            wait();
+            // An error here is one of a file system that can't wait; see above.
+            let _ = file.lock();
+        }
+        Ok(Self { _file: file })
+    }
 }
 
 /// The files that a set owns: name and hash, from its last record.
@@ -70,14 +144,18 @@ pub type Owned = BTreeMap<String, Key>;
 ///
 /// When the file system refuses.
 pub fn recover(folder: &Path) -> Result<(), OutputError> {
+    recover_by(&mut Hand::free(), folder)
+}
+
+fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
     let journal = folder.join(JOURNAL);
     match fs::read(&journal) {
         Ok(bytes) => {
             // A journal is renamed into place whole; one that can't be read isn't ours to act on.
             if let Ok(journal) = serde_json::from_slice::<Journal>(&bytes) {
-                carry_out(folder, &journal)?;
+                carry_out(hand, folder, &journal)?;
             }
-            remove(&journal)?;
+            hand.remove(&journal)?;
         }
         Err(e) if e.kind() == io::ErrorKind::NotFound => {}
         Err(source) => return Err(OutputError::Io { path: journal, source }),
@@ -87,7 +165,7 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(PART_PREFIX) && name.ends_with(PART_SUFFIX) {
-            remove(&entry.path())?;
+            hand.remove(&entry.path())?;
         }
     }
     Ok(())
@@ -97,22 +175,41 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 ///
-/// When a file that Treewright did not write is in the way or the file system refuses; the old set is then complete.
+/// When a file that Treewright did not write is in the way or the file system refuses. The old set is then complete, or,
+/// when a rename was refused in the midst of the commit (a program holds one of the files), the next build ends it.
 pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
+    let result = commit_by(&mut Hand::free(), folder, owned, files);
+    if result.is_err() {
+        // Best effort: the next build clears or ends what is left.
+        let _ = recover(folder);
+    }
+    result
+}
+
+fn commit_by(
+    hand: &mut Hand,
+    folder: &Path,
+    owned: &Owned,
+    files: &[(String, Vec<u8>)],
+) -> Result<Committed, OutputError> {
     fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
     recover(folder)?;
     let mut committed = Committed::default();
     let mut journal = Journal { rename: Vec::new(), remove: Vec::new() };
     let mut changed = Vec::new();
+    let mut foreign = Vec::new();
     for (name, bytes) in files {
         let path = folder.join(name);
         match fs::read(&path) {
             Ok(old) if old == *bytes => committed.unchanged += 1,
-            Ok(_) if !owned.contains_key(name) => return Err(OutputError::Foreign { path }),
+            Ok(_) if !owned.contains_key(name) => foreign.push(name.clone()),
             Ok(_) => changed.push((name, bytes)),
             Err(e) if e.kind() == io::ErrorKind::NotFound => changed.push((name, bytes)),
             Err(source) => return Err(OutputError::Io { path, source }),
         }
+    }
+    if !foreign.is_empty() {
+        return Err(OutputError::Foreign { folder: folder.to_path_buf(), names: foreign });
     }
     for (name, key) in owned {
         let stale = !files.iter().any(|(kept, _)| kept == name);
@@ -120,45 +217,36 @@ pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Resu
             journal.remove.push(name.clone());
         }
     }
-    let result = (|| {
-        for (i, (name, bytes)) in changed.iter().enumerate() {
-            let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
-            write(&folder.join(&part), bytes)?;
-            journal.rename.push((part, (*name).clone()));
-        }
-        if journal.rename.is_empty() && journal.remove.is_empty() {
-            return Ok(());
-        }
-        let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
-        let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
-        write(&part, &text)?;
-        rename(&part, &folder.join(JOURNAL))
-    })();
-    if let Err(error) = result {
-        // Best effort: the next build clears what is left.
-        let _ = recover(folder);
-        return Err(error);
+    for (i, (name, bytes)) in changed.iter().enumerate() {
+        let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
+        hand.write(&folder.join(&part), bytes)?;
+        journal.rename.push((part, (*name).clone()));
     }
-    carry_out(folder, &journal)?;
-    if !(journal.rename.is_empty() && journal.remove.is_empty()) {
-        remove(&folder.join(JOURNAL))?;
+    if journal.rename.is_empty() && journal.remove.is_empty() {
+        return Ok(committed);
     }
+    let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
+    let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
+    hand.write(&part, &text)?;
+    hand.rename(&part, &folder.join(JOURNAL))?;
+    carry_out(hand, folder, &journal)?;
+    hand.remove(&folder.join(JOURNAL))?;
     committed.written = journal.rename.into_iter().map(|(_, target)| target).collect();
     committed.removed = journal.remove;
     Ok(committed)
 }
 
 /// Does what is left of a journal; every step may have been done already.
-fn carry_out(folder: &Path, journal: &Journal) -> Result<(), OutputError> {
+fn carry_out(hand: &mut Hand, folder: &Path, journal: &Journal) -> Result<(), OutputError> {
     for (part, target) in &journal.rename {
         let (Some(part), Some(target)) = (inside(folder, part), inside(folder, target)) else { continue };
         if part.exists() {
-            rename(&part, &target)?;
+            hand.rename(&part, &target)?;
         }
     }
     for name in &journal.remove {
         if let Some(path) = inside(folder, name) {
-            remove(&path)?;
+            hand.remove(&path)?;
         }
     }
     Ok(())
@@ -170,18 +258,49 @@ fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
     plain.then(|| folder.join(name))
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    fs::write(path, bytes).map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+/// Changes files, one step at a time; tests cut it off before any of its steps, as a kill would.
+struct Hand {
+    left: usize,
 }
 
-fn rename(from: &Path, to: &Path) -> Result<(), OutputError> {
-    fs::rename(from, to).map_err(|source| OutputError::Io { path: to.to_path_buf(), source })
-}
+impl Hand {
+    /// A hand that is not cut off.
+    const fn free() -> Self {
+        Self { left: usize::MAX }
+    }
 
-fn remove(path: &Path) -> Result<(), OutputError> {
-    match fs::remove_file(path) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(OutputError::Io { path: path.to_path_buf(), source: e }),
-        _ => Ok(()),
+    fn step(&mut self, path: &Path, change: impl FnOnce() -> io::Result<()>) -> Result<(), OutputError> {
+        let result = match self.left.checked_sub(1) {
+            Some(left) => {
+                self.left = left;
+                change()
+            }
+            None => Err(io::ErrorKind::Interrupted.into()),
+        };
+        result.map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
+    }
+
+    /// Two steps: a kill between them leaves half a file.
+    fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+        let (first, rest) = bytes.split_at(bytes.len() / 2);
+        let mut open = None;
+        self.step(path, || open.insert(fs::File::create(path)?).write_all(first))?;
+        self.step(path, || {
+            let Some(mut file) = open else { return Ok(()) };
+            file.write_all(rest)?;
+            file.sync_data()
+        })
+    }
+
+    fn rename(&mut self, from: &Path, to: &Path) -> Result<(), OutputError> {
+        self.step(to, || fs::rename(from, to))
+    }
+
+    fn remove(&mut self, path: &Path) -> Result<(), OutputError> {
+        self.step(path, || match fs::remove_file(path) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        })
     }
 }
 
@@ -224,6 +343,71 @@ mod tests {
         // On the list, but changed since: kept as well.
         commit(folder.path(), &owned(&[("b", "ours")]), &files(&[("a", "1")])).unwrap();
         assert_eq!(fs::read_to_string(folder.path().join("b")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn turns_are_taken_one_after_the_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("new/out");
+        let first = Turn::take(&out, || panic!("nobody else is there")).unwrap();
+        let (asked, asks) = std::sync::mpsc::channel();
+        let (took, takes) = std::sync::mpsc::channel();
+        let second = std::thread::spawn(move || {
+            let turn = Turn::take(&out, || asked.send(()).unwrap());
+            took.send(()).unwrap();
+            turn.unwrap();
+        });
+        asks.recv().unwrap();
+        assert!(takes.try_recv().is_err(), "two have the turn");
+        drop(first);
+        takes.recv().unwrap();
+        second.join().unwrap();
+    }
+
+    #[test]
+    fn a_kill_before_any_step_leaves_the_old_set_or_one_that_the_next_build_ends() {
+        let (old, new) = (
+            [("a", "old a"), ("b", "same"), ("c", "old c"), ("m", "1")],
+            [("a", "new a"), ("b", "same"), ("d", "new d"), ("m", "2")],
+        );
+        let read = |folder: &Path| -> Vec<(String, String)> {
+            let text = |name: &String| fs::read_to_string(folder.join(name)).unwrap();
+            listing(folder).into_iter().map(|name| (name.clone(), text(&name))).collect()
+        };
+        let with_mine = |set: &[(&str, &str)]| -> Vec<(String, String)> {
+            set.iter()
+                .chain(&[("mine", "mine")])
+                .map(|(n, t)| ((*n).to_owned(), (*t).to_owned()))
+                .collect::<std::collections::BTreeSet<_>>()
+                .into_iter()
+                .collect()
+        };
+        let (mut kept_old, mut made_new) = (0, 0);
+        for left in 0.. {
+            let folder = tempfile::tempdir().unwrap();
+            commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
+            fs::write(folder.path().join("mine"), "mine").unwrap();
+            if commit_by(&mut Hand { left }, folder.path(), &owned(&old), &files(&new)).is_ok() {
+                assert!(left > 10, "only {left} steps were cut");
+                break;
+            }
+            // What a reader finds meanwhile is whole: nothing but old and new texts under the sets' names.
+            for (name, text) in read(folder.path()).iter().filter(|(name, _)| !name.starts_with('.')) {
+                let known = |set: &[(&str, &str)]| set.contains(&(name, text));
+                assert!(known(&old) || known(&new) || name == "mine", "{name}: {text:?} after {left} steps");
+            }
+            // The process that mends is killed as well, at each of its steps.
+            for again in 0..20 {
+                let _ = recover_by(&mut Hand { left: again % 4 }, folder.path());
+            }
+            recover(folder.path()).unwrap();
+            match read(folder.path()) {
+                now if now == with_mine(&old) => kept_old += 1,
+                now if now == with_mine(&new) => made_new += 1,
+                now => panic!("after {left} steps: {now:?}"),
+            }
+        }
+        assert!(kept_old >= 7 && made_new >= 5, "{kept_old} old, {made_new} new");
     }
 
     #[test]

@@ -100,6 +100,30 @@ pub fn set_key(plan: &Plan, inputs: &Inputs) -> Key {
     key.finish()
 }
 
+/// Both results, or the errors of both.
+fn both<A, B>(
+    first: Result<A, Vec<Diagnostic>>,
+    second: Result<B, Vec<Diagnostic>>,
+) -> Result<(A, B), Vec<Diagnostic>> {
+    match (first, second) {
+        (Ok(first), Ok(second)) => Ok((first, second)),
+        (Err(mut errors), Err(mut more)) => {
+            errors.append(&mut more);
+            Err(errors)
+        }
+        (Err(errors), _) | (_, Err(errors)) => Err(errors),
+    }
+}
+
+/// Reads the scans and pictures that a plan names as a build would, without growing or making anything.
+///
+/// # Errors
+///
+/// Everything that is wrong with them.
+pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
+    both(stages::check_imports(plan, inputs), stages::check_pictures(plan, inputs)).map(drop)
+}
+
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
@@ -110,7 +134,8 @@ pub fn steps(plan: &Plan) -> usize {
 ///
 /// # Errors
 ///
-/// Everything that is wrong with the sources; or else what is wrong with the pictures, the matching or the atlas.
+/// Everything that is wrong with the sources and pictures; or else what is wrong with the matching or the atlas. Errors
+/// about the plan have an empty file name: the plan does not know its text.
 pub fn make_set(
     plan: &Plan,
     inputs: &Inputs,
@@ -120,7 +145,7 @@ pub fn make_set(
 ) -> Result<SetFiles, Vec<Diagnostic>> {
     let (sources, pictures) =
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
-    let (sources, pictures) = (sources?, pictures?);
+    let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
     let families = stages::families(plan, &sources)?;
     step("matching");

@@ -8,9 +8,13 @@ use serde::Deserialize;
 use super::output::Owned;
 use crate::base::Key;
 
+/// Who a manifest says it is by.
+pub(super) const GENERATOR: &str = "treewright";
+
 /// The part of a manifest that the next build needs.
 #[derive(Debug, Deserialize)]
 pub(super) struct Record {
+    generator: String,
     /// Key of the set, hexadecimal.
     pub(super) key: String,
     files: Vec<FileRecord>,
@@ -34,6 +38,9 @@ pub(super) fn read(folder: &Path, set: &str) -> Option<Record> {
     let name = manifest_name(set);
     let bytes = fs::read(folder.join(&name)).ok()?;
     let mut record: Record = serde_json::from_slice(&bytes).ok()?;
+    if record.generator != GENERATOR {
+        return None;
+    }
     record.manifest = Some((name, Key::of_bytes(&bytes)));
     Some(record)
 }

@@ -15,11 +15,46 @@ use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, So
 use crate::relate::{self, Family};
 use crate::source::{grow, import};
 
-/// Sources and pictures by their keys, kept between builds of one process. A hit never changes a byte.
+/// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
 #[derive(Debug, Default)]
 pub struct Memory {
-    sources: Mutex<BTreeMap<Key, Arc<SourcePlant>>>,
-    pictures: Mutex<BTreeMap<Key, Arc<Pictures>>>,
+    sources: Mutex<Kept<SourcePlant>>,
+    pictures: Mutex<Kept<Pictures>>,
+}
+
+/// Most sources kept, and most pictures of sets.
+const MOST_KEPT: (usize, usize) = (64, 8);
+
+/// Values by key, each with the time of its last use.
+#[derive(Debug)]
+struct Kept<T> {
+    values: BTreeMap<Key, (u64, Arc<T>)>,
+    uses: u64,
+}
+
+impl<T> Default for Kept<T> {
+    fn default() -> Self {
+        Self { values: BTreeMap::new(), uses: 0 }
+    }
+}
+
+impl<T> Kept<T> {
+    fn get(&mut self, key: Key) -> Option<Arc<T>> {
+        self.uses += 1;
+        let (used, value) = self.values.get_mut(&key)?;
+        *used = self.uses;
+        Some(value.clone())
+    }
+
+    /// Keeps a value, and forgets the one that was used longest ago when there are more than `most`.
+    fn insert(&mut self, key: Key, value: Arc<T>, most: usize) {
+        self.uses += 1;
+        self.values.insert(key, (self.uses, value));
+        if self.values.len() > most {
+            let oldest = self.values.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key);
+            oldest.and_then(|key| self.values.remove(&key));
+        }
+    }
 }
 
 /// A source and what was mended in it.
@@ -45,16 +80,17 @@ pub(super) type Families = Vec<((usize, usize, MatchParams), Family)>;
 
 /// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
 fn remember<T>(
-    kept: &Mutex<BTreeMap<Key, Arc<T>>>,
+    kept: &Mutex<Kept<T>>,
+    most: usize,
     key: Key,
     make: impl FnOnce() -> Result<T, Vec<Diagnostic>>,
 ) -> Result<Arc<T>, Vec<Diagnostic>> {
     let lock = || kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(value) = lock().get(&key) {
-        return Ok(value.clone());
+    if let Some(value) = lock().get(key) {
+        return Ok(value);
     }
     let value = Arc::new(make()?);
-    lock().insert(key, value.clone());
+    lock().insert(key, value.clone(), most);
     Ok(value)
 }
 
@@ -89,21 +125,32 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
     match &source.recipe {
         SourceRecipe::Grow(params) => {
             let key = Key::stage("grow", 1).params(params).finish();
-            remember(&memory.sources, key, || {
+            remember(&memory.sources, MOST_KEPT.0, key, || {
                 grow::grow(params, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant { plant, notes })
-                    .map_err(|error| vec![Diagnostic::new(format!("source {}", source.name), error.to_string())])
+                    .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
         }
         SourceRecipe::Import(params) => {
             let input = &inputs[&params.file];
             let key = Key::stage("import", 1).params(params).input(Key::of_bytes(&input.bytes)).finish();
-            remember(&memory.sources, key, || {
+            remember(&memory.sources, MOST_KEPT.0, key, || {
                 import::import(&input.bytes, &input.shown, params)
                     .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
             })
         }
     }
+}
+
+/// What is wrong with a species that did not grow.
+fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
+    let hint = match error {
+        grow::GrowError::OutOfRange { .. } => "the species file that the source names has this field",
+        grow::GrowError::Nothing | grow::GrowError::Plant(_) => {
+            "in the species file, widen the shapes that endpoints are taken from or raise `nodes`"
+        }
+    };
+    Diagnostic::new("", error.to_string()).with_field(format!("sources[\"{}\"]", source.name)).with_hint(hint)
 }
 
 /// What was mended in the sources, each under its source's name.
@@ -128,7 +175,7 @@ pub(super) fn pictures(plan: &Plan, inputs: &Inputs, memory: &Memory) -> Result<
     for file in picture_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
-    remember(&memory.pictures, key.finish(), || {
+    remember(&memory.pictures, MOST_KEPT.1, key.finish(), || {
         let leaves = match &plan.leaf_art {
             LeafArt::Made { shape, color, variation, size } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
@@ -162,14 +209,42 @@ fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 3]) -> Result<Maps, V
     let bytes = |file: &str| inputs.get(file).map(|input| input.bytes.as_slice());
     let [color, normal, roughness] = files.map(bytes);
     bake::maps_from_images(color.unwrap_or_default(), normal, roughness, usage, ArtLimits::default()).map_err(|error| {
-        let file = match error.file() {
-            ArtFile::Color => files[0],
-            ArtFile::Normal => files[1],
-            ArtFile::Roughness => files[2],
+        let (map, file) = match error.file() {
+            ArtFile::Color => ("color", files[0]),
+            ArtFile::Normal => ("normal", files[1]),
+            ArtFile::Roughness => ("roughness", files[2]),
+        };
+        let group = match usage {
+            ArtUse::Leaf => "foliage.leaf",
+            ArtUse::Bark => "bark.texture",
         };
         let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
-        vec![Diagnostic::new(shown, error.to_string())]
+        vec![Diagnostic::new("", format!("{shown}: {error}")).with_field(format!("{group}.{map}"))]
     })
+}
+
+/// Reads the user's pictures and forgets them.
+pub(super) fn check_pictures(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
+    if let LeafArt::Files { color, normal } = &plan.leaf_art {
+        user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?;
+    }
+    if let BarkArt::Files { color, normal, roughness } = &plan.bark_art {
+        user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?;
+    }
+    Ok(())
+}
+
+/// Imports the scans and forgets them.
+pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
+    let imports = |source: &Source| matches!(source.recipe, SourceRecipe::Import(_));
+    let checked: Vec<_> = plan
+        .sources
+        .par_iter()
+        .filter(|source| imports(source))
+        .map(|source| one_source(source, inputs, &Memory::default()))
+        .collect();
+    let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().collect();
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
 /// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
@@ -196,8 +271,9 @@ pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Fami
         .map(|(from, to, matching)| {
             let family = relate::fuzzy_family(sources[from].plant.clone(), sources[to].plant.clone(), &matching);
             let family = family.map_err(|error| {
-                let pair = format!("{} and {}", plan.sources[from].name, plan.sources[to].name);
-                vec![Diagnostic::new(format!("sources {pair}"), error.to_string())]
+                let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
+                let message = format!("can't be blended with \"{to}\": {error}");
+                vec![Diagnostic::new("", message).with_field(format!("sources[\"{from}\"]"))]
             })?;
             Ok(((from, to, matching), family))
         })
@@ -232,4 +308,21 @@ pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Se
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     (recipe, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_keeps_what_was_used_last() {
+        let mut kept = Kept::default();
+        let keys: Vec<Key> = (0..3_u8).map(|i| Key::of_bytes(&[i])).collect();
+        kept.insert(keys[0], Arc::new(0), 2);
+        kept.insert(keys[1], Arc::new(1), 2);
+        assert_eq!(kept.get(keys[0]).as_deref(), Some(&0));
+        kept.insert(keys[2], Arc::new(2), 2);
+        let left: Vec<Option<i32>> = keys.iter().map(|key| kept.get(*key).map(|value| *value)).collect();
+        assert_eq!(left, [Some(0), None, Some(2)]);
+    }
 }

@@ -83,13 +83,15 @@ fn read_bounded(path: &Path) -> Result<Vec<u8>, String> {
     let explain = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
+        std::io::ErrorKind::NotADirectory => "a part of its path is a file, not a folder".to_owned(),
         _ => e.to_string(),
     };
-    let file = fs::File::open(path).map_err(explain)?;
-    let metadata = file.metadata().map_err(explain)?;
+    // Asked before it is opened: opening a pipe waits for somebody to write into it.
+    let metadata = fs::metadata(path).map_err(explain)?;
     if !metadata.is_file() {
-        return Err("it is not a file".to_owned());
+        return Err(if metadata.is_dir() { "it is a folder" } else { "it is not a file" }.to_owned());
     }
+    let file = fs::File::open(path).map_err(explain)?;
     let mut bytes = Vec::new();
     // Read at most one byte more than allowed: a file may grow while it is read.
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(explain)?;

@@ -20,6 +20,10 @@ pub(super) enum Command {
     Check(CheckArguments),
     /// Tells what a plant, a source or an asset holds.
     Inspect(InspectArguments),
+    /// Starts a preset of your own, with its species file, every line explained.
+    New(NewArguments),
+    /// Prints every field of presets and species, with range, unit and default, as Markdown.
+    Schema,
     /// Builds, then rebuilds the sets that a saved file touches, until interrupted.
     Watch(WatchArguments),
 }
@@ -60,6 +64,15 @@ pub(super) struct InspectArguments {
     /// Seed that a species file is grown with.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct NewArguments {
+    /// Name of the set: letters, digits, _ and -.
+    pub(super) name: String,
+    /// The folder that gets NAME.ron and species/NAME.ron.
+    #[arg(long, value_name = "DIR", default_value = "presets")]
+    pub(super) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -2,7 +2,7 @@
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter};
-use crate::build::{BuildOptions, Builder, find_presets, load_preset};
+use crate::build::{BuildOptions, Builder, find_presets};
 
 /// Builds every preset that was named; a set that fails does not keep the others from being built.
 pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
@@ -20,17 +20,9 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     result.map(drop).map_err(Failure::from)
 }
 
-/// Resolves every preset that was named and reports all errors.
+/// Reads every preset that was named and what it names, and reports all errors.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
-    let presets = find_presets(&arguments.presets)?;
-    let mut good = 0;
-    let mut diagnostics = Vec::new();
-    for preset in &presets {
-        match load_preset(preset) {
-            Ok(_) => good += 1,
-            Err(mut found) => diagnostics.append(&mut found),
-        }
-    }
-    Meter::plain().line(&format!("{good} of {} presets are good", presets.len()));
-    if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Diagnostics(diagnostics)) }
+    let good = crate::build::check(&find_presets(&arguments.presets)?)?;
+    Meter::plain().line(&format!("{good} preset{} good", if good == 1 { " is" } else { "s are" }));
+    Ok(())
 }

@@ -3,8 +3,6 @@
 //! The kind of file is told from its content: a GLB by its magic number, a plant dump and a species file by their RON,
 //! everything else goes to the importers, which know their formats.
 
-#![expect(clippy::print_stdout, reason = "what was asked for goes to standard output")]
-
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -12,11 +10,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::args::InspectArguments;
-use super::report::Failure;
+use super::report::{Failure, print};
 use crate::base::{Diagnostic, Seed};
+use crate::build::World;
 use crate::plant::{Distribution, Plant, PlantStats, dump, undump};
 use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
-use crate::preset::species;
+use crate::preset::{place, species};
 use crate::source::glb::{GlbInfo, read_glb};
 use crate::source::{grow, import};
 
@@ -38,7 +37,9 @@ struct Inspected<'a> {
 pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     let file = arguments.file.to_string_lossy().replace('\\', "/");
     let one = |message: String| Failure::Diagnostics(vec![Diagnostic::new(&file, message)]);
-    let bytes = fs::read(&arguments.file).map_err(|e| one(format!("it can't be read: {e}")))?;
+    let folder = World::at(arguments.file.parent().unwrap_or(Path::new("")));
+    let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
+    let bytes = folder.read(&name.unwrap_or_default()).map_err(one)?;
     let mut inspected =
         Inspected { file: file.clone(), kind: "glb".to_owned(), notes: Vec::new(), plant: None, asset: None };
     let mut plant = None;
@@ -59,8 +60,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     } else {
         describe(&inspected)
     };
-    println!("{}", text.trim_end());
-    Ok(())
+    print(&format!("{}\n", text.trim_end()))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
@@ -69,13 +69,25 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 
 /// A plant out of any file that holds or describes one.
 fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
-    let text = std::str::from_utf8(bytes).unwrap_or_default();
+    let text = match std::str::from_utf8(bytes) {
+        Err(_) if file.ends_with(".ron") => {
+            let message = "it is not UTF-8 text";
+            return Err(Failure::Diagnostics(vec![Diagnostic::new(file, message).with_hint("save it as UTF-8")]));
+        }
+        text => text.unwrap_or_default(),
+    };
     let start = text.trim_start();
     if start.starts_with("Plant(") {
         let plant = undump(text).map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e)]))?;
         return Ok(("plant".to_owned(), plant, Vec::new()));
     }
     if file.ends_with(".ron") {
+        if place(text, "sources") != place(text, "") {
+            return Err(Failure::Diagnostics(vec![
+                Diagnostic::new(file, "this is a preset; only what it names can be inspected")
+                    .with_hint("`treewright check` reads presets, `treewright build` makes their sets"),
+            ]));
+        }
         let mut params = species(file, text).map_err(Failure::Diagnostics)?;
         params.seed = seed;
         let (plant, notes) = grow::grow(&params, Seed::new(seed).child("grow"))

@@ -6,6 +6,7 @@
 mod args;
 mod build;
 mod inspect;
+mod new;
 mod report;
 mod watch;
 
@@ -24,6 +25,8 @@ pub fn run() -> ExitCode {
         Command::Build(build) => build::run(&build),
         Command::Check(check) => build::check(&check),
         Command::Inspect(inspect) => inspect::run(&inspect),
+        Command::New(new) => new::run(&new),
+        Command::Schema => report::print(&crate::preset::describe()),
         Command::Watch(watch) => watch::run(&watch),
     };
     match result {

@@ -2,7 +2,7 @@
 
 #![expect(clippy::print_stderr, reason = "this is where the command talks to people")]
 
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -26,10 +26,16 @@ pub(super) enum Failure {
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
-        match error {
-            BuildError::Input(diagnostics) => Self::Diagnostics(diagnostics),
-            other => Self::Other(other.to_string()),
-        }
+        Self::Diagnostics(error.diagnostics)
+    }
+}
+
+/// Writes what was asked for to standard output. A reader that has seen enough, as `head`, is no error.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Failure::Other(format!("can't write the result: {e}"))),
+        _ => Ok(()),
     }
 }
 
@@ -125,6 +131,7 @@ impl Meter {
                 bar.inc(1);
                 bar.set_message(format!("{set}: {what}"));
             }
+            (_, Progress::Waiting) => self.line("waiting: another treewright builds into the output folder"),
             (_, Progress::Set { outcome, folder }) => self.line(&summary(folder, outcome)),
             (None, _) => {}
         }

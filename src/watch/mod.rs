@@ -1,9 +1,9 @@
 //! Watching: a saved preset, species or source file rebuilds the sets that read it.
 //!
 //! The folders of every file that the last build read are watched, also of files that are missing, so editors that save
-//! by rename are seen. Reading a file raises access events of its own; only creation, change and removal count. What a
-//! build writes is told from what people write by the output folder's prefix. A burst of events is one rebuild; events
-//! that arrive during a build are taken after it.
+//! by rename are seen; where a folder is missing, the nearest one above it that is there. Reading a file raises access
+//! events of its own; only creation, change and removal count. What a build writes wakes nobody, also inside the watched
+//! folder, as no preset reads it. A burst of events is one rebuild; events that arrive during a build are taken after it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -46,7 +46,6 @@ pub struct WatchError {
 /// Watches a folder of presets.
 pub struct Watcher {
     folder: PathBuf,
-    out: PathBuf,
     builder: Builder,
     debouncer: Debouncer<RecommendedWatcher, RecommendedCache>,
     events: Receiver<DebounceEventResult>,
@@ -67,7 +66,6 @@ impl Watcher {
         let debouncer = new_debouncer(QUIET, None, sender).map_err(fail)?;
         let mut watcher = Self {
             folder: folder.to_path_buf(),
-            out: absolute(out),
             builder: Builder::new(BuildOptions { out: out.to_path_buf(), force: false }),
             debouncer,
             events,
@@ -97,6 +95,7 @@ impl Watcher {
 
     /// Builds the presets that read one of the touched files, or all.
     fn rebuild(&mut self, touched: Option<&BTreeSet<PathBuf>>, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
+        self.listen_near(&absolute(&self.folder).join("preset"));
         let presets = match find_presets(std::slice::from_ref(&self.folder)) {
             Ok(presets) => presets,
             Err(error) => {
@@ -107,7 +106,7 @@ impl Watcher {
         self.reads.retain(|preset, _| presets.contains(preset));
         for preset in presets {
             let concerned = match (touched, self.reads.get(&preset)) {
-                (Some(touched), Some(reads)) => !touched.is_disjoint(reads),
+                (Some(touched), Some(reads)) => touched.iter().any(|path| concerns(path, reads)),
                 _ => true,
             };
             if !concerned {
@@ -116,45 +115,62 @@ impl Watcher {
             let built = self.builder.build(std::slice::from_ref(&preset), &|progress| {
                 tell(Event::Build(progress));
             });
-            let mut reads = BTreeSet::from([absolute(&preset)]);
-            match built {
-                Ok(outcomes) => reads.extend(outcomes.iter().flat_map(|o| o.reads.keys()).map(|path| absolute(path))),
+            let mut reads = BTreeSet::from(names(&preset));
+            let read: Vec<PathBuf> = match built {
+                Ok(outcomes) => outcomes.into_iter().flat_map(|o| o.reads.into_keys()).collect(),
                 Err(error) => {
-                    // What it read is not known now: keep what it read last, and the files that the errors are about.
-                    reads.extend(self.reads.get(&preset).cloned().unwrap_or_default());
-                    if let BuildError::Input(diagnostics) = &error {
-                        reads.extend(diagnostics.iter().map(|d| absolute(Path::new(&d.file))));
-                    }
+                    let read = error.reads.keys().cloned().collect();
                     tell(Event::Failed(error));
+                    read
                 }
-            }
+            };
+            reads.extend(read.iter().flat_map(|path| names(path)));
             for path in &reads {
-                // A folder that can't be watched (gone, or the system's limit) must not end the others' watching.
-                let _ = path.parent().map(|folder| self.listen(folder));
+                self.listen_near(path);
             }
             self.reads.insert(preset, reads);
         }
     }
 
     /// Waits for files that matter; none when the watcher was shut down.
-    fn wait(&self) -> Option<BTreeSet<PathBuf>> {
+    fn wait(&mut self) -> Option<BTreeSet<PathBuf>> {
         loop {
             let mut paths = BTreeSet::new();
             // One batch, then whatever has gathered during the last build.
             let first = self.events.recv().ok()?;
             for batch in std::iter::once(first).chain(self.events.try_iter()) {
                 for event in batch.into_iter().flatten() {
-                    if matters(event.kind) {
-                        paths.extend(event.paths.iter().map(|p| absolute(p)).filter(|p| !p.starts_with(&self.out)));
+                    if event.need_rescan() {
+                        // The system lost count: anything may have been saved.
+                        paths.extend(self.reads.values().flatten().cloned());
+                    } else if matters(event.kind) {
+                        paths.extend(event.paths.iter().flat_map(|path| names(path)));
                     }
                 }
             }
-            let known = |path: &PathBuf| self.reads.values().any(|reads| reads.contains(path));
+            // A folder that came or went takes the system's watch along.
+            for folder in self.watched.extract_if(.., |folder| paths.contains(folder)) {
+                let _ = self.debouncer.unwatch(folder);
+            }
+            let known = |path: &PathBuf| self.reads.values().any(|reads| concerns(path, reads));
+            let folder = absolute(&self.folder);
             let preset = |path: &PathBuf| {
-                path.extension().is_some_and(|e| e == "ron") && path.parent() == Some(&absolute(&self.folder))
+                path.starts_with(&folder)
+                    && path.extension().is_some_and(|e| e == "ron")
+                    && path.parent() == Some(&folder)
             };
-            if paths.iter().any(|path| known(path) || preset(path)) {
+            if paths.iter().any(|path| known(path) || preset(path) || *path == folder) {
                 return Some(paths);
+            }
+        }
+    }
+
+    /// Listens to a file's folder, or to the nearest one above that is there. A folder that can't be watched (the
+    /// system's limit) must not end the others' watching.
+    fn listen_near(&mut self, path: &Path) {
+        for folder in path.ancestors().skip(1) {
+            if self.listen(folder).is_ok() {
+                return;
             }
         }
     }
@@ -184,6 +200,23 @@ fn matters(kind: EventKind) -> bool {
         EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),
         EventKind::Other => false,
     }
+}
+
+/// Whether an event at `path` may change what is read: it is one of the files or a folder above one.
+fn concerns(path: &Path, reads: &BTreeSet<PathBuf>) -> bool {
+    // Paths below a folder follow it in order.
+    reads.range(path.to_path_buf()..).next().is_some_and(|next| next.starts_with(path))
+}
+
+/// The names that events may give a file: where it stands, and where a link leads.
+fn names(path: &Path) -> [PathBuf; 2] {
+    let standing = match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => {
+            absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).join(name)
+        }
+        _ => absolute(path),
+    };
+    [standing, absolute(path)]
 }
 
 /// The absolute path of a file that may not exist: its folder's real path, then its name.

@@ -1,0 +1,93 @@
+//! `treewright new`: a preset to start from, with its species file. Existing files are never overwritten.
+
+use std::fs::{self, File};
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use super::args::NewArguments;
+use super::report::{Failure, Meter};
+
+/// The species that a new preset starts with: the shipped birch.
+const SPECIES: &str = include_str!("../../presets/species/birch.ron");
+
+/// The text of a new preset; `NAME` stands for its name.
+const PRESET: &str = r#"// NAME: two young trees and four between them. Metres, degrees; `treewright schema` tells all fields.
+//
+// Build it:  treewright build FOLDER/NAME.ron --out out
+(
+    // Another seed gives other blends and leaves.
+    seed: 1,
+
+    // Whole trees to start from: grown from a species file, or scanned, as Import(file: "scans/tree.csv").
+    sources: {
+        "low": Grow(species: "species/NAME.ron", seed: 1, height: 7.0),
+        "high": Grow(species: "species/NAME.ron", seed: 2, height: 9.0),
+    },
+
+    // What the set holds: sources as they are, and trees on the way from one to another (0 is "low", 1 is "high").
+    variants: [
+        Source("low"),
+        Source("high"),
+        Blend(of: ["low", "high"], count: 4, from: 0.2, to: 0.8),
+    ],
+
+    // oak, birch, beech, maple, willow, ash, pine, or pictures of your own.
+    foliage: (leaf: "birch", density: 1.0),
+
+    // From fine to coarse.
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads],
+
+    atlas: (size: 2048),
+)
+"#;
+
+/// Writes the two files.
+pub(super) fn run(arguments: &NewArguments) -> Result<(), Failure> {
+    let NewArguments { name, folder } = arguments;
+    let shown = folder.to_string_lossy().replace('\\', "/");
+    let text = PRESET.replace("NAME", name).replace("FOLDER", &shown);
+    let preset = format!("{name}.ron");
+    check(name, &text)?;
+    let files = [(folder.join("species").join(&preset), SPECIES), (folder.join(&preset), text.as_str())];
+    if let Some((taken, _)) = files.iter().find(|(path, _)| path.exists()) {
+        return Err(Failure::Other(format!("{} exists; choose another name or --folder", taken.display())));
+    }
+    fs::create_dir_all(folder.join("species")).map_err(|e| Failure::Other(format!("can't make {shown}: {e}")))?;
+    for (path, text) in &files {
+        write_new(path, text)?;
+        Meter::plain().line(&format!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+/// Takes the reader's word on whether the name may become part of file names, and whether the preset is good.
+fn check(name: &str, text: &str) -> Result<(), Failure> {
+    let plan = crate::preset::load(&format!("{name}.ron"), text, &mut |_| Ok(SPECIES.to_owned()));
+    if plan.map_err(Failure::Diagnostics)?.name == name {
+        Ok(())
+    } else {
+        Err(Failure::Other(format!("{name} is a path; give a name, and the folder as --folder")))
+    }
+}
+
+fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|e| {
+        let why = if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() };
+        Failure::Other(format!("can't write {}: {why}", path.display()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_preset_has_no_error_and_a_bad_name_has() {
+        let check = |name: &str| check(name, &PRESET.replace("NAME", name).replace("FOLDER", "presets"));
+        assert!(check("lime_2").is_ok());
+        for name in ["a b", "../x", "x/y", "", "con", "a\nb", "a\"b"] {
+            assert!(check(name).is_err(), "{name:?}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The small commands: what `inspect`, `new`, `schema` and `check` say, and that what they say can be used.
+
+mod tiny;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn treewright(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_treewright")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn says(folder: &Path, arguments: &[&str]) -> String {
+    let output = treewright(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn fails(folder: &Path, arguments: &[&str]) -> String {
+    let output = treewright(folder, arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+    assert!(output.stdout.is_empty() && !said.contains("panicked"), "{said}");
+    said
+}
+
+#[test]
+fn every_kind_of_file_is_told_and_told_as_json() {
+    let project = tiny::project();
+    let folder = project.path();
+    fs::write(folder.join("scanned.ron"), tiny::scanned()).unwrap();
+    assert!(treewright(folder, &["build", ".", "--out", "out"]).status.success());
+    assert!(["grown", "scanned"].iter().all(|set| tiny::is_whole(&folder.join("out").join(set), set)));
+    for (file, kind, part) in [
+        ("species/tiny.ron", "species", "plant"),
+        ("scans/tiny.swc", "SWC", "plant"),
+        ("out/grown/grown_001.glb", "glb", "asset"),
+    ] {
+        assert!(says(folder, &["inspect", file]).starts_with(&format!("{file} ({kind})")));
+        let json: serde_json::Value = serde_json::from_str(&says(folder, &["inspect", file, "--json"])).unwrap();
+        assert_eq!(json["kind"], kind);
+        assert!(json[part].is_object(), "{json}");
+    }
+}
+
+#[test]
+fn a_dump_reads_back_as_the_same_plant() {
+    let project = tiny::project();
+    let folder = project.path();
+    for file in ["species/tiny.ron", "scans/tiny.swc"] {
+        let first = says(folder, &["inspect", file, "--dump", "a.ron"]);
+        let second = says(folder, &["inspect", "a.ron", "--dump", "b.ron"]);
+        assert!(second.starts_with("a.ron (plant)"), "{second}");
+        let figures =
+            |text: &str| text.lines().skip(1).filter(|l| !l.starts_with("note")).collect::<Vec<_>>().join("\n");
+        assert_eq!(figures(&first), figures(&second));
+        assert_eq!(fs::read(folder.join("a.ron")).unwrap(), fs::read(folder.join("b.ron")).unwrap());
+    }
+}
+
+#[test]
+fn what_can_not_be_inspected_is_said_in_words() {
+    let project = tiny::project();
+    let folder = project.path();
+    fs::write(folder.join("latin.ron"), b"(\xe4)").unwrap();
+    fs::write(folder.join("cut.glb"), b"glTF\x02\0\0\0").unwrap();
+    fs::write(folder.join("plant.ron"), "Plant(chains: 1").unwrap();
+    fs::write(folder.join("nothing"), "").unwrap();
+    for (file, part) in [
+        ("species", "it is a folder"),
+        ("gone.csv", "no such file"),
+        ("latin.ron", "UTF-8"),
+        ("cut.glb", "cut.glb"),
+        ("plant.ron", "plant.ron"),
+        ("nothing", "empty"),
+        ("art/leaf.png", "binary"),
+        ("grown.ron", "this is a preset"),
+    ] {
+        let said = fails(folder, &["inspect", file]);
+        assert!(said.contains(part), "{file}: {said}");
+    }
+}
+
+#[test]
+fn a_reader_that_stops_early_is_no_panic() {
+    let project = tiny::project();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+    command.current_dir(project.path()).args(["schema"]).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+#[test]
+fn the_schema_that_is_printed_is_the_documented_one() {
+    let shipped = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/preset/schema.md")).unwrap();
+    assert_eq!(says(Path::new("."), &["schema"]), shipped);
+}
+
+#[test]
+fn a_new_preset_is_good_and_never_overwrites() {
+    let project = tempfile::tempdir().unwrap();
+    let folder = project.path();
+    says(folder, &["new", "lime"]);
+    says(folder, &["check", "presets"]);
+    let preset = folder.join("presets/lime.ron");
+    fs::write(&preset, "mine").unwrap();
+    assert!(fails(folder, &["new", "lime"]).contains("exists"));
+    fs::remove_file(&preset).unwrap();
+    assert!(fails(folder, &["new", "lime"]).contains("species"), "the species file would be overwritten");
+    assert!(!preset.exists());
+    assert!(fails(folder, &["new", "a b"]).contains("name"));
+    assert!(fails(folder, &["new", "../lime"]).contains("--folder"));
+}

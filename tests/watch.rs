@@ -1,0 +1,200 @@
+//! A watched folder: whatever a preset reads, saving it builds the sets that read it, and only those.
+
+mod tiny;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use treewright::build::Progress;
+use treewright::watch::{Event, Next, Watcher};
+
+/// How long anything may take. A bound, no measure: the tests end as soon as what they wait for is there.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+#[derive(Debug, PartialEq)]
+enum Said {
+    Built(String),
+    Current(String),
+    Failed(String),
+    Idle,
+}
+
+struct Watched {
+    project: tempfile::TempDir,
+    out: PathBuf,
+    said: Receiver<Said>,
+}
+
+impl Watched {
+    /// Watches the tiny project, also with `more` presets, sets going to `out` in it, and waits for the first build.
+    fn start(out: &str, more: &[(&str, &str)]) -> (Self, Vec<Said>) {
+        let project = tiny::project();
+        for (name, text) in more {
+            fs::write(project.path().join(name), text).unwrap();
+        }
+        let (say, said) = channel();
+        let (folder, out) = (project.path().to_path_buf(), project.path().join(out));
+        let mut watcher = Watcher::new(&folder, &out).unwrap();
+        // The thread waits for events when the test ends, and ends with the process.
+        std::thread::spawn(move || {
+            watcher.run(&|event| {
+                let message = match event {
+                    Event::Build(Progress::Set { outcome, .. }) if outcome.current => {
+                        Said::Current(outcome.set.clone())
+                    }
+                    Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
+                    Event::Build(_) => return Next::Watch,
+                    Event::Failed(error) => Said::Failed(error.to_string()),
+                    Event::Idle { .. } => Said::Idle,
+                };
+                if say.send(message).is_ok() { Next::Watch } else { Next::Stop }
+            });
+        });
+        let watched = Self { project, out, said };
+        let first = watched.until_idle();
+        (watched, first)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.project.path().join(name)
+    }
+
+    fn until_idle(&self) -> Vec<Said> {
+        let mut all = Vec::new();
+        loop {
+            match self.said.recv_timeout(PATIENCE) {
+                Ok(Said::Idle) => return all,
+                Ok(said) => all.push(said),
+                Err(error) => panic!("the watcher never came to rest ({error}); it said {all:?}"),
+            }
+        }
+    }
+
+    /// All that is said until `wanted` was said and the watcher rests.
+    fn until(&self, wanted: impl Fn(&Said) -> bool) -> Vec<Said> {
+        let start = Instant::now();
+        let mut all = Vec::new();
+        while start.elapsed() < PATIENCE {
+            all.extend(self.until_idle());
+            if all.iter().any(&wanted) {
+                return all;
+            }
+        }
+        panic!("not said: {all:?}");
+    }
+
+    fn until_built(&self, set: &str) -> Vec<Said> {
+        self.until(|said| *said == Said::Built(set.to_owned()))
+    }
+
+    fn until_failed(&self, part: &str) -> Vec<Said> {
+        self.until(|said| matches!(said, Said::Failed(text) if text.contains(part)))
+    }
+
+    fn is_whole(&self, set: &str) -> bool {
+        tiny::is_whole(&self.out.join(set), set)
+    }
+}
+
+/// Saves as careful editors do: a new file beside it, renamed over it.
+fn save_by_rename(path: &Path, text: &str) {
+    let beside = path.with_extension("tmp~");
+    fs::write(&beside, text).unwrap();
+    fs::rename(beside, path).unwrap();
+}
+
+#[test]
+fn whatever_is_saved_builds_the_sets_that_read_it() {
+    let scanned = tiny::scanned();
+    let (watched, first) = Watched::start("out", &[("scanned.ron", &scanned)]);
+    assert_eq!(first, [Said::Built("grown".into()), Said::Built("scanned".into())]);
+    let built = |set: &str, other: &str| {
+        let said = watched.until_built(set);
+        assert!(!said.contains(&Said::Built(other.to_owned())), "{other} was built too: {said:?}");
+        assert!(watched.is_whole(set) && watched.is_whole(other));
+    };
+
+    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("seed: 1,\n    sources", "seed: 2,\n    sources"))
+        .unwrap();
+    built("grown", "scanned");
+    fs::write(watched.path("species/tiny.ron"), tiny::SPECIES.replace("height: 3.0", "height: 4.0")).unwrap();
+    built("grown", "scanned");
+    fs::write(watched.path("scans/tiny.swc"), tiny::SCAN.replace("0.10 -1", "0.12 -1")).unwrap();
+    built("scanned", "grown");
+    save_by_rename(&watched.path("scanned.ron"), &scanned.replace("density: 0.1", "density: 0.2"));
+    built("scanned", "grown");
+    save_by_rename(&watched.path("species/tiny.ron"), tiny::SPECIES);
+    built("grown", "scanned");
+    // Again, since a rename puts another file where the first one was.
+    save_by_rename(&watched.path("species/tiny.ron"), &tiny::SPECIES.replace("count: 6", "count: 5"));
+    built("grown", "scanned");
+
+    // Both read the leaf.
+    tiny::picture(&watched.path("art/leaf.png"), 200);
+    let mut said = watched.until_built("grown");
+    if !said.contains(&Said::Built("scanned".into())) {
+        said.extend(watched.until_built("scanned"));
+    }
+    assert!(watched.is_whole("grown") && watched.is_whole("scanned"));
+}
+
+#[test]
+fn a_broken_file_is_told_and_leaves_the_old_set_until_it_is_mended() {
+    let (watched, _) = Watched::start("out", &[]);
+    let preset = watched.path("grown.ron");
+    let before = tiny::files(&watched.out.join("grown"));
+    fs::write(&preset, tiny::GROWN.replace("density", "densty")).unwrap();
+    watched.until_failed("grown.ron:7:");
+    assert!(tiny::files(&watched.out.join("grown")) == before);
+
+    // Mended with a scan that is not there yet, in a folder that is not there yet.
+    let scanned = tiny::scanned().replace("scans/", "later/scans/");
+    fs::write(&preset, &scanned).unwrap();
+    watched.until_failed("later/scans/tiny.swc");
+    assert!(tiny::files(&watched.out.join("grown")) == before);
+    fs::create_dir_all(watched.path("later/scans")).unwrap();
+    fs::write(watched.path("later/scans/tiny.swc"), "1 1 0 0 0 0.1 -1\n2 x").unwrap();
+    watched.until_failed("tiny.swc:2:");
+    fs::write(watched.path("later/scans/tiny.swc"), tiny::SCAN).unwrap();
+    watched.until_built("grown");
+    assert!(watched.is_whole("grown"));
+
+    // A folder that goes and comes back, as version control does it.
+    fs::rename(watched.path("later"), watched.path("away")).unwrap();
+    watched.until_failed("later/scans/tiny.swc");
+    fs::rename(watched.path("away"), watched.path("later")).unwrap();
+    watched.until(|said| *said == Said::Current("grown".into()));
+    fs::write(watched.path("later/scans/tiny.swc"), tiny::SCAN.replace("0.10 -1", "0.13 -1")).unwrap();
+    watched.until_built("grown");
+}
+
+#[test]
+fn presets_come_and_go() {
+    let (watched, _) = Watched::start("out", &[]);
+    fs::write(watched.path("second.ron"), tiny::scanned()).unwrap();
+    watched.until_built("second");
+    fs::remove_file(watched.path("second.ron")).unwrap();
+    assert_eq!(watched.until_idle().iter().filter(|said| matches!(said, Said::Failed(_))).count(), 0);
+    assert!(watched.is_whole("second"), "a deleted preset took its set along");
+    fs::remove_file(watched.path("grown.ron")).unwrap();
+    watched.until_failed("no preset");
+    fs::write(watched.path("third.ron"), tiny::GROWN).unwrap();
+    watched.until_built("third");
+}
+
+#[test]
+fn sets_inside_the_watched_folder_wake_nobody() {
+    // Sets lie right beside the presets, and beside the files that they read.
+    let (watched, first) = Watched::start(".", &[]);
+    assert_eq!(first, [Said::Built("grown".into())]);
+    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    watched.until_built("grown");
+    // A write may be seen half done and then whole; after that it is quiet.
+    while watched.said.recv_timeout(Duration::from_secs(1)).is_ok() {}
+    for name in ["grown/notes.txt", "grown/grown_001.glb.tmp", "art/unused.png", "notes.txt"] {
+        fs::write(watched.path(name), "mine").unwrap();
+    }
+    assert!(watched.said.recv_timeout(Duration::from_millis(800)).is_err(), "a set's own folder woke the watcher");
+}
