@@ -61,10 +61,9 @@ impl Noise {
 
     /// The fields of [`octaves`](Self::octaves) and their weights.
     pub(super) fn each_octave(self, octaves: u32) -> impl Iterator<Item = (Self, f32)> {
-        let first = (self, 1.0);
-        (0..octaves).scan(first, |(field, weight), i| {
+        (0..octaves).scan((self, 1.0), move |(field, weight), i| {
             let this = (*field, *weight);
-            *field = Self { period: [field.period[0] * 2, field.period[1] * 2], ..field.shifted(i + 1) };
+            *field = Self { period: [field.period[0] * 2, field.period[1] * 2], ..self.shifted(i + 1) };
             *weight *= 0.5;
             Some(this)
         })
