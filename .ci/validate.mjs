@@ -18,6 +18,8 @@ const allowed = [
   // A consequence of the above: the lower levels' nodes are named by MSFT_lod only, so the validator takes them to be
   // unused. Their meshes, materials and accessors are not exempted.
   { code: "UNUSED_OBJECT", pointer: /^\/nodes\/\d+$/ },
+  // The second UV set is for light maps, which are baked in the engine: no texture of the file uses it.
+  { code: "UNUSED_OBJECT", pointer: /\/attributes\/TEXCOORD_1$/ },
 ];
 
 const severities = ["error", "warning", "info", "hint"];

@@ -2,8 +2,6 @@
 //!
 //! `cargo bench`. Times are a process's own; compare within one run.
 
-#![expect(missing_docs, reason = "divan's macros make items without docs")]
-
 use std::path::{Path, PathBuf};
 
 use divan::Bencher;
@@ -11,7 +9,7 @@ use treewright::base::Seed;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{Memory, load_preset};
 use treewright::plant::Plant;
-use treewright::preset::plan::{MatchParams, Plan};
+use treewright::preset::plan::{BarkArt, LeafArt, MatchParams, Plan};
 use treewright::relate::{Family, fuzzy_family};
 use treewright::source::grow::grow;
 use treewright::{bake, blend, dress, export, lod, mesh, preset};
@@ -80,4 +78,62 @@ fn mesh_a_dressed_oak(bencher: Bencher<'_, '_>) {
         let leaf = mesh::leaf_cards(&oak, &posed, &mesh::all_cards(&oak), mesh::CardShape::Folded);
         (bark, leaf)
     });
+}
+
+fn pictures(plan: &Plan) -> (Vec<bake::Maps>, bake::Maps) {
+    let seed = Seed::new(1);
+    let LeafArt::Made { shape, color, variation, size } = plan.leaf_art else { panic!("the leaf is a made one") };
+    let leaves = (0..4).map(|i| bake::leaf_maps(shape, color, variation, size, i, seed)).collect();
+    let BarkArt::Made { pattern, color, size } = plan.bark_art else { panic!("the bark is a made one") };
+    (leaves, bake::bark_maps(pattern, color, size, seed))
+}
+
+fn dressed(plan: &Plan) -> Plant {
+    dress::dress(&oak(1), &plan.dress, Seed::new(1))
+}
+
+#[divan::bench(sample_count = 10)]
+fn make_leaves_and_bark(bencher: Bencher<'_, '_>) {
+    let plan = plan();
+    bencher.bench(|| pictures(&plan));
+}
+
+#[divan::bench(sample_count = 5)]
+fn lod_ladder_of_an_oak(bencher: Bencher<'_, '_>) {
+    let plan = plan();
+    let (oak, (leaves, bark)) = (dressed(&plan), pictures(&plan));
+    bencher.bench(|| lod::ladder(&oak, &plan.mesh, &plan.lods, &leaves, &bark, Seed::new(1)));
+}
+
+#[divan::bench(sample_count = 10)]
+fn pack_an_atlas(bencher: Bencher<'_, '_>) {
+    let plan = plan();
+    let (leaves, bark) = pictures(&plan);
+    let ladder = lod::ladder(&dressed(&plan), &plan.mesh, &plan.lods, &leaves, &bark, Seed::new(1));
+    // As many cards as eight variants have.
+    let tiles: Vec<&bake::Maps> = leaves.iter().chain((0..8).flat_map(|_| &ladder.tiles)).collect();
+    bencher.bench(|| bake::pack(&tiles, &plan.atlas));
+}
+
+#[divan::bench(sample_count = 20)]
+fn export_a_glb(bencher: Bencher<'_, '_>) {
+    let plan = plan();
+    let (leaves, bark) = pictures(&plan);
+    let ladder = lod::ladder(&dressed(&plan), &plan.mesh, &plan.lods, &leaves, &bark, Seed::new(1));
+    let levels: Vec<export::AssetLevel<'_>> = ladder
+        .levels
+        .iter()
+        .map(|level| export::AssetLevel { mesh: &level.mesh, screen_coverage: level.screen_coverage })
+        .collect();
+    let materials = export::SetMaterials::of("oak");
+    let asset = export::AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    bencher.bench(|| export::glb(&asset));
+}
+
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn whole_set(bencher: Bencher<'_, '_>) {
+    let loaded = load_preset(&file("presets/avenue.ron")).unwrap();
+    let inputs = read_inputs(&loaded).unwrap();
+    let key = set_key(&loaded.plan, &inputs);
+    bencher.bench(|| make_set(&loaded.plan, &inputs, key, &Memory::default(), &|_| {}));
 }

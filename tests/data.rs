@@ -1,5 +1,7 @@
 //! Real scans and skeletons import, and broken versions of them are refused with one clear error each.
 
+#![expect(clippy::print_stderr, reason = "says what was skipped")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
-use treewright::build::{Builder, BuildOptions, Memory, SetFiles, find_presets, load_preset};
+use treewright::build::{BuildOptions, Builder, Memory, SetFiles, find_presets, load_preset};
 use treewright::plant::PlantStats;
 use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
 use treewright::source::import::import;
@@ -31,8 +31,13 @@ pub(crate) fn print() {
             let scans = root().join("examples/scans.ron");
             sets.push(scans.clone());
             let time = seconds(3, || drop(made(&scans)));
-            Figure::new("line.scan_set", time, "s", "12 variants of two scans and an oak, cold, in memory, median of 3")
-                .print();
+            Figure::new(
+                "line.scan_set",
+                time,
+                "s",
+                "12 variants of two scans and an oak, cold, in memory, median of 3",
+            )
+            .print();
         }
     } else {
         Figure::new("line.import_files", 0.0, "files", "no data folder: nothing was measured").print();
@@ -65,17 +70,27 @@ fn imports(folder: &Path) {
     let all = || bytes.iter().map(|(name, bytes)| import(bytes, name, &params)).collect::<Vec<_>>();
     let results = all();
     let good = results.iter().filter(|r| r.is_ok()).count();
-    Figure::new("line.import_files", good as f64, "files", format!("imported of {} skeletons that are there", files.len()))
-        .goal("all")
-        .print();
+    Figure::new(
+        "line.import_files",
+        good as f64,
+        "files",
+        format!("imported of {} skeletons that are there", files.len()),
+    )
+    .goal("all")
+    .print();
     let worst = results
         .iter()
         .flatten()
         .map(|imported| PlantStats::of(&imported.plant).topology_continuity)
         .fold(1.0_f32, f32::min);
-    Figure::new("line.import_continuity", f64::from(worst), "share", "worst topology continuity of the imported plants")
-        .goal("1.0")
-        .print();
+    Figure::new(
+        "line.import_continuity",
+        f64::from(worst),
+        "share",
+        "worst topology continuity of the imported plants",
+    )
+    .goal("1.0")
+    .print();
     let time = seconds(9, || drop(all()));
     Figure::new("line.import_time", time * 1e3 / files.len() as f64, "ms", "a file, mean over all, median of 9 rounds")
         .print();

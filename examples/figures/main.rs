@@ -6,7 +6,6 @@
 //! but the goals.
 
 #![expect(clippy::print_stdout, reason = "a program that prints")]
-#![expect(clippy::disallowed_methods, reason = "a clock is what it measures with")]
 
 mod line;
 

@@ -6,7 +6,8 @@
 
 use glam::Vec3;
 
-use super::noise::{Cell, Noise, mix, unit};
+use super::noise::{Noise, mix, unit};
+use super::noise_table::{Cell, Cells, Octaves};
 use crate::base::{Seed, math};
 use crate::preset::plan::BarkPattern;
 
@@ -21,17 +22,32 @@ pub(super) struct Spot {
     pub(super) rough: f32,
 }
 
-/// The fields of one tile of bark.
+/// A place in a row, and where noise moves it.
 #[derive(Clone, Copy, Debug)]
+struct Place {
+    i: usize,
+    u: f32,
+    v: f32,
+    x: f32,
+    y: f32,
+}
+
+/// The fields of one tile of bark.
+#[derive(Clone, Debug)]
 pub(super) struct Bark {
     pattern: BarkPattern,
-    warp: Noise,
-    warp_fine: Noise,
-    cells: Noise,
-    small: Noise,
-    broad: Noise,
-    grain: Noise,
-    fine: Noise,
+    /// Displacement along u and v by the coarse field, and by the fine one.
+    warp: [Octaves; 2],
+    warp_fine: [Octaves; 2],
+    cells: Cells,
+    /// More of the large cells, elsewhere.
+    more_cells: Cells,
+    small: Cells,
+    broad: Octaves,
+    grain: Octaves,
+    fine: Octaves,
+    /// What else a pattern needs, in the order in which it names them.
+    others: [Octaves; 4],
 }
 
 impl Bark {
@@ -45,15 +61,36 @@ impl Bark {
             BarkPattern::Smooth => [(3, 3), (9, 9), (11, 16), (2, 3), (3, 4), (8, 34), (90, 110)],
         };
         let field = |name: &str, i: usize| Noise::new(seed.child(name), sizes[i].0, sizes[i].1);
+        let [warp, curl] = [field("warp", 0), field("fine warp", 1)];
+        let [cells, small] = [field("cells", 2), field("small cells", 3)];
+        let [broad, grain, fine] = [field("broad", 4), field("grain", 5), field("fine", 6)];
+        // Jitter of the cells and of the small ones, octaves of broad and of fine; 1 is the bare field.
+        let (jitter, jitter_small, broad_octaves, fine_octaves) = match pattern {
+            BarkPattern::Furrowed => (0.95, 0.9, 1, 2),
+            BarkPattern::Papery => (0.9, 0.5, 4, 2),
+            BarkPattern::Plated => (0.9, 1.0, 3, 3),
+            BarkPattern::Smooth => (0.9, 0.6, 4, 2),
+        };
+        let others = match pattern {
+            BarkPattern::Furrowed => [(broad.shifted(5), 4), (grain, 1), (fine, 0), (fine, 0)],
+            BarkPattern::Papery => {
+                [(curl.shifted(4), 3), (curl.shifted(2), 4), (fine.shifted(2), 1), (fine.shifted(1), 3)]
+            }
+            BarkPattern::Plated => [(curl.shifted(8), 2), (broad.shifted(9), 2), (curl.shifted(7), 3), (fine, 0)],
+            BarkPattern::Smooth => [(broad.shifted(3), 5), (fine, 0), (fine, 0), (fine, 0)],
+        };
+        let sum = |field, octaves| if octaves == 1 { Octaves::single(field) } else { Octaves::new(field, octaves) };
         Self {
             pattern,
-            warp: field("warp", 0),
-            warp_fine: field("fine warp", 1),
-            cells: field("cells", 2),
-            small: field("small cells", 3),
-            broad: field("broad", 4),
-            grain: field("grain", 5),
-            fine: field("fine", 6),
+            warp: [sum(warp, 2), sum(warp.shifted(1), 1)],
+            warp_fine: [sum(curl, 2), sum(curl.shifted(1), 1)],
+            cells: Cells::new(cells, jitter),
+            more_cells: Cells::new(cells.shifted(3), jitter),
+            small: Cells::new(small, jitter_small),
+            broad: sum(broad, broad_octaves),
+            grain: sum(grain, 3),
+            fine: sum(fine, fine_octaves),
+            others: others.map(|(field, octaves)| sum(field, octaves)),
         }
     }
 
@@ -67,96 +104,120 @@ impl Bark {
         }
     }
 
-    /// The bark at a place.
-    pub(super) fn at(&self, u: f32, v: f32) -> Spot {
+    /// The bark at the middles of `size` pixels in a row.
+    pub(super) fn row(&self, v: f32, size: usize) -> Vec<Spot> {
         match self.pattern {
-            BarkPattern::Furrowed => self.furrowed(u, v),
-            BarkPattern::Papery => self.papery(u, v),
-            BarkPattern::Plated => self.plated(u, v),
-            BarkPattern::Smooth => self.smooth(u, v),
+            BarkPattern::Furrowed => self.furrowed(v, size),
+            BarkPattern::Papery => self.papery(v, size),
+            BarkPattern::Plated => self.plated(v, size),
+            BarkPattern::Smooth => self.smooth(v, size),
         }
     }
 
-    /// A place moved by noise: `coarse` and `fine` shares of the tile.
-    fn warped(&self, u: f32, v: f32, coarse: f32, fine: f32) -> (f32, f32) {
-        let du = coarse * self.warp.octaves(u, v, 2) + fine * self.warp_fine.octaves(u, v, 2);
-        let dv = coarse * self.warp.shifted(1).at(u, v) + fine * self.warp_fine.shifted(1).at(u, v);
-        (u + du, v + dv)
+    /// The places of a row (number, u, v) with u and v moved by noise: `coarse` and `fine` shares of the tile.
+    fn warped(&self, v: f32, size: usize, coarse: f32, fine: f32) -> impl Iterator<Item = Place> {
+        let [du, dv] = [0, 1].map(|k| {
+            let (a, b) = (self.warp[k].row(v, size), self.warp_fine[k].row(v, size));
+            a.into_iter().zip(b).map(move |(a, b)| coarse * a + fine * b)
+        });
+        du.zip(dv).enumerate().map(move |(i, (du, dv))| {
+            let u = (i as f32 + 0.5) / size as f32;
+            Place { i, u, v, x: u + du, y: v + dv }
+        })
     }
 
-    fn furrowed(&self, u: f32, v: f32) -> Spot {
-        let (x, y) = self.warped(u, v, 0.05, 0.011);
-        // Long lenses side by side; their borders split and join: the furrows.
-        let lens = self.cells.cells(x, y, 0.95);
-        let ridge = math::smoothstep(0.0, 0.34 + 0.14 * self.broad.at(u, v), lens.border);
-        // Shallower cracks across and along cut the ridges into blocks.
-        let block = self.small.cells(x + 0.02 * self.grain.at(u, v), y, 0.9);
-        let crack = math::smoothstep(0.0, 0.16, block.border);
-        let grain = self.grain.octaves(x, y, 3);
-        let fine = self.fine.octaves(u, v, 2);
-        let crown = 0.62 + 0.38 * ridge;
-        let height = ridge * crown * (0.78 + 0.22 * crack)
-            + 0.15 * grain * (0.3 + ridge)
-            + 0.06 * fine
-            + 0.08 * (unit(block.id, 1) - 0.5) * ridge;
-        let deep = mix(0.24, 1.0, math::smoothstep(-0.05, 0.7, height));
-        let tone = deep
-            * (1.0 + 0.34 * grain + 0.26 * fine + 0.26 * (unit(block.id, 2) - 0.5) + 0.24 * (unit(lens.id, 3) - 0.5))
-            * (0.8 + 0.2 * crack);
-        // Furrows are redder (fresh cork), ridge tops greyer and here and there green-grey with algae.
-        let moss = math::smoothstep(0.15, 0.75, self.broad.shifted(5).octaves(u, v, 4)) * ridge;
-        let hue = Vec3::new(1.16, 0.98, 0.80).lerp(Vec3::new(1.0, 1.0, 1.0), ridge);
-        let hue = hue.lerp(Vec3::new(0.90, 1.02, 0.82), 0.6 * moss);
-        Spot { height, tone: hue * tone, rough: 0.93 - 0.06 * ridge + 0.03 * fine }
+    fn furrowed(&self, v: f32, size: usize) -> Vec<Spot> {
+        let [moss_row, grain_row] = [0, 1].map(|k| self.others[k].row(v, size));
+        let (broad_row, fine_row) = (self.broad.row(v, size), self.fine.row(v, size));
+        let spot = |Place { i, x, y, .. }: Place| {
+            // Long lenses side by side; their borders split and join: the furrows.
+            let (lens, lens_border) = self.cells.bordered(x, y);
+            let ridge = math::smoothstep(0.0, 0.34 + 0.14 * broad_row[i], lens_border);
+            // Shallower cracks across and along cut the ridges into blocks.
+            let (block, block_border) = self.small.bordered(x + 0.02 * grain_row[i], y);
+            let crack = math::smoothstep(0.0, 0.16, block_border);
+            let grain = self.grain.at(x, y);
+            let fine = fine_row[i];
+            let crown = 0.62 + 0.38 * ridge;
+            let height = ridge * crown * (0.78 + 0.22 * crack)
+                + 0.15 * grain * (0.3 + ridge)
+                + 0.06 * fine
+                + 0.08 * (unit(block.id, 1) - 0.5) * ridge;
+            let deep = mix(0.24, 1.0, math::smoothstep(-0.05, 0.7, height));
+            let tone = deep
+                * (1.0
+                    + 0.34 * grain
+                    + 0.26 * fine
+                    + 0.26 * (unit(block.id, 2) - 0.5)
+                    + 0.24 * (unit(lens.id, 3) - 0.5))
+                * (0.8 + 0.2 * crack);
+            // Furrows are redder (fresh cork), ridge tops greyer and here and there green-grey with algae.
+            let moss = math::smoothstep(0.15, 0.75, moss_row[i]) * ridge;
+            let hue = Vec3::new(1.16, 0.98, 0.80).lerp(Vec3::new(1.0, 1.0, 1.0), ridge);
+            let hue = hue.lerp(Vec3::new(0.90, 1.02, 0.82), 0.6 * moss);
+            Spot { height, tone: hue * tone, rough: 0.93 - 0.06 * ridge + 0.03 * fine }
+        };
+        self.warped(v, size, 0.05, 0.011).map(spot).collect()
     }
 
-    fn plated(&self, u: f32, v: f32) -> Spot {
-        let (x, y) = self.warped(u, v, 0.05, 0.02);
-        let plate = self.cells.cells(x, y, 0.9);
-        let (sx, sy) = (x + 0.012 * self.warp_fine.shifted(8).octaves(u, v, 2), y);
-        let split = self.small.cells(sx, sy, 1.0);
-        let gap = 0.13 + 0.12 * self.broad.shifted(9).octaves(u, v, 2);
-        let top = math::smoothstep(0.0, gap.max(0.04) + 0.05, plate.border);
-        // Plates break up into scales; each scale is a step of its own, thinner towards its edge.
-        let scale = math::smoothstep(0.0, 0.07, split.border);
-        let step = unit(split.id, 3);
-        let flake = self.fine.octaves(x, y, 3);
-        let layers = 3.0 * (0.5 + 0.5 * self.warp_fine.shifted(7).octaves(x, y, 3)) + 2.0 * step;
-        let terrace = (layers.floor() + math::smoothstep(0.75, 1.0, layers - layers.floor())) / 5.0;
-        let height = top * (0.36 + 0.46 * terrace + 0.20 * scale + 0.10 * unit(plate.id, 4)) + 0.09 * flake;
-        let deep = mix(0.16, 1.0, math::smoothstep(0.0, 0.42, height));
-        let tone = deep
-            * (0.74 + 0.28 * scale)
-            * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
-        // Lower layers are fresh and orange, outer ones weathered and grey.
-        let weather = (0.55 * terrace + 0.45 * unit(split.id, 6) + 0.25 * self.broad.octaves(u, v, 3)).clamp(0.0, 1.0);
-        let hue = Vec3::new(1.16, 0.94, 0.76).lerp(Vec3::new(0.92, 1.05, 1.28), math::smoothstep(0.15, 0.8, weather));
-        Spot { height, tone: hue * tone, rough: 0.88 + 0.05 * flake - 0.05 * (1.0 - weather) }
+    fn plated(&self, v: f32, size: usize) -> Vec<Spot> {
+        let [split_row, gap_row] = [0, 1].map(|k| self.others[k].row(v, size));
+        let broad_row = self.broad.row(v, size);
+        let spot = |Place { i, x, y, .. }: Place| {
+            let (plate, plate_border) = self.cells.bordered(x, y);
+            let (sx, sy) = (x + 0.012 * split_row[i], y);
+            let (split, split_border) = self.small.bordered(sx, sy);
+            let gap = 0.13 + 0.12 * gap_row[i];
+            let top = math::smoothstep(0.0, gap.max(0.04) + 0.05, plate_border);
+            // Plates break up into scales; each scale is a step of its own, thinner towards its edge.
+            let scale = math::smoothstep(0.0, 0.07, split_border);
+            let step = unit(split.id, 3);
+            let flake = self.fine.at(x, y);
+            let layers = 3.0 * (0.5 + 0.5 * self.others[2].at(x, y)) + 2.0 * step;
+            let terrace = (layers.floor() + math::smoothstep(0.75, 1.0, layers - layers.floor())) / 5.0;
+            let height = top * (0.36 + 0.46 * terrace + 0.20 * scale + 0.10 * unit(plate.id, 4)) + 0.09 * flake;
+            let deep = mix(0.16, 1.0, math::smoothstep(0.0, 0.42, height));
+            let tone = deep
+                * (0.74 + 0.28 * scale)
+                * (1.0 + 0.34 * flake + 0.30 * (step - 0.5) + 0.16 * (unit(plate.id, 5) - 0.5));
+            // Lower layers are fresh and orange, outer ones weathered and grey.
+            let weather = (0.55 * terrace + 0.45 * unit(split.id, 6) + 0.25 * broad_row[i]).clamp(0.0, 1.0);
+            let hue =
+                Vec3::new(1.16, 0.94, 0.76).lerp(Vec3::new(0.92, 1.05, 1.28), math::smoothstep(0.15, 0.8, weather));
+            Spot { height, tone: hue * tone, rough: 0.88 + 0.05 * flake - 0.05 * (1.0 - weather) }
+        };
+        self.warped(v, size, 0.05, 0.02).map(spot).collect()
     }
 
-    fn papery(&self, u: f32, v: f32) -> Spot {
-        let (x, y) = self.warped(u, v, 0.02, 0.004);
-        let streak = self.grain.octaves(x, y, 3);
-        let fine = self.fine.octaves(u, v, 2);
-        let broad = self.broad.octaves(u, v, 4);
-        // Lenticels: short dark dashes around the trunk, one in some of the cells.
-        let ragged = 0.5 * streak + 0.35 * fine;
-        let mut dash = self.dash(self.cells.cells(x, y, 0.9), 0.4, 0.42, 0.17, ragged);
-        dash = dash.max(0.7 * self.dash(self.cells.shifted(3).cells(x, y, 0.9), 0.4, 0.14, 0.12, ragged));
-        // Scars: dark, rough lozenges where branches were shed.
-        let scar_cell = self.small.cells(x, y + 0.012 * self.warp_fine.octaves(u, v, 2), 0.5);
-        let (scar, rough_scar) = self.scar(scar_cell, u, v);
-        // Curls of peeling layers: thin raised edges along the streaks.
-        let peel = self.warp_fine.shifted(4).octaves(u, v, 3);
-        let edge = math::smoothstep(0.30, 0.33, peel);
-        let height = 0.55 + 0.10 * streak + 0.05 * fine + 0.12 * edge + 0.20 * dash + scar * (0.5 * rough_scar - 0.15);
-        let pale = 1.0 + 0.11 * streak + 0.05 * fine + 0.08 * broad - 0.06 * edge;
-        let warm = math::smoothstep(0.0, 0.8, broad + 0.3 * streak);
-        let mut tone = Vec3::new(1.0, 1.0, 1.0).lerp(Vec3::new(1.0, 0.90, 0.78), 0.55 * warm.max(0.8 * edge)) * pale;
-        tone = tone.lerp(Vec3::new(0.16, 0.135, 0.115), 0.85 * dash);
-        let dark = Vec3::new(0.075, 0.068, 0.062) * (1.0 + 0.7 * rough_scar);
-        tone = tone.lerp(dark, scar);
-        Spot { height, tone, rough: mix(0.56 + 0.05 * fine, 0.92, scar.max(dash * 0.8)) }
+    fn papery(&self, v: f32, size: usize) -> Vec<Spot> {
+        let (broad_row, fine_row) = (self.broad.row(v, size), self.fine.row(v, size));
+        let (peel_row, curl_row) = (self.others[0].row(v, size), self.warp_fine[0].row(v, size));
+        let spot = |Place { i, u, v, x, y }: Place| {
+            let streak = self.grain.at(x, y);
+            let fine = fine_row[i];
+            let broad = broad_row[i];
+            // Lenticels: short dark dashes around the trunk, one in some of the cells.
+            let ragged = 0.5 * streak + 0.35 * fine;
+            let mut dash = self.dash(self.cells.nearest(x, y), 0.4, 0.42, 0.17, ragged);
+            dash = dash.max(0.7 * self.dash(self.more_cells.nearest(x, y), 0.4, 0.14, 0.12, ragged));
+            // Scars: dark, rough lozenges where branches were shed.
+            let scar_cell = self.small.nearest(x, y + 0.012 * curl_row[i]);
+            let (scar, rough_scar) = self.scar(scar_cell, u, v);
+            // Curls of peeling layers: thin raised edges along the streaks.
+            let peel = peel_row[i];
+            let edge = math::smoothstep(0.30, 0.33, peel);
+            let height =
+                0.55 + 0.10 * streak + 0.05 * fine + 0.12 * edge + 0.20 * dash + scar * (0.5 * rough_scar - 0.15);
+            let pale = 1.0 + 0.11 * streak + 0.05 * fine + 0.08 * broad - 0.06 * edge;
+            let warm = math::smoothstep(0.0, 0.8, broad + 0.3 * streak);
+            let mut tone =
+                Vec3::new(1.0, 1.0, 1.0).lerp(Vec3::new(1.0, 0.90, 0.78), 0.55 * warm.max(0.8 * edge)) * pale;
+            tone = tone.lerp(Vec3::new(0.16, 0.135, 0.115), 0.85 * dash);
+            let dark = Vec3::new(0.075, 0.068, 0.062) * (1.0 + 0.7 * rough_scar);
+            tone = tone.lerp(dark, scar);
+            Spot { height, tone, rough: mix(0.56 + 0.05 * fine, 0.92, scar.max(dash * 0.8)) }
+        };
+        self.warped(v, size, 0.02, 0.004).map(spot).collect()
     }
 
     /// How much of a dark scar a place in a cell shows, and the scar's own relief.
@@ -169,9 +230,9 @@ impl Bark {
         }
         let share = unit(cell.id, 9);
         let size = 0.06 + 0.2 * share * share;
-        let ragged = 0.085 * self.warp_fine.shifted(2).octaves(u, v, 4) + 0.02 * self.fine.shifted(2).at(u, v);
+        let ragged = 0.085 * self.others[1].at(u, v) + 0.02 * self.others[2].at(u, v);
         let scar = 1.0 - math::smoothstep(size * 0.72, size, lozenge + ragged);
-        (scar, self.fine.shifted(1).octaves(u, v, 3))
+        (scar, self.others[3].at(u, v))
     }
 
     /// A dash around the trunk within a cell: 1 on it. `share` of the cells have one, of up to this half length and
@@ -188,24 +249,28 @@ impl Bark {
         1.0 - math::smoothstep(0.5, 1.0, round)
     }
 
-    fn smooth(&self, u: f32, v: f32) -> Spot {
-        let (x, y) = self.warped(u, v, 0.03, 0.006);
-        let wrinkle = self.grain.octaves(x, y, 3);
-        let fine = self.fine.octaves(u, v, 2);
-        let broad = self.broad.octaves(u, v, 4);
-        let blotch = math::smoothstep(0.05, 0.4, self.broad.shifted(3).octaves(u, v, 5));
-        let dash = self.dash(self.cells.cells(x, y, 0.9), 0.35, 0.22, 0.10, 0.3 * fine);
-        // Eyes of shed twigs: low rings, wider than high.
-        let eye = self.small.cells(x, y, 0.6);
-        let wide = 0.10 + 0.07 * unit(eye.id, 5);
-        let (ex, ey) = (eye.offset[0] / wide, eye.offset[1] / (0.55 * wide));
-        let ring = (ex * ex + ey * ey).sqrt();
-        let has = if unit(eye.id, 4) < 0.5 { 1.0 } else { 0.0 };
-        let lid = has * (1.0 - (2.2 * (ring - 0.8)).abs()).max(0.0);
-        let height = 0.5 + 0.22 * wrinkle + 0.10 * fine + 0.12 * broad + 0.22 * dash + 0.5 * lid;
-        let tone = 1.0 + 0.13 * wrinkle + 0.08 * fine + 0.18 * broad - 0.18 * dash - 0.13 * lid;
-        let hue = Vec3::ONE.lerp(Vec3::new(0.86, 0.95, 0.80), 0.55 * math::smoothstep(0.0, 0.7, -broad));
-        let hue = hue.lerp(Vec3::new(1.20, 1.21, 1.17), 0.55 * blotch);
-        Spot { height, tone: hue * tone, rough: 0.72 + 0.08 * fine + 0.05 * blotch }
+    fn smooth(&self, v: f32, size: usize) -> Vec<Spot> {
+        let (broad_row, fine_row) = (self.broad.row(v, size), self.fine.row(v, size));
+        let blotch_row = self.others[0].row(v, size);
+        let spot = |Place { i, x, y, .. }: Place| {
+            let wrinkle = self.grain.at(x, y);
+            let fine = fine_row[i];
+            let broad = broad_row[i];
+            let blotch = math::smoothstep(0.05, 0.4, blotch_row[i]);
+            let dash = self.dash(self.cells.nearest(x, y), 0.35, 0.22, 0.10, 0.3 * fine);
+            // Eyes of shed twigs: low rings, wider than high.
+            let eye = self.small.nearest(x, y);
+            let wide = 0.10 + 0.07 * unit(eye.id, 5);
+            let (ex, ey) = (eye.offset[0] / wide, eye.offset[1] / (0.55 * wide));
+            let ring = (ex * ex + ey * ey).sqrt();
+            let has = if unit(eye.id, 4) < 0.5 { 1.0 } else { 0.0 };
+            let lid = has * (1.0 - (2.2 * (ring - 0.8)).abs()).max(0.0);
+            let height = 0.5 + 0.22 * wrinkle + 0.10 * fine + 0.12 * broad + 0.22 * dash + 0.5 * lid;
+            let tone = 1.0 + 0.13 * wrinkle + 0.08 * fine + 0.18 * broad - 0.18 * dash - 0.13 * lid;
+            let hue = Vec3::ONE.lerp(Vec3::new(0.86, 0.95, 0.80), 0.55 * math::smoothstep(0.0, 0.7, -broad));
+            let hue = hue.lerp(Vec3::new(1.20, 1.21, 1.17), 0.55 * blotch);
+            Spot { height, tone: hue * tone, rough: 0.72 + 0.08 * fine + 0.05 * blotch }
+        };
+        self.warped(v, size, 0.03, 0.006).map(spot).collect()
     }
 }

@@ -12,6 +12,7 @@ mod leaf_veins;
 mod letters;
 mod mip_coverage;
 mod noise;
+mod noise_table;
 mod picture;
 mod raster;
 mod resample;
@@ -27,12 +28,12 @@ pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
-pub use spray::spray_span;
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
 pub use shade::{Light, Shading};
-pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
+pub use spray::spray_span;
 pub(crate) use srgb::encode as srgb_byte;
+pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 /// A material's maps, all of one size, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

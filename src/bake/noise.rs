@@ -1,8 +1,8 @@
-//! Lattice noise that tiles: gradient noise, its octaves, and cell (Worley) noise.
+//! Lattice noise that tiles: gradient noise and its octaves; `noise_table` has them by the row, and cells.
 //!
 //! Coordinates are in lattice cells; a field repeats after `period` cells along each axis, so a picture that spans
 //! `period` cells has no seam. Only additions, products, floors and square roots are used: the same bits everywhere.
-//! Sources: Perlin 2002, "Improving Noise" (the fade curve); Worley 1996, "A Cellular Texture Basis Function".
+//! Sources: Perlin 2002, "Improving Noise" (the fade curve).
 
 use crate::base::Seed;
 
@@ -11,18 +11,6 @@ use crate::base::Seed;
 pub(super) struct Noise {
     seed: u32,
     period: [i32; 2],
-}
-
-/// What [`Noise::cells`] finds at a place.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
-    /// Distance to the border between the nearest cell and its neighbour, in widths of a cell; 0 on the border. The
-    /// tile counts as square, so in long cells borders are as wide across as along.
-    pub(super) border: f32,
-    /// Offset from the nearest cell's centre, in cells.
-    pub(super) offset: [f32; 2],
-    /// Bits that name the nearest cell.
-    pub(super) id: u32,
 }
 
 impl Noise {
@@ -63,48 +51,39 @@ impl Noise {
     /// The sum of `octaves` fields, each of twice the frequency and half the strength of the one before; about
     /// -1..=1. `u`, `v` are shares of the tile.
     pub(super) fn octaves(self, u: f32, v: f32, octaves: u32) -> f32 {
-        let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
-        let mut field = self;
-        for i in 0..octaves {
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (field, weight) in self.each_octave(octaves) {
             sum += weight * field.at(u, v);
             total += weight;
-            weight *= 0.5;
-            field = Self { period: [field.period[0] * 2, field.period[1] * 2], ..self.shifted(i + 1) };
         }
         if total > 0.0 { 1.4 * sum / total } else { 0.0 }
     }
 
-    /// The cell at a place given as shares of the tile. Centres lie in the middle of their lattice cell, displaced by
-    /// up to half of `jitter` (0..=1) along each axis.
-    pub(super) fn cells(self, u: f32, v: f32, jitter: f32) -> Cell {
-        let (x, y) = (u * self.period[0] as f32, v * self.period[1] as f32);
-        let ((bx, dx), (by, dy)) = (split(x), split(y));
-        let mut near = [(0.0_f32, 0.0_f32); 9];
-        let (mut best, mut best_at, mut id) = (f32::MAX, 0, 0);
-        let rows = [-1, 0, 1].map(|oy| self.row(wrap(by + oy, self.period[1])));
-        for (k, slot) in near.iter_mut().enumerate() {
-            let (ox, oy) = (k as i32 % 3 - 1, k as i32 / 3 - 1);
-            let h = in_row(rows[k / 3], wrap(bx + ox, self.period[0]));
-            let rx = ox as f32 + 0.5 + 0.5 * jitter * low(h) - dx;
-            let ry = oy as f32 + 0.5 + 0.5 * jitter * high(h) - dy;
-            *slot = (rx, ry);
-            let d = rx * rx + ry * ry;
-            if d < best {
-                (best, best_at, id) = (d, k, scramble(h));
-            }
-        }
-        let (cx, cy) = near[best_at];
-        let squash = self.period[1] as f32 / self.period[0] as f32;
-        let mut border = f32::MAX;
-        for (k, &(rx, ry)) in near.iter().enumerate() {
-            let (ex, ey) = (rx - cx, ry - cy);
-            // Distance to the perpendicular bisector of the two centres; its gradient as seen in the square tile.
-            let length = (ex * ex + ey * ey * squash * squash).sqrt();
-            if k != best_at && length > 1e-6 {
-                border = border.min((0.5 * (rx + cx) * ex + 0.5 * (ry + cy) * ey) / length);
-            }
-        }
-        Cell { border: border.max(0.0), offset: [-cx, -cy], id }
+    /// The fields of [`octaves`](Self::octaves) and their weights.
+    pub(super) fn each_octave(self, octaves: u32) -> impl Iterator<Item = (Self, f32)> {
+        let first = (self, 1.0);
+        (0..octaves).scan(first, |(field, weight), i| {
+            let this = (*field, *weight);
+            *field = Self { period: [field.period[0] * 2, field.period[1] * 2], ..field.shifted(i + 1) };
+            *weight *= 0.5;
+            Some(this)
+        })
+    }
+
+    /// Columns and rows after which the field repeats.
+    pub(super) fn period(self) -> [usize; 2] {
+        self.period.map(|n| n as usize)
+    }
+
+    /// The random vector of a lattice point, each component -1..=1.
+    pub(super) fn vector(self, x: usize, y: usize) -> [f32; 2] {
+        let h = in_row(self.row(y as i32), x as i32);
+        [low(h), high(h)]
+    }
+
+    /// Bits that name a lattice point.
+    pub(super) fn name(self, x: usize, y: usize) -> u32 {
+        scramble(in_row(self.row(y as i32), x as i32))
     }
 
     fn row(self, y: i32) -> u32 {
@@ -177,8 +156,6 @@ mod tests {
             let (u, v) = (i as f32 * 0.017, i as f32 * 0.013);
             assert!((noise.at(u, v) - noise.at(u + 1.0, v)).abs() < 1e-4);
             assert!((noise.octaves(u, v, 4) - noise.octaves(u, v - 1.0, 4)).abs() < 1e-3);
-            let (a, b) = (noise.cells(u, v, 0.8), noise.cells(u + 1.0, v + 1.0, 0.8));
-            assert!(a.id == b.id && (a.border - b.border).abs() < 1e-4);
         }
         assert!((noise.at(0.13, 0.2) - noise.at(0.33, 0.2)).abs() > 1e-3);
     }
@@ -190,18 +167,5 @@ mod tests {
         let mean = values.iter().sum::<f32>() / 4096.0;
         assert!(mean.abs() < 0.05, "{mean}");
         assert!(values.iter().all(|v| v.abs() < 1.6) && values.iter().any(|v| v.abs() > 0.3));
-    }
-
-    #[test]
-    fn the_border_of_a_cell_is_where_its_name_changes() {
-        let noise = Noise::new(Seed::new(3), 6, 6);
-        let mut before = noise.cells(0.0, 0.37, 0.9);
-        for i in 1..2000 {
-            let cell = noise.cells(i as f32 / 2000.0, 0.37, 0.9);
-            if cell.id != before.id {
-                assert!(cell.border < 0.02 && before.border < 0.02, "{cell:?}");
-            }
-            before = cell;
-        }
     }
 }

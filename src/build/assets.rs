@@ -75,13 +75,35 @@ pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Res
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
                     *tile += start;
                 }
-                atlas.place(&mut mesh.leaf).map(|()| mesh)
+                atlas.place(&mut mesh.leaf).map_err(|e| fail(&e))?;
+                unwrap_lightmap(plan, &mut mesh)?;
+                Ok(mesh)
             };
             ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
         })
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| fail(&e))?;
+        .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
     Ok(Placed { atlas, coverage, meshes })
+}
+
+/// Gives a level the second UV set that the preset asks for.
+#[cfg(feature = "lightmap")]
+fn unwrap_lightmap(plan: &Plan, level: &mut TreeMesh) -> Result<(), Vec<Diagnostic>> {
+    if plan.lightmap == 0 {
+        return Ok(());
+    }
+    crate::mesh::unwrap_lightmap(level, plan.lightmap)
+        .map_err(|e| vec![Diagnostic::new(format!("set {}", plan.name), e.to_string()).with_field("mesh.lightmap")])
+}
+
+/// Without the feature no light maps can be had.
+#[cfg(not(feature = "lightmap"))]
+fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>> {
+    if plan.lightmap == 0 {
+        return Ok(());
+    }
+    let message = "this Treewright was built without light maps";
+    let error = Diagnostic::new(format!("set {}", plan.name), message).with_field("mesh.lightmap");
+    Err(vec![error.with_hint("build it with the feature `lightmap`, or leave the field out")])
 }
 
 /// Encodes all files of a set, the manifest last.
@@ -251,7 +273,7 @@ fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height:
         vertices: (mesh.bark.positions.len() + mesh.leaf.positions.len()) as u64,
         screen_coverage: level.screen_coverage,
         switch_distance: export::switch_distance(height, level.screen_coverage),
-        measured: (index > 0).then(|| MeasuredErrors {
+        measured: (index > 0).then_some(MeasuredErrors {
             pixels: measured.pixels,
             views: measured.views,
             iou_mean: measured.iou,

@@ -260,10 +260,10 @@ pub(super) fn dress_params(plan: &Plan) -> DressParams {
 pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
     let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
     for variant in &plan.variants {
-        if let Variant::Blend { from, to, matching, .. } = variant {
-            if !pairs.contains(&(*from, *to, *matching)) {
-                pairs.push((*from, *to, *matching));
-            }
+        if let Variant::Blend { from, to, matching, .. } = variant
+            && !pairs.contains(&(*from, *to, *matching))
+        {
+            pairs.push((*from, *to, *matching));
         }
     }
     pairs

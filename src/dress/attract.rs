@@ -27,26 +27,32 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
     let centre = (wood.crown.bounds().0 + wood.crown.bounds().1) * 0.5;
     let deepest = wood.crown.depth(centre).max(1e-6);
     let grid = Grid::new(&wood.near, wood.reach * 0.5);
+    let clumps = seed.child("clumps");
+    // Every draw has its own address, so the tests may come in any order: the cheap ones that fail often come first.
     (0..drawn)
         .into_par_iter()
         .filter_map(|i| {
             let s = seed.at(i as u64);
             let p = low + size * Vec3::new(s.at(0).unit(), s.at(1).unit(), s.at(2).unit());
-            let depth = wood.crown.depth(p);
-            if depth < -wood.swell || p.y < wood.floor {
-                return None;
-            }
-            let inside = (depth / deepest).clamp(0.0, 1.0);
-            if s.at(3).unit() > 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside) {
-                return None;
-            }
-            // Foliage comes in clumps with gaps between.
-            if s.at(5).unit() > math::smoothstep(0.18, 0.5, clump(p / (wood.reach * 1.1), seed.child("clumps"))) {
+            if p.y < wood.floor {
                 return None;
             }
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
             let near = wood.reach * s.at(4).unit().sqrt();
-            grid.any(&wood.near, p, near).then_some(p)
+            if !grid.any(&wood.near, p, near) {
+                return None;
+            }
+            // Foliage comes in clumps with gaps between.
+            if s.at(5).unit() > math::smoothstep(0.18, 0.5, clump(p / (wood.reach * 1.1), clumps)) {
+                return None;
+            }
+            let depth = wood.crown.depth(p);
+            if depth < -wood.swell {
+                return None;
+            }
+            let inside = (depth / deepest).clamp(0.0, 1.0);
+            let share = 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside);
+            (s.at(3).unit() <= share).then_some(p)
         })
         .collect()
 }

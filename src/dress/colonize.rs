@@ -1,12 +1,13 @@
 //! Space colonization (Runions, Lane and Prusinkiewicz 2007): twigs grow step by step towards the leaf points that are
 //! nearest to them, and a point is gone when a twig comes near it.
 //!
-//! Each point keeps the nearest node so far and only new nodes are offered to it, so that the work is linear in nodes
-//! times the points within their influence. Two remedies for what the paper's rule does on its own: a node never grows
+//! Each point keeps the nearest node so far and looks only among the nodes of the last round for a nearer one, within the
+//! distance that it has to beat: the work is linear in points times rounds, and points are independent of each other. Two remedies for what the paper's rule does on its own: a node never grows
 //! twice the same way (two points in balance would hold it there for ever), and a twig is at most a fixed number of
 //! steps long.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::grid::Grid;
 use super::twig::Wood;
@@ -49,24 +50,27 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
         })
         .collect();
     let most = shoots.len() + points.len() * usize::from(wood.rounds);
-    let grid = Grid::new(points, influence * 0.5);
     // For each point the nearest shoot and its squared distance; reached points are done.
     let mut nearest = vec![(f32::INFINITY, u32::MAX); points.len()];
     let mut done = vec![false; points.len()];
     let mut fresh = 0;
-    for _ in 0..wood.rounds {
-        for (i, shoot) in shoots.iter().enumerate().skip(fresh) {
-            grid.near(shoot.position, influence, |p| {
-                let p = p as usize;
-                let distance = points[p].distance_squared(shoot.position);
-                if !done[p] && distance < influence * influence && distance < nearest[p].0 {
-                    nearest[p] = (distance, i as u32);
+    for round in 0..wood.rounds {
+        let latest: Vec<Vec3> = shoots[fresh..].iter().map(|s| s.position).collect();
+        // About one shoot a cell where they are dense.
+        let grid = Grid::new(&latest, if round == 0 { step } else { influence * 0.25 });
+        nearest.par_iter_mut().zip(done.par_iter_mut()).zip(points).with_min_len(256).for_each(|((best, done), &p)| {
+            if *done {
+                return;
+            }
+            let within = influence.min(if round > 0 { best.0.sqrt().max(kill) } else { influence });
+            if let Some((distance, i)) = grid.nearest(&latest, p, within) {
+                if distance < best.0 {
+                    *best = (distance, fresh as u32 + i);
                 }
-                if distance < kill * kill && shoot.parent.is_some() {
-                    done[p] = true;
-                }
-            });
-        }
+                // Twigs reach points, the wood they start from does not.
+                *done = round > 0 && distance < kill * kill;
+            }
+        });
         fresh = shoots.len();
         let mut pulls: Vec<(u32, u32)> = (0..points.len() as u32)
             .filter(|&p| !done[p as usize] && nearest[p as usize].1 != u32::MAX)

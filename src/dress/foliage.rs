@@ -11,6 +11,7 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::twig::Wood;
 use crate::base::{Frame, Rotation, Seed, math};
@@ -30,6 +31,8 @@ struct Site {
     /// Number along its chain; the phyllotactic angle.
     number: u32,
     terminal: bool,
+    /// How much further in than a twig's length it lies on own wood, in twigs.
+    inward: f32,
 }
 
 /// Puts leaves on a plant with twigs, whose first chains are `bare`'s.
@@ -44,19 +47,29 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     // The fixed order: weighted sampling without replacement (Efraimidis and Spirakis 2006), the smallest keys first.
     let (low, high) = wood.crown.bounds();
     let deepest = wood.crown.depth((low + high) * 0.5).max(1e-6);
+    // How deep each twig lies, 0 at the rim; once a twig, since it costs more than anything else here.
+    let insides: Vec<f32> = (0..plant.chains().len() as u32)
+        .into_par_iter()
+        .map(|id| {
+            if (id as usize) < bare.chains().len() {
+                return 0.0;
+            }
+            let middle = posed.curve(&plant, ChainId(id)).point(0.5);
+            math::smoothstep(0.1, 0.9, wood.crown.depth(middle) / deepest)
+        })
+        .collect();
     let mut order: Vec<(f32, u32)> = sites
         .iter()
         .enumerate()
         .map(|(i, site)| {
             let chain = seed.at(u64::from(site.chain.0));
             let key = if site.chain.index() < bare.chains().len() {
-                // The plant's own branch ends are leafy first.
-                0.1 * exponential(address(seed, site).child("order"), 1.0)
+                // The plant's own branch ends are leafy first, further in later.
+                0.06 * exponential(address(seed, site).child("order"), 1.0) + 0.3 * site.inward
             } else {
-                let inside =
-                    math::smoothstep(0.1, 0.9, wood.crown.depth(posed.at(&plant, site.chain, 0.5).position) / deepest);
+                let inside = insides[site.chain.index()];
                 exponential(chain.child("order"), 1.0 - 0.75 * inside)
-                    + 0.25 * exponential(address(seed, site).child("order"), if site.terminal { 4.0 } else { 1.0 })
+                    + 0.06 * exponential(address(seed, site).child("order"), if site.terminal { 4.0 } else { 1.0 })
             };
             (key, i as u32)
         })
@@ -89,6 +102,7 @@ fn address(seed: Seed, site: &Site) -> Seed {
 /// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
 fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
     let gap = (wood.leaf * 0.3).max(wood.step * 0.2);
+    let near = params.twig_length * 1.2;
     let mut sites = Vec::new();
     for id in plant.chain_ids() {
         let own = id.index() < bare.chains().len();
@@ -103,15 +117,19 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
         {
             continue;
         }
-        let leafy =
-            if own { (params.twig_length * 1.2).min(length * 0.8) } else { length - (gap * 0.4).min(length * 0.4) };
+        let leafy = if own { near.max(length * 0.5).min(length * 0.8) } else { length - (gap * 0.4).min(length * 0.4) };
         let count = (leafy / gap) as u32;
-        sites.push(Site { chain: id, location: 1.0, number: 0, terminal: true });
+        sites.push(Site { chain: id, location: 1.0, number: 0, terminal: true, inward: 0.0 });
+        let curve = posed.curve(plant, id);
         for k in 1..=count {
-            let location = 1.0 - k as f32 * gap / length;
-            if location > 0.0 {
-                sites.push(Site { chain: id, location, number: k, terminal: false });
+            let back = k as f32 * gap;
+            let location = 1.0 - back / length;
+            // Leaves grow on young wood only.
+            if location <= 0.0 || (own && curve.value(plant.radii(id), f64::from(location)) > wood.thin) {
+                break;
             }
+            let inward = if own { ((back - near) / near.max(1e-6)).max(0.0) } else { 0.0 };
+            sites.push(Site { chain: id, location, number: k, terminal: false, inward });
         }
     }
     sites

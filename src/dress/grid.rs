@@ -52,17 +52,31 @@ impl Grid {
         grid
     }
 
-    /// Calls `visit` for every point in the cells that a ball touches: all points of the ball, and some beyond it.
-    pub(super) fn near(&self, centre: Vec3, radius: f32, mut visit: impl FnMut(u32)) {
-        let (low, high) = (self.place(centre - radius), self.place(centre + radius));
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                // A row of cells lies together.
-                let from = self.starts[self.index([low[0], y, z])] as usize;
-                let to = self.starts[self.index([high[0], y, z]) + 1] as usize;
-                self.items[from..to].iter().for_each(|&i| visit(i));
+    /// The nearest of the points `points`, the ones the grid was made of, that is nearer than `within` to `centre`, and
+    /// its squared distance; of several equally near the first.
+    pub(super) fn nearest(&self, points: &[Vec3], centre: Vec3, within: f32) -> Option<(f32, u32)> {
+        let mut best = (within * within, u32::MAX);
+        // Where something is near, little has to be looked through.
+        for radius in [self.cell.min(within), within] {
+            let (low, high) = (self.place(centre - radius), self.place(centre + radius));
+            for z in low[2]..=high[2] {
+                for y in low[1]..=high[1] {
+                    // A row of cells lies together.
+                    let from = self.starts[self.index([low[0], y, z])] as usize;
+                    let to = self.starts[self.index([high[0], y, z]) + 1] as usize;
+                    for &i in &self.items[from..to] {
+                        let distance = points[i as usize].distance_squared(centre);
+                        if distance < best.0 || (distance == best.0 && i < best.1 && best.1 != u32::MAX) {
+                            best = (distance, i);
+                        }
+                    }
+                }
+            }
+            if best.1 != u32::MAX && best.0 <= radius * radius {
+                return Some(best);
             }
         }
+        None
     }
 
     /// Whether one of the points `points`, the ones the grid was made of, lies within `radius` of `centre`.
@@ -95,16 +109,18 @@ mod tests {
     use crate::base::Seed;
 
     #[test]
-    fn no_point_of_a_ball_is_missed() {
+    fn the_nearest_point_is_never_missed() {
         let points: Vec<Vec3> =
             (0..500).map(|i| Seed::new(1).at(i).direction() * Seed::new(2).at(i).range(0.0, 4.0)).collect();
         let grid = Grid::new(&points, 0.7);
         for i in 0..50 {
             let centre = Seed::new(3).at(i).direction() * 3.0;
-            let mut found = Vec::new();
-            grid.near(centre, 1.1, |p| found.push(p as usize));
             let inside: Vec<usize> = (0..points.len()).filter(|&p| points[p].distance(centre) < 1.1).collect();
-            assert!(inside.iter().all(|p| found.contains(p)));
+            let nearest = inside
+                .iter()
+                .copied()
+                .min_by(|&a, &b| points[a].distance(centre).total_cmp(&points[b].distance(centre)));
+            assert_eq!(grid.nearest(&points, centre, 1.1).map(|(_, p)| p as usize), nearest);
             assert_eq!(grid.any(&points, centre, 1.1), !inside.is_empty());
         }
     }

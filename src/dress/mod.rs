@@ -55,7 +55,11 @@ mod tests {
     fn tree(height: f32, limbs: u64) -> Plant {
         let mut builder = PlantBuilder::new();
         let h = height;
-        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * (h * 0.5), Vec3::Y * h], &[h * 0.02, h * 0.015, h * 0.001]);
+        let stem = builder.stem(
+            Vec3::ZERO,
+            &[Vec3::ZERO, Vec3::Y * (h * 0.5), Vec3::Y * h],
+            &[h * 0.02, h * 0.015, h * 0.001],
+        );
         for i in 0..limbs {
             let s = Seed::new(5).at(i);
             let out = Vec3::new(s.direction().x, 0.35, s.direction().z).normalize() * (h * 0.25);
@@ -73,7 +77,10 @@ mod tests {
         for id in bare.chain_ids() {
             assert_eq!(bare.points(id), leafy.points(id));
             assert_eq!(bare.radii(id), leafy.radii(id));
-            assert_eq!((bare.chain(id).parent, bare.chain(id).location), (leafy.chain(id).parent, leafy.chain(id).location));
+            assert_eq!(
+                (bare.chain(id).parent, bare.chain(id).location),
+                (leafy.chain(id).parent, leafy.chain(id).location)
+            );
         }
     }
 
@@ -86,7 +93,11 @@ mod tests {
             let mut places: Vec<[u32; 3]> = plant
                 .leaves()
                 .iter()
-                .map(|l| (posed.leaf(&plant, l).position + posed.leaf(&plant, l).frame.y * l.size).to_array().map(f32::to_bits))
+                .map(|l| {
+                    (posed.leaf(&plant, l).position + posed.leaf(&plant, l).frame.y * l.size)
+                        .to_array()
+                        .map(f32::to_bits)
+                })
                 .collect();
             places.sort_unstable();
             places
@@ -157,7 +168,9 @@ mod tests {
         builder.branch(stem, 1.0, &[Vec3::ZERO, Vec3::ZERO], &[3.0, 0.0]);
         let odd = builder.finish().unwrap();
         for plant in [point, odd, tree(2.0, 1), tree(90.0, 2), Plant::default()] {
-            for (leaf_size, twig_length, density, pictures) in [(1e-6, 1e-6, 1.0, 0), (50.0, 80.0, 9.0, 1), (0.0, 0.0, 1.0, 1)] {
+            for (leaf_size, twig_length, density, pictures) in
+                [(1e-6, 1e-6, 1.0, 0), (50.0, 80.0, 9.0, 1), (0.0, 0.0, 1.0, 1)]
+            {
                 let wild = DressParams { leaf_size, twig_length, density, pictures, most_leaves: 3000, ..params() };
                 let leafy = dress(&plant, &wild, Seed::new(1));
                 assert!(leafy.leaves().len() <= 3000);

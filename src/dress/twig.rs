@@ -111,7 +111,7 @@ impl Wood {
             step,
             reach,
             rounds,
-            spacing: step * 0.95,
+            spacing: step * 1.2,
             starts,
             near,
             leaf,

@@ -251,6 +251,12 @@ impl<'a> Writer<'a> {
         let view = self.vertex_view(mesh.uvs.iter().flat_map(|uv| uv.to_array()).flat_map(f32::to_le_bytes));
         attributes.insert(Valid(Semantic::TexCoords(0)), self.accessor(view, count, ComponentType::F32, Type::Vec2));
 
+        if !mesh.lightmap.is_empty() {
+            let view = self.vertex_view(mesh.lightmap.iter().flat_map(|uv| uv.to_array()).flat_map(f32::to_le_bytes));
+            let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
+            attributes.insert(Valid(Semantic::TexCoords(1)), accessor);
+        }
+
         let view = self.vertex_view(mesh.occlusion.iter().flat_map(|&o| [o, o, o, 255]));
         let color = self.accessor(view, count, ComponentType::U8, Type::Vec4);
         self.root.accessors[color.value()].normalized = true;

@@ -14,6 +14,7 @@ mod tests;
 pub use collider::{Capsule, ColliderParams, capsules};
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
 pub use manifest::{
-    AtlasEntry, Bounds, FileEntry, LevelEntry, MANIFEST_FORMAT, switch_distance, Manifest, MeasuredErrors, TextureEntry, VariantEntry,
+    AtlasEntry, Bounds, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry, VariantEntry,
+    switch_distance,
 };
 pub use png::{EncodedMaps, PngKind, encode, encode_maps};

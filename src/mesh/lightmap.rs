@@ -107,7 +107,7 @@ fn gather<T: Copy>(values: &[T], from: &[usize]) -> Vec<T> {
 fn is_well_formed(mesh: &Mesh) -> bool {
     let count = mesh.positions.len();
     let fits = |length: usize| length == 0 || length == count;
-    mesh.indices.len() % 3 == 0
+    mesh.indices.len().is_multiple_of(3)
         && mesh.indices.iter().all(|&i| (i as usize) < count)
         && mesh.positions.iter().all(|p| p.is_finite())
         && [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len(), mesh.occlusion.len(), mesh.tiles.len()]

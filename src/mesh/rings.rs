@@ -13,6 +13,10 @@ use crate::base::math;
 /// Candidate rings that are thinned together; the ring between two windows always stays.
 const WINDOW: usize = 96;
 
+/// How much a thick axis may thin per metre where a branch has left it: the plant steps there at once from the wood of
+/// both to the wood of one, a tree takes its time.
+const TAPER: f32 = 0.12;
+
 /// A place on a tube's axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
@@ -59,6 +63,14 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
             _ => knots.push((p, r)),
         }
     }
+    for i in 1..knots.len() {
+        let (before, after) = (knots[i - 1], knots[i]);
+        let least = before.1 - before.0.distance(after.0) * TAPER;
+        // Short cones are meant to be steep.
+        if after.1 < least && after.1 > before.1 * 0.6 {
+            knots[i].1 = least;
+        }
+    }
     // The tip is where the plant says, also when the last stretch was too short to stand alone.
     if knots.len() < 2 {
         return Vec::new();
@@ -67,6 +79,12 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
     let mut rings = with_base(&fine, base, error, apart);
     thin(&mut rings, error);
     orient(&mut rings);
+    if let Base::Ground { .. } = base {
+        // Level with the ground, however the stem leans; only a stem that lies on it keeps its own way.
+        if rings[0].tangent.y > 0.5 {
+            rings[0].tangent = Vec3::Y;
+        }
+    }
     rings
 }
 

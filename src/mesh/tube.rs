@@ -20,13 +20,18 @@ use crate::preset::plan::MeshParams;
 const STRETCH: f32 = 4.0;
 /// How much wider a stem without a flare of its own gets at the ground, as a share of its radius.
 const FLARE: f32 = 0.38;
+/// How many times the error the thinnest wood may stray: it is small on the screen, and hung with leaves.
+const SLACK: f32 = 2.5;
+/// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
+const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
 
 /// How finely wood is meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TubeDetail {
     /// Sides of the thickest tube, 3..=64.
     pub sides: u32,
-    /// Largest distance between the tube and the smooth branch, metres; 0 keeps every ring.
+    /// Largest distance between the tube and the smooth branch, metres; twigs may stray up to two and a half times as
+    /// far. 0 keeps every ring.
     pub error: f32,
     /// Chains whose base is thinner than this are dropped with all that they bear, metres.
     pub min_radius: f32,
@@ -92,6 +97,13 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// How bright wood of a radius is at a place: twigs have no bark yet, and are darker than the pale bark of some stems.
+    fn shade(&self, place: Vec3, radius: f32) -> u8 {
+        let (young, thin, thick) = YOUNG;
+        let age = young + (1.0 - young) * math::smoothstep(thin, thick, radius);
+        (f32::from(self.light.shade(place)) * age + 0.5) as u8
+    }
+
     /// Adds one chain's skin.
     fn sweep(&self, id: ChainId, mesh: &mut Mesh) {
         let chain = self.plant.chain(id);
@@ -104,9 +116,11 @@ impl Scene<'_> {
             },
             None => Base::Ground { flare: flare(points, radii) },
         };
-        let rings = rings(points, radii, base, self.detail.error, self.thinnest);
-        let Some(&first) = rings.first() else { return };
         let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
+        let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
+        let error = self.detail.error * (1.0 + (SLACK - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)));
+        let rings = rings(points, radii, base, error, self.thinnest);
+        let Some(&first) = rings.first() else { return };
         let sides = sides(widest, self.thickest, self.detail.sides, self.detail.error);
         let circle: Vec<(f32, f32)> =
             (0..=sides).map(|k| math::sin_cos(std::f32::consts::TAU * (k % sides) as f32 / sides as f32)).collect();
@@ -125,7 +139,7 @@ impl Scene<'_> {
         for ring in body {
             frame = frame.transported(ring.tangent);
             v -= along(&last, ring, around, tile);
-            let shade = self.light.shade(ring.centre);
+            let shade = self.shade(ring.centre, ring.radius);
             for (k, &(sin, cos)) in circle.iter().enumerate() {
                 let radial = frame.x * cos + frame.z * -sin;
                 let u = around * k as f32 / sides as f32;
@@ -146,7 +160,7 @@ impl Scene<'_> {
         let height = apex.distance(last.centre).max(self.thinnest);
         let end = Ring { centre: apex, radius: 0.0, arc: last.arc + height, tangent: frame.y, slope: 0.0 };
         v -= along(&last, &end, around, tile);
-        let shade = self.light.shade(apex);
+        let shade = self.shade(apex, last.radius);
         let rim = start + (body.len() as u32 - 1) * columns;
         let apexes = mesh.positions.len() as u32;
         for k in 0..sides {

@@ -227,7 +227,9 @@ mod tests {
         assert!(crown.contains(Vec3::new(0.0, 5.0, 1.9)));
         assert!(!crown.contains(Vec3::new(0.0, 5.0, 2.1)));
         let (low, high) = crown.bounds();
-        assert!(low.cmple(Vec3::new(-2.0, 3.0, -2.0) + 0.01).all() && high.cmpge(Vec3::new(2.0, 7.0, 2.0) - 0.01).all());
+        assert!(
+            low.cmple(Vec3::new(-2.0, 3.0, -2.0) + 0.01).all() && high.cmpge(Vec3::new(2.0, 7.0, 2.0) - 0.01).all()
+        );
         assert!(high.y < 9.5 && low.y > 0.5, "{low} {high}");
     }
 

@@ -306,8 +306,9 @@ mod tests {
 
     #[test]
     fn doubled_nodes_are_merged_and_bad_ones_refused() {
-        let doubled =
-            Skeleton { nodes: vec![node(0.0, 0.0, 0.1, None), node(0.0, 0.0, 0.2, Some(0)), node(0.0, 1.0, 0.1, Some(1))] };
+        let doubled = Skeleton {
+            nodes: vec![node(0.0, 0.0, 0.1, None), node(0.0, 0.0, 0.2, Some(0)), node(0.0, 1.0, 0.1, Some(1))],
+        };
         assert_eq!(doubled.into_plant().unwrap().points(ChainId(0)).len(), 2);
         assert!(Skeleton { nodes: vec![node(0.0, f32::NAN, 0.1, None)] }.into_plant().is_err());
         assert!(Skeleton::default().into_plant().is_err());

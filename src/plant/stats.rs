@@ -89,9 +89,8 @@ impl PlantStats {
         let orders = (1..=deepest)
             .map(|order| {
                 let ids: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).order == order).collect();
-                let each = |f: &dyn Fn(ChainId) -> Option<f32>| {
-                    Distribution::of(ids.iter().filter_map(|&id| f(id)).collect())
-                };
+                let each =
+                    |f: &dyn Fn(ChainId) -> Option<f32>| Distribution::of(ids.iter().filter_map(|&id| f(id)).collect());
                 OrderStats {
                     order,
                     chains: ids.len(),
@@ -152,7 +151,11 @@ fn topology_continuity(plant: &Plant, posed: &Posed) -> f32 {
         let holds = |i: usize| {
             let (a, b) = (axis[i - 1], axis[i]);
             let along = b - a;
-            let t = if along == Vec3::ZERO { 0.0 } else { ((base - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) };
+            let t = if along == Vec3::ZERO {
+                0.0
+            } else {
+                ((base - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)
+            };
             let radius = radii[i - 1] + (radii[i] - radii[i - 1]) * t;
             base.distance(a + along * t) <= radius + extent * 1e-6
         };

@@ -72,7 +72,9 @@ pub(super) fn validate(plant: &Plant) -> Result<(), PlantError> {
         let right = match chain.parent {
             None => chain.order == 1,
             Some(parent) => {
-                parent < id && plant.chain(parent).order.checked_add(1) == Some(chain.order) && chain.origin == Vec3::ZERO
+                parent < id
+                    && plant.chain(parent).order.checked_add(1) == Some(chain.order)
+                    && chain.origin == Vec3::ZERO
             }
         };
         if !right {

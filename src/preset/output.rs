@@ -21,6 +21,12 @@ pub(super) static MESH: Record = Record {
             default: Default::Is("0.01"),
             about: "largest distance between a tube and the smooth branch",
         },
+        Field {
+            name: "lightmap",
+            kind: Kind::Integer { low: 0, high: 8192, unit: "texels" },
+            default: Default::Is("0"),
+            about: "edge of a light map that a second UV set is unwrapped for; 0 for none",
+        },
     ],
 };
 

@@ -23,6 +23,8 @@ pub struct Plan {
     pub bark_art: BarkArt,
     /// Tubes.
     pub mesh: MeshParams,
+    /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
+    pub lightmap: u32,
     /// The levels of detail, finest first; never empty, the first is `Full`.
     pub lods: Vec<Lod>,
     /// The set's atlas.

@@ -251,11 +251,11 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let foliage = set.group("foliage", look::foliage).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |&(_, _, bark)| bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf)).flatten();
-    let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error")));
+    let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     output::engines(set);
-    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error)) = (foliage?, bark?, mesh?);
+    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -265,6 +265,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_art,
         bark_art,
         mesh: MeshParams { sides, error, bark_tile },
+        lightmap,
         lods,
         atlas: atlas?,
     })
