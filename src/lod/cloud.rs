@@ -32,7 +32,7 @@ const VISIBLE: f32 = 0.0025;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
 /// Rounds in search of the alpha's gain.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 5;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
