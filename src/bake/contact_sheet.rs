@@ -15,8 +15,12 @@ use crate::mesh::TreeMesh;
 
 /// Pixels around a tree, and between cells.
 const MARGIN: u32 = 14;
+/// Pixels for each dot of a letter.
+const LETTER: u32 = 2;
+/// Samples along an edge of a pixel.
+const SAMPLES: u32 = 2;
 /// Pixels for the two lines of text above a tree.
-const HEAD: u32 = 2 * (HEIGHT + 4) + 6;
+const HEAD: u32 = 2 * (LETTER * HEIGHT + 6) + 6;
 /// Height of the largest tree, pixels.
 const TREE: u32 = 280;
 /// How much smaller lower levels are drawn the second time.
@@ -74,12 +78,16 @@ pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet 
     let columns = columns.min(LARGEST / 64);
     // Text must fit, and so must the whole sheet.
     let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
-    let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32;
+    let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
     let tall = (TREE.min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
     let per_metre = tall / top;
     let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
     let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
-    let cell = ((tree.0 + 2 * MARGIN).max(34 * ADVANCE).min(LARGEST / columns), tree.1 + HEAD + 3 * MARGIN);
+    // Room beside the tree for the small one, so that neither hides the other.
+    let cell = (
+        (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
+        tree.1 + HEAD + 3 * MARGIN,
+    );
     let mut canvas = Canvas::new(cell.0 * columns, cell.1 * count);
     for (r, row) in rows.iter().take(count as usize).enumerate() {
         let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
@@ -88,17 +96,17 @@ pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet 
         canvas.write(MARGIN, text, &row.label, cell.0 * columns);
         for (c, shown) in row.columns.iter().take(columns as usize).enumerate() {
             let left = c as u32 * cell.0;
-            canvas.write(left + MARGIN, text + HEIGHT + 4, &shown.label, cell.0 - MARGIN);
+            canvas.write(left + MARGIN, text + LETTER * HEIGHT + 6, &shown.label, cell.0 - MARGIN);
             let surfaces = [
                 Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
                 Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
             ];
             let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
             let shading = Shading::Lit(Light::DAY);
-            let drawn = rasterize(&surfaces, &view, tree.0, tree.1, 3, &shading);
+            let drawn = rasterize(&surfaces, &view, tree.0, tree.1, SAMPLES, &shading);
             canvas.lay(&drawn, left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1));
             if c > 0 {
-                let drawn = rasterize(&surfaces, &view, small.0, small.1, 3, &shading);
+                let drawn = rasterize(&surfaces, &view, small.0, small.1, SAMPLES + 1, &shading);
                 canvas.lay(&drawn, (left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
             }
         }
@@ -156,14 +164,20 @@ impl Canvas {
 
     /// Text on one line, cut off after `room` pixels.
     fn write(&mut self, left: u32, top: u32, text: &str, room: u32) {
-        for (i, letter) in text.chars().take((room / ADVANCE) as usize).enumerate() {
+        for (i, letter) in text.chars().take((room / (LETTER * ADVANCE)) as usize).enumerate() {
             for (y, bits) in letter_rows(letter).into_iter().enumerate() {
-                for x in 0..5 {
-                    let (px, py) = (left + i as u32 * ADVANCE + x, top + y as u32);
-                    if bits >> (4 - x) & 1 == 1 && px < self.width && py < self.height {
-                        self.pixels[py as usize * self.width as usize + px as usize] = INK;
-                    }
+                for x in (0..5).filter(|x| bits >> (4 - x) & 1 == 1) {
+                    self.dot(left + (i as u32 * ADVANCE + x) * LETTER, top + y as u32 * LETTER);
                 }
+            }
+        }
+    }
+
+    /// One dot of a letter.
+    fn dot(&mut self, left: u32, top: u32) {
+        for y in top..(top + LETTER).min(self.height) {
+            for x in left..(left + LETTER).min(self.width) {
+                self.pixels[y as usize * self.width as usize + x as usize] = INK;
             }
         }
     }

@@ -2,7 +2,9 @@
 //!
 //! It bakes the cards of the billboard cloud, measures levels of detail against each other and draws contact sheets.
 //! Two passes: the first finds for every sample the nearest triangle (a visibility buffer; only depth and alpha are
-//! looked at), the second fetches colour, normal and occlusion of that one triangle and averages the samples of a pixel.
+//! looked at), the second fetches colour, normal and occlusion once for each triangle that a pixel shows, at the middle of
+//! its samples there, and weighs them by their samples. Most triangles of a tree are smaller than a pixel: those whose
+//! box holds few samples are tested against them at once, and most go no further.
 //!
 //! Vertices are snapped to 1/256 of a sample and edges tested in integers with the top-left rule, so triangles that share
 //! an edge neither overlap nor leave a gap. Bands of rows are filled in parallel, each walking its triangles in order;
@@ -28,6 +30,8 @@ const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
 const BAND: usize = 32;
 /// Most samples along an edge of a target.
 const LARGEST: u32 = 8192;
+/// Most samples in the box of a triangle that is tested against each of them before anything else is done with it.
+const FEW: usize = 6;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -106,6 +110,14 @@ impl Point {
     const NOWHERE: Self = Self { x: i32::MIN, y: 0, depth: 0.0 };
 }
 
+/// Which depths are drawn.
+struct Range {
+    near: f32,
+    far: f32,
+    /// What was drawn is kept whatever its depth: coverage does not ask for it.
+    first_stays: bool,
+}
+
 /// A nearest triangle, as far as it is known.
 #[derive(Clone, Copy)]
 struct Sample {
@@ -158,37 +170,81 @@ pub fn rasterize(
             let first = band * rows;
             let here = rows.min(grid.rows - first) * grid.columns;
             let mut buffer = vec![Sample { depth: f32::NEG_INFINITY, surface: NONE, triangle: NONE }; here];
+            let range = Range { near: view.front, far: -view.back, first_stays: *shading == Shading::Nothing };
             for &name in bands.of(band) {
                 let surface = &surfaces[name.0 as usize];
-                if let Some(setup) = Setup::new(surface, &projected[name.0 as usize], name.1 as usize) {
-                    setup.fill(surface, name, grid, first, &mut buffer, (view.front, -view.back));
+                let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
+                if let Some(setup) = Setup::new(surface, &projected[name.0 as usize], name.1 as usize, textured) {
+                    setup.fill(surface, name, grid, first, &mut buffer, &range);
                 }
             }
-            let mut shader = Shader { surfaces, projected: &projected, shading, held: (NONE, NONE), setup: None };
+            let area = (samples * samples) as f32;
+            let mut shader = Shader { surfaces, projected: &projected, shading, area, held: (NONE, NONE), setup: None };
+            let mut shown: Vec<Shown> = Vec::new();
             for pixel in 0..coverage.len() {
                 let (px, py) = (pixel % width as usize * per_pixel, pixel / width as usize * per_pixel);
-                let (mut sum, mut deep, mut hits) = (Fragment::default(), 0.0_f32, 0_u32);
+                shown.clear();
+                let (mut deep, mut hits) = (0.0_f32, 0_u32);
                 for row in py..py + per_pixel {
                     for column in px..px + per_pixel {
                         let sample = buffer[row * grid.columns + column];
                         if sample.triangle != NONE {
-                            sum.add(shader.shade(sample, column, first + row));
+                            Shown::note(&mut shown, sample, column, first + row);
                             deep += sample.depth;
                             hits += 1;
                         }
                     }
                 }
-                if hits > 0 {
-                    let scale = 1.0 / hits as f32;
-                    coverage[pixel] = hits as f32 / (samples * samples) as f32;
-                    color[pixel] = sum.color * scale;
-                    normal[pixel] = sum.normal.normalize_or(view.frame.z);
-                    occlusion[pixel] = sum.occlusion * scale;
-                    depth[pixel] = deep * scale;
+                if hits == 0 {
+                    continue;
                 }
+                let scale = 1.0 / hits as f32;
+                coverage[pixel] = hits as f32 / area;
+                depth[pixel] = deep * scale;
+                if *shading == Shading::Nothing {
+                    continue;
+                }
+                let mut sum = Fragment::default();
+                for part in &shown {
+                    sum.add(shader.shade(part), part.count as f32);
+                }
+                color[pixel] = sum.color * scale;
+                normal[pixel] = sum.normal.normalize_or(view.frame.z);
+                occlusion[pixel] = sum.occlusion * scale;
             }
         });
     target
+}
+
+/// A triangle as far as one pixel shows it.
+#[derive(Clone, Copy)]
+struct Shown {
+    surface: u32,
+    triangle: u32,
+    /// Samples, and the sums of their columns and rows.
+    count: u32,
+    columns: u32,
+    rows: u32,
+}
+
+impl Shown {
+    fn note(all: &mut Vec<Self>, sample: Sample, column: usize, row: usize) {
+        let same = |s: &&mut Self| s.triangle == sample.triangle && s.surface == sample.surface;
+        if let Some(known) = all.iter_mut().rev().find(same) {
+            known.count += 1;
+            known.columns += column as u32;
+            known.rows += row as u32;
+        } else {
+            let (columns, rows) = (column as u32, row as u32);
+            all.push(Self { surface: sample.surface, triangle: sample.triangle, count: 1, columns, rows });
+        }
+    }
+
+    /// The middle of its samples, in units.
+    const fn middle(&self) -> (i32, i32) {
+        let count = self.count as u64;
+        ((self.columns as u64 * 256 / count) as i32 + 128, (self.rows as u64 * 256 / count) as i32 + 128)
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -234,7 +290,10 @@ impl Bands {
         for (s, surface) in surfaces.iter().enumerate() {
             for (t, corners) in surface.mesh.indices.as_chunks::<3>().0.iter().enumerate() {
                 let Some(points) = corner_points(&projected[s], *corners) else { continue };
-                let Some((_, y)) = extent(points, grid) else { continue };
+                let Some((x, y)) = extent(points, grid) else { continue };
+                if (x.1 - x.0 + 1) * (y.1 - y.0 + 1) <= FEW && !holds_any(points, x, y) {
+                    continue;
+                }
                 let (a, b) = (y.0 / rows, y.1 / rows);
                 touched.push((a as u32, b as u32, s as u32, t as u32));
                 (a..=b).for_each(|band| starts[band + 1] += 1);
@@ -275,6 +334,19 @@ fn extent(p: [Point; 3], grid: Grid) -> Option<((usize, usize), (usize, usize))>
     Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
 }
 
+/// Whether the triangle covers one of the samples of its box.
+fn holds_any(mut p: [Point; 3], x: (usize, usize), y: (usize, usize)) -> bool {
+    if edge(p[0], p[1], p[2].x, p[2].y) < 0 {
+        p.swap(1, 2);
+    }
+    let edges = [(p[1], p[2]), (p[2], p[0]), (p[0], p[1])];
+    let inside = |x: usize, y: usize| {
+        let (x, y) = (x as i32 * 256 + 128, y as i32 * 256 + 128);
+        edges.iter().all(|&(p, q)| edge(p, q, x, y) >= i64::from(!top_left(p, q)))
+    };
+    (y.0..=y.1).any(|y| (x.0..=x.1).any(|x| inside(x, y)))
+}
+
 /// One triangle, ready to be filled: `value(x, y) = value(a) + w_b * (b - a) + w_c * (c - a)`.
 struct Setup {
     corners: [u32; 3],
@@ -290,7 +362,8 @@ struct Setup {
 }
 
 impl Setup {
-    fn new(surface: &Surface<'_>, projected: &[Point], triangle: usize) -> Option<Self> {
+    /// With coordinates for its picture where `textured` says for how many samples a texel is looked up.
+    fn new(surface: &Surface<'_>, projected: &[Point], triangle: usize, textured: Option<f32>) -> Option<Self> {
         let mesh = surface.mesh;
         let corners = mesh.indices.get(triangle * 3..triangle * 3 + 3)?;
         let mut corners = [corners[0], corners[1], corners[2]];
@@ -306,16 +379,20 @@ impl Setup {
         if area == 0 {
             return None;
         }
+        let mut made =
+            Self { corners, points, area, uv: [Vec2::ZERO; 3], picture: None, level: 0, magnified: false, back };
+        let Some(samples) = textured else { return Some(made) };
         let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
         let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
         let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
         let (level, magnified) = picture.map_or((0, false), |t| {
             let (e1, e2) = (uv[1] - uv[0], uv[2] - uv[0]);
             let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
-            let share = texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE));
+            let share = samples * texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE));
             (surface.pictures[t].level(share), share < 1.0)
         });
-        Some(Self { corners, points, area, uv, picture, level, magnified, back })
+        (made.uv, made.picture, made.level, made.magnified) = (uv, picture, level, magnified);
+        Some(made)
     }
 
     /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
@@ -326,7 +403,7 @@ impl Setup {
         grid: Grid,
         first: usize,
         buffer: &mut [Sample],
-        range: (f32, f32),
+        range: &Range,
     ) {
         let Some((columns, rows)) = extent(self.points, grid) else { return };
         let rows = (rows.0.max(first), rows.1.min(first + buffer.len() / grid.columns - 1));
@@ -348,10 +425,11 @@ impl Setup {
             }
             let line = &mut buffer[(row - first) * grid.columns..][..grid.columns];
             for sample in &mut line[left..=right] {
-                if e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
+                let open = !(range.first_stays && sample.triangle != NONE);
+                if open && e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
                     let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
                     let depth = a.depth + wb * db + wc * dc;
-                    if depth > sample.depth && depth <= range.0 && depth >= range.1 {
+                    if depth > sample.depth && depth <= range.near && depth >= range.far {
                         let shown = cutout.is_none_or(|picture| {
                             let uv = self.uv[0] + ub * wb + uc * wc;
                             picture.covers(self.level, self.magnified, uv.x, uv.y)
@@ -368,10 +446,9 @@ impl Setup {
         }
     }
 
-    /// What the triangle shows at a sample that it covers.
-    fn fragment(&self, surface: &Surface<'_>, column: usize, row: usize) -> Fragment {
+    /// What the triangle shows at a point within it, in units.
+    fn fragment(&self, surface: &Surface<'_>, (x, y): (i32, i32)) -> Fragment {
         let [a, b, c] = self.points;
-        let (x, y) = (column as i32 * 256 + 128, row as i32 * 256 + 128);
         let inverse = 1.0 / self.area as f32;
         let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
         let weights = [1.0 - wb - wc, wb, wc];
@@ -436,24 +513,27 @@ fn top_left(p: Point, q: Point) -> bool {
     q.y < p.y || (q.y == p.y && q.x > p.x)
 }
 
-/// Keeps the last triangle, since neighbouring samples mostly show the same.
+/// Keeps the last triangle, since neighbouring pixels mostly show the same.
 struct Shader<'a> {
     surfaces: &'a [Surface<'a>],
     projected: &'a [Vec<Point>],
     shading: &'a Shading,
+    /// Samples in a pixel.
+    area: f32,
     held: (u32, u32),
     setup: Option<Setup>,
 }
 
 impl Shader<'_> {
-    fn shade(&mut self, sample: Sample, column: usize, row: usize) -> Fragment {
-        let name = (sample.surface, sample.triangle);
-        let surface = &self.surfaces[sample.surface as usize];
+    fn shade(&mut self, part: &Shown) -> Fragment {
+        let name = (part.surface, part.triangle);
+        let surface = &self.surfaces[part.surface as usize];
         if self.held != name {
             self.held = name;
-            self.setup = Setup::new(surface, &self.projected[sample.surface as usize], sample.triangle as usize);
+            let (points, triangle) = (&self.projected[part.surface as usize], part.triangle as usize);
+            self.setup = Setup::new(surface, points, triangle, Some(self.area));
         }
-        let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, column, row));
+        let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, part.middle()));
         self.shading.apply(fragment, surface.repeat)
     }
 }

@@ -23,16 +23,19 @@ pub(super) struct Fragment {
 }
 
 impl Fragment {
-    pub(super) fn add(&mut self, other: Self) {
-        self.color += other.color;
-        self.normal += other.normal;
-        self.occlusion += other.occlusion;
+    pub(super) fn add(&mut self, other: Self, weight: f32) {
+        self.color += other.color * weight;
+        self.normal += other.normal * weight;
+        self.occlusion += other.occlusion * weight;
     }
 }
 
 /// What a target's colour means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shading {
+    /// Nothing: colour, normal and occlusion stay zero, and depth is that of whatever was drawn first. For measuring
+    /// coverage.
+    Nothing,
     /// The base colour: that of the picture times the vertex's ambient occlusion (glTF's `COLOR_0`); normals as they are
     /// on the front, also where the back is seen. For baking.
     Albedo,

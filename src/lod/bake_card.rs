@@ -21,6 +21,9 @@ const CANOPY: f32 = 0.5;
 /// How far baked normals are drawn to the card's own. An engine turns normals round on the back of a card; what points
 /// along the card or up would be lit from the wrong side there.
 const FACING: f32 = 0.6;
+/// How much of the vertex normals of a pair back to back is the card's own: measured, the colour of the full tree is
+/// met best.
+const FACE: f32 = 0.6;
 /// Roughness of leaves, of 255.
 const ROUGHNESS: u8 = 200;
 
@@ -96,17 +99,53 @@ impl Card {
         Some(Self { mesh, maps, coverage: drawn.coverage, ranked, covered })
     }
 
+    /// Makes it a pair of rectangles back to back, each seen from one side only since it hides the other, `apart` metres
+    /// from the plane. Normals can then be those of the crown, alike on all cards, without an engine turning them round
+    /// on the back; the normal map is flat.
+    pub(super) fn back_to_back(&mut self, place: &Place, light: &CrownLight, apart: f32) {
+        let mut mesh = Mesh::default();
+        for side in [1.0_f32, -1.0] {
+            let face = place.frame.z * side;
+            let first = mesh.positions.len() as u32;
+            for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                let position = place.point(place.half * Vec2::new(x, y)) + face * apart;
+                let normal = light.outward(position) * (1.0 - FACE) + face * FACE;
+                mesh.positions.push(position);
+                mesh.normals.push(normal.normalize_or(face));
+                mesh.uvs.push(Vec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y));
+                mesh.occlusion.push(255);
+                mesh.tiles.push(0);
+            }
+            let corners: [u32; 6] = if side > 0.0 { [0, 1, 2, 0, 2, 3] } else { [0, 2, 1, 0, 3, 2] };
+            mesh.indices.extend(corners.map(|c| first + c));
+        }
+        // An error only says that the mesh has no triangles to take tangents from.
+        let _ = add_tangents(&mut mesh);
+        self.mesh = mesh;
+        self.maps.normal.fill([128, 128, 255]);
+    }
+
+    /// As [`Card::finish`], with colour under the alpha only: for measuring.
+    pub(super) fn draft(&self, gain: f32) -> Maps {
+        let mut maps = self.maps.clone();
+        self.set_alpha(&mut maps, gain);
+        maps
+    }
+
     /// The card's maps, with `gain` times the area that its content covers passing the alpha test.
     pub(super) fn finish(&self, gain: f32) -> Maps {
-        let mut maps = self.maps.clone();
+        let mut maps = self.draft(gain);
+        dilate(&mut maps);
+        maps
+    }
+
+    fn set_alpha(&self, maps: &mut Maps, gain: f32) {
         let wanted = (self.covered * gain).max(1.0) as usize;
         let threshold = self.ranked.get(wanted.min(self.ranked.len().saturating_sub(1))).copied().unwrap_or(0.5);
         let scale = 0.5 / threshold.clamp(SPECK, 1.0);
         for (pixel, c) in maps.color.iter_mut().zip(&self.coverage) {
             pixel[3] = if *c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
         }
-        dilate(&mut maps);
-        maps
     }
 }
 

@@ -1,8 +1,9 @@
 //! The billboard cloud: leaves and thin wood on a few cards, thick wood as coarse tubes.
 //!
-//! Leaves are grouped by sprays of a few neighbours on one chain, the groups go to planes ([`super::planes`]), and each
-//! plane's content is baked to one card ([`super::bake_card`]). Every card has the same texels a metre. The gain of the
-//! alpha is found by drawing the whole tree and comparing its coverage with the full level's (secant steps).
+//! Limbs stay tubes as long as they are wide enough to be seen, within a budget of triangles. Each leaf goes to a plane
+//! ([`super::planes`]), and each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
+//! texels a metre. The gain of the alpha is found by comparing the whole tree's coverage with the full level's: secant
+//! steps.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -21,14 +22,17 @@ use crate::preset::plan::MeshParams;
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
 pub const CARD_TEXELS: u32 = 64;
-/// Neighbours on a chain that stay together.
-const SPRAY: usize = 3;
+/// Neighbours on a chain that stay together: a leaf is a spray of blades already, so that each goes to its own plane.
+const SPRAY: usize = 1;
+/// Most triangles of a cloud's limbs.
+const LIMBS: usize = 1100;
+/// Radius of the thinnest limb that is a tube, as a share of the tree's height: about a quarter of a pixel wide where
+/// the cloud takes over.
+const VISIBLE: f32 = 0.0025;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
-/// Share of the thickest wood's radius below which chains go to the cards.
-const THIN: f32 = 0.16;
 /// Rounds in search of the alpha's gain.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 5;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,10 +67,7 @@ pub(super) fn cloud(
 ) -> (TreeMesh, Vec<Maps>) {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let (low, high) = bounds(scene.full);
-    let min_radius = thickest * THIN;
-    let detail =
-        TubeDetail { sides: 6, error: (high.y - low.y) * 0.006, min_radius, bark_tile: scene.params.bark_tile };
-    let mut bark = tubes(scene.plant, scene.posed, &detail);
+    let (mut bark, min_radius) = limbs(scene, thickest, high.y - low.y);
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);
 
@@ -87,8 +88,8 @@ pub(super) fn cloud(
     let kept = dressed.leaves.len();
     for _ in 0..ROUNDS {
         dressed.leaves.truncate(kept);
-        dressed.leaves.extend(cards.par_iter().map(|c| Picture::new(&c.finish(gain))).collect::<Vec<_>>());
-        let coverage = reference.measure(&tree, &dressed).coverage;
+        dressed.leaves.extend(cards.par_iter().map(|c| Picture::new(&c.draft(gain))).collect::<Vec<_>>());
+        let coverage = reference.coverage(&tree, &dressed);
         let off = (coverage - 1.0).abs();
         if off < best.0 {
             best = (off, gain);
@@ -106,6 +107,32 @@ pub(super) fn cloud(
     }
     let tiles = cards.par_iter().map(|c| c.finish(best.1)).collect();
     (tree, tiles)
+}
+
+/// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
+/// radius of the thinnest.
+fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
+    let at = |min_radius: f32| {
+        let detail = TubeDetail { sides: 6, error: height * 0.006, min_radius, bark_tile: scene.params.bark_tile };
+        tubes(scene.plant, scene.posed, &detail)
+    };
+    let fits = |mesh: &Mesh| mesh.indices.len() <= LIMBS * 3;
+    let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);
+    let mut best = at(thin);
+    if fits(&best) {
+        return (best, thin);
+    }
+    best = at(thick);
+    for _ in 0..5 {
+        let middle = (thin * thick).sqrt();
+        let mesh = at(middle);
+        if fits(&mesh) {
+            (thick, best) = (middle, mesh);
+        } else {
+            thin = middle;
+        }
+    }
+    (best, thick)
 }
 
 /// Units of a few neighbouring leaves each, and for each leaf its unit.
@@ -192,7 +219,7 @@ fn bake(
             if content.leaf.positions.is_empty() {
                 return None;
             }
-            let points = || content.leaf.positions.iter().chain(&content.bark.positions).copied();
+            let points = || content.leaf.positions.iter().copied();
             let centre = points().sum::<Vec3>() / points().count() as f32;
             let outward = plane.normal.dot(centre - scene.light.centre());
             let z = if outward < 0.0 { -plane.normal } else { plane.normal };

@@ -1,4 +1,5 @@
-//! The last level: two crossed upright cards through the trunk, each baked from the whole tree.
+//! The last level: two crossed upright cards through the trunk, each baked from the whole tree and shown as two
+//! rectangles back to back, so that both cards are lit alike from every side.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,6 +13,9 @@ use crate::mesh::{Mesh, TreeMesh};
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
 const EDGE: u32 = 2;
+/// Distance of a quad's two sides from its plane, as a share of its height: a third of a pixel at the size at which quads
+/// take over, and more than depth buffers confuse there.
+const APART: f32 = 0.008;
 /// The whole tree's silhouette is what counts: no gain.
 const GAIN: f32 = 1.0;
 
@@ -33,7 +37,10 @@ pub(super) fn crossed_quads(
             let longest = (texels.clamp(8, 1024) * EDGE) as f32;
             let density = longest / (2.0 * place.half.max_element());
             let edge = |half: f32| ((2.0 * half * density).ceil() as u32).max(4);
-            Card::bake(full, &place, (edge(place.half.x), edge(place.half.y)), wardrobe, scene.light)
+            let size = (edge(place.half.x), edge(place.half.y));
+            let mut card = Card::bake(full, &place, size, wardrobe, scene.light)?;
+            card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART);
+            Some(card)
         })
         .collect();
     let mut leaf = Mesh::default();

@@ -106,23 +106,31 @@ impl Reference {
             .collect();
         let samples = if pixels <= 160 { 3 } else { 2 };
         let mut made = Self { views, targets: Vec::new(), pixels, samples };
-        made.targets = made.draw(tree, wardrobe, (width, height));
+        made.targets = made.draw(tree, wardrobe, (width, height), &Shading::Lit(Light::DAY));
         made
     }
 
-    fn draw(&self, tree: &TreeMesh, wardrobe: &Wardrobe, size: (u32, u32)) -> Vec<Target> {
-        let shading = Shading::Lit(Light::DAY);
+    fn draw(&self, tree: &TreeMesh, wardrobe: &Wardrobe, size: (u32, u32), shading: &Shading) -> Vec<Target> {
         self.views
             .par_iter()
-            .map(|view| rasterize(&wardrobe.dressed(tree), view, size.0, size.1, self.samples, &shading))
+            .map(|view| rasterize(&wardrobe.dressed(tree), view, size.0, size.1, self.samples, shading))
             .collect()
+    }
+
+    /// The covered area of a level over the full tree's, mean of the views. Cheaper than [`Reference::measure`].
+    #[must_use]
+    pub fn coverage(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> f32 {
+        let Some(first) = self.targets.first() else { return 1.0 };
+        let drawn = self.draw(tree, wardrobe, (first.width, first.height), &Shading::Nothing);
+        let ratios = self.targets.iter().zip(&drawn).map(|(a, b)| covered_ratio(a, b));
+        ratios.sum::<f32>() / self.targets.len() as f32
     }
 
     /// Compares a level with the full tree.
     #[must_use]
     pub fn measure(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
         let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
-        let drawn = self.draw(tree, wardrobe, (first.width, first.height));
+        let drawn = self.draw(tree, wardrobe, (first.width, first.height), &Shading::Lit(Light::DAY));
         let count = self.targets.len() as f32;
         let mut sum =
             Measured { pixels: self.pixels, views: count as u32, iou: 0.0, worst_iou: 1.0, coverage: 0.0, color: 0.0 };
@@ -130,8 +138,7 @@ impl Reference {
             let iou = silhouette_iou(a, b);
             sum.iou += iou / count;
             sum.worst_iou = sum.worst_iou.min(iou);
-            let (area, other) = (a.coverage.iter().sum::<f32>(), b.coverage.iter().sum::<f32>());
-            sum.coverage += if area > 0.0 { other / area } else { 1.0 } / count;
+            sum.coverage += covered_ratio(a, b) / count;
             sum.color += (mean_color(a) - mean_color(b)).length() / count;
         }
         sum
@@ -147,6 +154,12 @@ fn silhouette_iou(a: &Target, b: &Target) -> f32 {
         either += u32::from(a || b);
     }
     if either == 0 { 1.0 } else { both as f32 / either as f32 }
+}
+
+/// Covered area of `b` over that of `a`; 1 where `a` is empty.
+fn covered_ratio(a: &Target, b: &Target) -> f32 {
+    let (area, other) = (a.coverage.iter().sum::<f32>(), b.coverage.iter().sum::<f32>());
+    if area > 0.0 { other / area } else { 1.0 }
 }
 
 /// Mean of what is covered, in sRGB.
