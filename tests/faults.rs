@@ -2,6 +2,8 @@
 
 mod tiny;
 
+#![expect(clippy::print_stderr, reason = "says what was skipped")]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -26,6 +26,7 @@ impl Noise {
     }
 
     /// Gradient noise at a place given as shares of the tile, about -1..=1, mean 0.
+    #[cfg(test)]
     pub(super) fn at(self, u: f32, v: f32) -> f32 {
         self.gradient(u * self.period[0] as f32, v * self.period[1] as f32)
     }
@@ -50,6 +51,7 @@ impl Noise {
 
     /// The sum of `octaves` fields, each of twice the frequency and half the strength of the one before; about
     /// -1..=1. `u`, `v` are shares of the tile.
+    #[cfg(test)]
     pub(super) fn octaves(self, u: f32, v: f32, octaves: u32) -> f32 {
         let (mut sum, mut total) = (0.0, 0.0);
         for (field, weight) in self.each_octave(octaves) {
