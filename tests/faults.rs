@@ -1,8 +1,9 @@
 //! What goes wrong around a build: killed processes, two at once, folders and files in the way, hostile presets.
 
+#![expect(clippy::print_stderr, reason = "says what was skipped")]
+
 mod tiny;
 
-#![expect(clippy::print_stderr, reason = "says what was skipped")]
 
 use std::fs;
 use std::path::Path;
