@@ -4,7 +4,6 @@
 
 mod tiny;
 
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

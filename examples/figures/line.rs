@@ -3,10 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use treewright::base::Seed;
+use treewright::blend::sample;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{BuildOptions, Builder, Memory, SetFiles, find_presets, load_preset};
 use treewright::plant::PlantStats;
-use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{ImportHeight, ImportParams, MatchParams, UpAxis};
+use treewright::relate::fuzzy_family;
+use treewright::source::grow::grow;
 use treewright::source::import::import;
 
 use crate::{Figure, data, root, seconds};
@@ -43,8 +47,9 @@ pub(crate) fn print() {
         Figure::new("line.import_files", 0.0, "files", "no data folder: nothing was measured").print();
     }
 
-    sameness(&sets);
-    continuity_and_cloud(&sets);
+    blends();
+    let made = sameness(&sets);
+    continuity_and_cloud(&made);
     valid(&sets, &scratch);
 }
 
@@ -96,7 +101,29 @@ fn imports(folder: &Path) {
         .print();
 }
 
-fn sameness(sets: &[PathBuf]) {
+/// The kernel on two oaks of the shipped species.
+fn blends() {
+    let text = std::fs::read_to_string(root().join("presets/species/oak.ron")).expect("the species is shipped");
+    let mut params = treewright::preset::species("oak.ron", &text).expect("the species is good");
+    let mut oak = |seed| {
+        params.seed = seed;
+        grow(&params, Seed::new(seed)).expect("it grows").0
+    };
+    let (a, b) = (oak(1), oak(2));
+    let chains = a.chains().len().max(b.chains().len());
+    let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+    let time = seconds(9, || drop(fuzzy_family(a.clone(), b.clone(), &matching)));
+    let how = format!("two oaks of up to {chains} chains matched into a family, median of 9");
+    Figure::new("line.match_time", time * 1e3, "ms", how).print();
+    let family = fuzzy_family(a, b, &matching).expect("they match");
+    let weights = sample(&family, 0, 1, Seed::new(3), 0.5);
+    let time = seconds(49, || drop(family.blend(&weights)));
+    let how = format!("trees a second on one thread, {chains} chains, half way, median of 49");
+    Figure::new("line.blends", 1.0 / time, "1/s", how).goal("thousands").print();
+}
+
+/// Makes all sets on one and on two threads; gives back the files of the second.
+fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Vec<u8>)>> {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         pool.install(|| sets.iter().map(|set| made(set).files).collect::<Vec<_>>())
@@ -106,14 +133,14 @@ fn sameness(sets: &[PathBuf]) {
     let equal = pairs().filter(|(a, b)| a == b).count();
     let how = format!("of {} files made on 1 and on 2 threads", pairs().count());
     Figure::new("line.files_equal_at_1_and_2_threads", equal as f64, "files", how).goal("all").print();
+    two
 }
 
-fn continuity_and_cloud(sets: &[PathBuf]) {
+fn continuity_and_cloud(sets: &[Vec<(String, Vec<u8>)>]) {
     let mut continuity = 1.0_f64;
     let (mut ious, mut coverages) = (Vec::new(), Vec::new());
     let mut variants = 0;
-    for set in sets {
-        let files = made(set).files;
+    for files in sets {
         let (_, manifest) = files.last().expect("a set ends with its manifest");
         let manifest: serde_json::Value = serde_json::from_slice(manifest).expect("the manifest is JSON");
         for variant in manifest["variants"].as_array().into_iter().flatten() {

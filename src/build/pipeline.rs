@@ -17,7 +17,7 @@ use crate::preset::{self, Plan};
 pub use super::stages::Memory;
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-const PIPELINE_VERSION: u32 = 1;
+const PIPELINE_VERSION: u32 = 2;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
