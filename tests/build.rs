@@ -1,5 +1,6 @@
 //! The command builds every shipped preset into whole, valid, repeatable sets, and says what is wrong with a bad one.
 
+#![cfg(feature = "cli")]
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 
 use std::collections::BTreeMap;

@@ -1,5 +1,7 @@
 //! The small commands: what `inspect`, `new`, `schema` and `check` say, and that what they say can be used.
 
+#![cfg(feature = "cli")]
+
 mod tiny;
 
 use std::fs;

@@ -1,5 +1,6 @@
 //! Real scans and skeletons import, and broken versions of them are refused with one clear error each.
 
+#![cfg(feature = "cli")]
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,6 @@
 //! What goes wrong around a build: killed processes, two at once, folders and files in the way, hostile presets.
 
+#![cfg(feature = "cli")]
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 
 mod tiny;

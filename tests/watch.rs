@@ -1,5 +1,7 @@
 //! A watched folder: whatever a preset reads, saving it builds the sets that read it, and only those.
 
+#![cfg(feature = "cli")]
+
 mod tiny;
 
 use std::fs;
