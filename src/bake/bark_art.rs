@@ -57,13 +57,7 @@ pub fn bark_maps(pattern: BarkPattern, color: [f32; 3], size: u32, seed: Seed) -
             )
         })
         .collect();
-    Maps {
-        width: size as u32,
-        height: size as u32,
-        color: pixels.iter().map(|p| p.0).collect(),
-        normal: pixels.iter().map(|p| p.1).collect(),
-        orm: pixels.iter().map(|p| p.2).collect(),
-    }
+    Maps::square(size as u32, &pixels)
 }
 
 /// A box filter of `2 * reach + 1` pixels both ways over a square tile that wraps, by running sums.

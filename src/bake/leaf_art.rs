@@ -284,13 +284,7 @@ fn finish(texels: &[Texel], size: usize) -> Maps {
             (rgba, encode_normal(texel.normal), [byte(open), byte(texel.rough * over), 0])
         })
         .collect();
-    Maps {
-        width: size as u32,
-        height: size as u32,
-        color: pixels.iter().map(|p| p.0).collect(),
-        normal: pixels.iter().map(|p| p.1).collect(),
-        orm: pixels.iter().map(|p| p.2).collect(),
-    }
+    Maps::square(size as u32, &pixels)
 }
 
 /// A direction, not of unit length, as the bytes of a normal map.

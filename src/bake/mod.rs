@@ -49,3 +49,16 @@ pub struct Maps {
     /// Occlusion, roughness, metalness (glTF's channel order).
     pub orm: Vec<[u8; 3]>,
 }
+
+impl Maps {
+    /// Square maps of `size` pixels an edge from colour, normal and occlusion-roughness-metalness by pixel.
+    fn square(size: u32, pixels: &[([u8; 4], [u8; 3], [u8; 3])]) -> Self {
+        Self {
+            width: size,
+            height: size,
+            color: pixels.iter().map(|p| p.0).collect(),
+            normal: pixels.iter().map(|p| p.1).collect(),
+            orm: pixels.iter().map(|p| p.2).collect(),
+        }
+    }
+}

@@ -7,7 +7,6 @@
 use rayon::prelude::*;
 
 use super::Maps;
-use crate::base::math;
 
 /// `maps` at another, not larger size; both sides at least 1.
 pub(super) fn shrink(maps: &Maps, width: u32, height: u32) -> Maps {
@@ -78,12 +77,7 @@ struct Srgb {
 
 impl Srgb {
     fn new() -> Self {
-        let linear: Vec<f32> = (0..=255_u8)
-            .map(|b| {
-                let v = f32::from(b) / 255.0;
-                if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) }
-            })
-            .collect();
+        let linear: Vec<f32> = (0..=255).map(super::srgb::decode).collect();
         let next = linear.windows(2).map(|p| (p[0] + p[1]) * 0.5).collect();
         Self { linear, next }
     }

@@ -8,21 +8,10 @@ const STEPS: usize = 16_384;
 
 // 16k steps: the steepest part of the curve moves a fifth of a byte a step, so bytes are right but for ties.
 static ENCODE: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    (0..=STEPS)
-        .map(|i| {
-            let x = i as f32 / STEPS as f32;
-            let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * math::pow(x, 1.0 / 2.4) - 0.055 };
-            (y * 255.0 + 0.5) as u8
-        })
-        .collect()
+    (0..=STEPS).map(|i| (math::linear_to_srgb(i as f32 / STEPS as f32) * 255.0 + 0.5) as u8).collect()
 });
 
-static DECODE: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|i| {
-        let y = i as f32 / 255.0;
-        if y <= 0.040_45 { y / 12.92 } else { math::pow((y + 0.055) / 1.055, 2.4) }
-    })
-});
+static DECODE: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| math::srgb_to_linear(i as f32 / 255.0)));
 
 /// The byte of a linear value; values outside 0..=1 are clamped, NaN is 0.
 pub(crate) fn encode(linear: f32) -> u8 {

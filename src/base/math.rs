@@ -77,6 +77,18 @@ pub fn angle(a: glam::Vec3, b: glam::Vec3) -> f32 {
     atan2(a.cross(b).length(), a.dot(b))
 }
 
+/// The linear value of an sRGB-encoded one, both 0..=1 (IEC 61966-2-1).
+#[must_use]
+pub fn srgb_to_linear(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { pow((encoded + 0.055) / 1.055, 2.4) }
+}
+
+/// The sRGB encoding of a linear value, both 0..=1 (IEC 61966-2-1).
+#[must_use]
+pub fn linear_to_srgb(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * pow(linear, 1.0 / 2.4) - 0.055 }
+}
+
 /// Cubic ease from 0 at `edge0` to 1 at `edge1`.
 #[must_use]
 pub fn smoothstep(edge0: f32, edge1: f32, x: f32) -> f32 {

@@ -167,7 +167,7 @@ fn mean_color(target: &Target) -> Vec3 {
     let area: f32 = target.coverage.iter().sum();
     let sum: Vec3 = target.color.iter().zip(&target.coverage).map(|(&c, &w)| c * w).sum();
     let mean = sum / area.max(1e-6);
-    let srgb = |l: f32| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * math::pow(l.min(1.0), 1.0 / 2.4) - 0.055 };
+    let srgb = |l: f32| math::linear_to_srgb(l.min(1.0));
     Vec3::new(srgb(mean.x), srgb(mean.y), srgb(mean.z))
 }
 

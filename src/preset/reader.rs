@@ -496,8 +496,7 @@ pub(super) fn linear(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let channel = |i: usize| {
         let value = u8::from_str_radix(&digits[i..i + 2], 16).ok()?;
-        let c = f32::from(value) / 255.0;
-        Some(if c <= 0.04045 { c / 12.92 } else { crate::base::math::pow((c + 0.055) / 1.055, 2.4) })
+        Some(crate::base::math::srgb_to_linear(f32::from(value) / 255.0))
     };
     Some([channel(0)?, channel(2)?, channel(4)?])
 }
