@@ -1,12 +1,16 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
-//! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`.
+//! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
+//! `grow`, `import`, `blend`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
 
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
+mod blend;
+mod grow;
+mod import;
 mod line;
 
 use std::path::PathBuf;
@@ -65,14 +69,20 @@ pub(crate) fn data() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
+/// The topics, each with what prints it.
+const TOPICS: [(&str, fn()); 4] =
+    [("line", line::print), ("grow", grow::print), ("import", import::print), ("blend", blend::print)];
+
 fn main() {
-    let topics: Vec<String> = std::env::args().skip(1).collect();
-    let wanted = |topic: &str| topics.is_empty() || topics.iter().any(|t| t == topic);
-    if let Some(unknown) = topics.iter().find(|t| t.as_str() != "line") {
-        println!("no topic {unknown}; there is: line");
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(unknown) = wanted.iter().find(|w| TOPICS.iter().all(|(name, _)| w != name)) {
+        let names: Vec<&str> = TOPICS.iter().map(|(name, _)| *name).collect();
+        println!("no topic {unknown}; there are: {}", names.join(", "));
         std::process::exit(2);
     }
-    if wanted("line") {
-        line::print();
+    for (name, print) in TOPICS {
+        if wanted.is_empty() || wanted.iter().any(|w| w == name) {
+            print();
+        }
     }
 }

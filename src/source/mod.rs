@@ -4,3 +4,4 @@
 pub mod glb;
 pub mod grow;
 pub mod import;
+pub mod scene;

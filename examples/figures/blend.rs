@@ -1,0 +1,4 @@
+//! Figures of blending.
+
+/// Prints them.
+pub(crate) fn print() {}

@@ -1,0 +1,4 @@
+//! Figures of growth by guiding vectors.
+
+/// Prints them.
+pub(crate) fn print() {}

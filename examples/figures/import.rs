@@ -1,0 +1,4 @@
+//! Figures of imported trees.
+
+/// Prints them.
+pub(crate) fn print() {}
