@@ -123,12 +123,18 @@ pub enum Count {
 }
 
 /// How endpoints are chosen among the nodes where they may lie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Sampling {
     /// A Poisson-disc distribution: they keep their distance.
     Poisson,
     /// Each node with the same chance: clumps and gaps.
     Uniform,
+    /// A Poisson-disc distribution in tiers, as the whorls of conifers: in the lowest quarter of every `spacing`, plant
+    /// heights.
+    Whorls {
+        /// From tier to tier.
+        spacing: f32,
+    },
 }
 
 /// A volume for early endpoints, upright about the plant's axis; all lengths in plant heights.
@@ -200,8 +206,8 @@ pub enum Volume {
         /// Of distances from the axis.
         hollow: f32,
     },
-    /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the middle of its
-    /// bounds on the axis.
+    /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the file's vertical
+    /// axis on the plant's.
     Mesh {
         /// GLB or OBJ file, relative to the preset's folder.
         file: String,
