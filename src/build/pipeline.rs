@@ -13,8 +13,8 @@ use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
-use crate::source::import;
 use crate::source::scene::Files;
+use crate::source::{grow, import};
 
 pub use super::stages::Memory;
 
@@ -140,8 +140,14 @@ fn named_files(
 fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe {
-            files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+        match &source.recipe {
+            SourceRecipe::Import(params) => {
+                files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Grow(params) => {
+                let field = format!("sources[\"{}\"].species", source.name);
+                files.extend(grow::shape_files(params).into_iter().map(|shape| (shape.file, field.clone())));
+            }
         }
     }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {

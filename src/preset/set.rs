@@ -18,7 +18,7 @@ use super::plan::{
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::species::{HEIGHT, species};
+use super::species::{HEIGHT, seen_from, species};
 use super::syntax::tree;
 use crate::base::Diagnostic;
 
@@ -285,7 +285,10 @@ impl SpeciesFiles<'_> {
             return known.clone();
         }
         let found = match (self.read)(path) {
-            Ok(text) => species(&joined(self.folder, path), &text).map_err(|found| report.adopt(found)).ok(),
+            Ok(text) => species(&joined(self.folder, path), &text)
+                .map(|params| seen_from(params, folder(path)))
+                .map_err(|found| report.adopt(found))
+                .ok(),
             Err(reason) => {
                 report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), "");
                 None
