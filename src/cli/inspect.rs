@@ -93,7 +93,10 @@ fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(St
         let mut solids = grow::Solids::new();
         for shape in grow::shape_files(&params) {
             let wrong = |why: String| {
-                Failure::Diagnostics(vec![Diagnostic::new(file, format!("can't take endpoints from {}: {why}", shape.file))])
+                Failure::Diagnostics(vec![Diagnostic::new(
+                    file,
+                    format!("can't take endpoints from {}: {why}", shape.file),
+                )])
             };
             let bytes = folder.read(&shape.file).map_err(wrong)?;
             let solid = grow::Solid::read(&bytes, shape.reading).map_err(|e| wrong(e.to_string()))?;
