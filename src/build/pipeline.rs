@@ -4,18 +4,17 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Loaded, World};
 use super::assets::{self, SetParts};
 use super::stages;
+use super::{Loaded, World};
 use crate::base::{Diagnostic, Key, Note};
 use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
-use crate::source::grow;
-use crate::source::import;
 use crate::source::scene::Files;
+use crate::source::{grow, import};
 
 pub use super::stages::Memory;
 
@@ -80,7 +79,7 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         }
     }
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe
+        if let Some(params) = source.recipe.import()
             && let Some(mut input) = inputs.remove(&params.file)
         {
             let result = named_files(&params.file, &mut input, &mut inputs, world);
@@ -96,12 +95,7 @@ const MOST_NAMED: usize = 1000;
 
 /// Reads what an imported file names (materials, pictures, buffers), and what those name. What is missing is left to the
 /// importer, which knows whether it can do without; it is remembered by the world, so that it is read once it is there.
-fn named_files(
-    file: &str,
-    input: &mut InputFile,
-    inputs: &mut Inputs,
-    world: &World,
-) -> Result<(), Vec<Diagnostic>> {
+fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &World) -> Result<(), Vec<Diagnostic>> {
     let mut errors = Vec::new();
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
@@ -144,6 +138,9 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
         match &source.recipe {
             SourceRecipe::Import(params) => {
                 files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Like(like) => {
+                files.push((like.scan.file.clone(), format!("sources[\"{}\"].like", source.name)));
             }
             SourceRecipe::Grow(params) => {
                 let field = format!("sources[\"{}\"].species", source.name);

@@ -7,13 +7,16 @@ use rayon::prelude::*;
 
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
-use crate::base::{Diagnostic, Key, Note, Seed};
+use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, DressParams, GrowParams, LeafArt, MatchParams, Source, SourceRecipe, Variant};
+use crate::preset::plan::{
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MatchParams, Source,
+    SourceRecipe, Variant,
+};
 use crate::relate::{self, Family};
-use crate::source::{grow, import};
+use crate::source::{estimate, grow, import};
 
 /// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
 #[derive(Debug, Default)]
@@ -136,18 +139,50 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
             })
         }
         SourceRecipe::Import(params) => {
-            let input = &inputs[&params.file];
-            let files = input.files(inputs);
-            let mut key = Key::stage("import", 2).params(params).input(Key::of_bytes(&input.bytes));
-            for (name, bytes) in &files {
-                key = key.params(name).input(Key::of_bytes(bytes));
-            }
-            remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
-                import::import_with(&input.bytes, &input.shown, &files, params)
-                    .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
+            let key = import_key(Key::stage("import", 2), params, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || {
+                imported(params, inputs).map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
             })
         }
+        SourceRecipe::Like(like) => {
+            let key = import_key(Key::stage("like", 1).params(like), &like.scan, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || grown_like(source, like, inputs))
+        }
     }
+}
+
+/// The key of an imported plant.
+fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key {
+    let input = &inputs[&params.file];
+    let mut key = stage.params(params).input(Key::of_bytes(&input.bytes));
+    for (name, bytes) in &input.files(inputs) {
+        key = key.params(name).input(Key::of_bytes(bytes));
+    }
+    key.finish()
+}
+
+fn imported(params: &ImportParams, inputs: &Inputs) -> Result<import::Imported, Vec<Diagnostic>> {
+    let input = &inputs[&params.file];
+    import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+}
+
+/// A plant grown like a scan.
+fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+    let scan = imported(&like.scan, inputs)?;
+    let wrong = |message: String| {
+        let field = format!("sources[\"{}\"].like", source.name);
+        vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
+    };
+    let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
+    let mut params = estimate.params;
+    params.seed = like.seed;
+    if let ImportHeight::Metres(height) = like.height {
+        params.height = height;
+    }
+    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
+        .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
+    notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));
+    Ok(SourcePlant { plant, notes })
 }
 
 /// Reads the shapes that a species' volumes name.
@@ -263,6 +298,7 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
         .sources
         .par_iter()
         .map(|source| match &source.recipe {
+            SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
             SourceRecipe::Import(_) => one_source(source, inputs, &Memory::default()).map(drop),
             SourceRecipe::Grow(params) => solids(source, params, inputs).map(drop),
         })

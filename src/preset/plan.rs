@@ -47,6 +47,31 @@ pub enum SourceRecipe {
     Grow(GrowParams),
     /// A file.
     Import(ImportParams),
+    /// Guiding-vector synthesis with parameters estimated from a file.
+    Like(LikeParams),
+}
+
+impl SourceRecipe {
+    /// What is imported for it.
+    #[must_use]
+    pub const fn import(&self) -> Option<&ImportParams> {
+        match self {
+            Self::Grow(_) => None,
+            Self::Import(params) => Some(params),
+            Self::Like(like) => Some(&like.scan),
+        }
+    }
+}
+
+/// A plant grown like an imported one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LikeParams {
+    /// The plant to grow like; its height is as the file says.
+    pub scan: ImportParams,
+    /// Address of all randomness of the grown plant.
+    pub seed: u64,
+    /// Height of the grown plant; `AsIs` for that of the scan.
+    pub height: ImportHeight,
 }
 
 /// Parameters of growth, in the words of Xu and Mould 2015.
@@ -64,8 +89,14 @@ pub struct GrowParams {
     pub iterations: Vec<GrowIteration>,
     /// Radius of a branch tip, metres.
     pub tip_radius: f32,
-    /// Exponent of the allometric rule for radii.
+    /// Exponent of the allometric rule for radii, 1..=5.
     pub allometry: f32,
+    /// What a metre of wood adds to what is below it, in tips, 0..=50: 0 leaves branches of even thickness between forks.
+    pub taper: f32,
+    /// How much wider a stem is at the ground than the rule says, as a share of its radius, 0..=3.
+    pub flare: f32,
+    /// Where the flare ends, in radii of the stem, 0.5..=30.
+    pub flare_height: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
     /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths

@@ -216,8 +216,8 @@ fn glb(bytes: &[u8]) -> Result<Triangles, SolidError> {
 
 /// Positions and faces of a Wavefront OBJ; faces of more than three corners are fans.
 fn obj(bytes: &[u8]) -> Result<Triangles, SolidError> {
-    let text = std::str::from_utf8(bytes)
-        .map_err(|_| SolidError::Unreadable("neither a GLB nor an OBJ file".to_owned()))?;
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| SolidError::Unreadable("neither a GLB nor an OBJ file".to_owned()))?;
     let (mut points, mut triangles): Triangles = (Vec::new(), Vec::new());
     for (number, line) in text.lines().enumerate() {
         let wrong = |what: &str| SolidError::Unreadable(format!("line {}: {what}", number + 1));
@@ -351,7 +351,9 @@ impl Columns {
         let [a, b, c] = corners.map(|i| self.points[i as usize]);
         let normal = (b - a).cross(c - a);
         // The plane above the point; a triangle on edge covers no ground.
-        inside && normal.y != 0.0 && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
+        inside
+            && normal.y != 0.0
+            && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
     }
 }
 
@@ -482,7 +484,8 @@ mod tests {
     #[test]
     fn up_can_be_z() {
         // A wedge whose thick end is at z = 2.
-        let wedge = "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
+        let wedge =
+            "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
         let up_z = Solid::from_mesh(wedge.as_bytes(), UpAxis::Z).unwrap();
         assert!(up_z.holds(Vec3::new(0.45, 0.97, -0.25)) && !up_z.holds(Vec3::new(0.45, 0.05, -0.25)));
         assert!(up_z.holds(Vec3::new(0.01, 0.05, -0.25)) && !up_z.holds(Vec3::new(0.01, 0.05, 0.25)));
@@ -494,7 +497,9 @@ mod tests {
         assert_eq!(Solid::from_mesh(open.as_bytes(), UpAxis::Y), Err(SolidError::Open(4)));
         let flat = "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\nf 3 2 1";
         assert_eq!(Solid::from_mesh(flat.as_bytes(), UpAxis::Y), Err(SolidError::Flat));
-        for broken in ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"] {
+        for broken in
+            ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"]
+        {
             let answer = Solid::from_mesh(broken.as_bytes(), UpAxis::Y);
             assert!(matches!(answer, Err(SolidError::Unreadable(_))), "{broken:?}: {answer:?}");
         }
@@ -522,11 +527,13 @@ mod tests {
 
     #[test]
     fn holes_transforms_and_curves_of_outlines_count() {
-        let svg = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
+        let svg =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
             <path fill-rule="evenodd" d="M 0 0 H 20 V 20 H 0 Z M 6 6 V 14 H 14 V 6 Z"/></g></svg>"#;
         let ring = Solid::from_outline(svg).unwrap();
         assert!(!ring.holds(Vec3::new(0.1, 0.5, 0.0)) && ring.holds(Vec3::new(0.35, 0.5, 0.0)));
-        let disc = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
+        let disc =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
         let ball = Solid::from_outline(disc).unwrap();
         let hits = (0..1000)
             .filter(|&i| {
