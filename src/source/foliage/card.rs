@@ -280,10 +280,7 @@ fn window(group: &Group, near: &Near) -> Window {
         };
         cost(a).total_cmp(&cost(b)).then(a.cmp(&b))
     });
-    let mut window = best.map_or(
-        Window { base: Vec2::ZERO, up: Vec2::Y, across: Vec2::X },
-        |best| candidates[best].1,
-    );
+    let mut window = best.map_or(Window { base: Vec2::ZERO, up: Vec2::Y, across: Vec2::X }, |best| candidates[best].1);
     // Right-handed with the front of the triangles.
     if let Some((sheet, fit)) = group.sheets.first().and_then(|s| Some((s, Affine::fit(&group.map, &s.points)?)))
         && fit.vector(window.across).cross(fit.vector(window.up)).dot(sheet.normal) < 0.0
@@ -307,17 +304,13 @@ fn candidates(group: &Group) -> Vec<(Vec2, Window)> {
     }
     let boxed = |up: Vec2| {
         let across = up.perp();
-        let bounds = |axis: Vec2| {
-            map.iter().map(|q| q.dot(axis)).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)))
-        };
+        let bounds =
+            |axis: Vec2| map.iter().map(|q| q.dot(axis)).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
         let ((x0, x1), (y0, y1)) = (bounds(across), bounds(up));
         Window { base: across * ((x0 + x1) * 0.5) + up * y0, up: up * (y1 - y0), across: across * (x1 - x0) }
     };
     if group.textured {
-        return [Vec2::NEG_Y, Vec2::Y, Vec2::X, Vec2::NEG_X]
-            .map(boxed)
-            .map(|window| (window.base, window))
-            .to_vec();
+        return [Vec2::NEG_Y, Vec2::Y, Vec2::X, Vec2::NEG_X].map(boxed).map(|window| (window.base, window)).to_vec();
     }
     // An outline: each of its points, looking through the middle of its area.
     let (mut middle, mut area) = (Vec2::ZERO, 1e-20_f32);
@@ -329,10 +322,7 @@ fn candidates(group: &Group) -> Vec<(Vec2, Window)> {
     }
     let middle = middle / area;
     let step = map.len().div_ceil(48).max(1);
-    map.iter()
-        .step_by(step)
-        .filter_map(|&foot| Some((foot, boxed((middle - foot).try_normalize()?))))
-        .collect()
+    map.iter().step_by(step).filter_map(|&foot| Some((foot, boxed((middle - foot).try_normalize()?)))).collect()
 }
 
 /// The corners of a quad in order round it.
@@ -377,9 +367,8 @@ fn slots(groups: &[Group], windows: &[Window]) -> Vec<(u16, bool)> {
     order.sort_by_key(|&i| (std::cmp::Reverse(groups[i].sheets.len()), i));
     let mut kept: Vec<usize> = order.into_iter().take(MOST_PICTURES).collect();
     kept.sort_unstable();
-    let aspect = |i: usize| {
-        place(&groups[i], &groups[i].sheets[0], &windows[i], 0).map_or(1.0, |card| card.width / card.length)
-    };
+    let aspect =
+        |i: usize| place(&groups[i], &groups[i].sheets[0], &windows[i], 0).map_or(1.0, |card| card.width / card.length);
     let aspects: Vec<f32> = kept.iter().map(|&i| aspect(i)).collect();
     (0..groups.len())
         .map(|i| match kept.binary_search(&i) {
@@ -443,7 +432,12 @@ fn join_backs(cards: &mut Vec<Card>, preferences: &[u32]) -> usize {
             let same = |x: f32, y: f32| (x - y).abs() <= 0.03 * x.max(y);
             let sized = (same(a.length, b.length) && same(a.width, b.width))
                 || (same(a.length, b.width) && same(a.width, b.length));
-            if keep[i] && keep[j] && sized && a.centre().distance(b.centre()) <= reach && a.axes[2].dot(b.axes[2]).abs() > 0.995 {
+            if keep[i]
+                && keep[j]
+                && sized
+                && a.centre().distance(b.centre()) <= reach
+                && a.axes[2].dot(b.axes[2]).abs() > 0.995
+            {
                 let first = preferences[i] > preferences[j] || (preferences[i] == preferences[j] && i < j);
                 keep[if first { j } else { i }] = false;
             }

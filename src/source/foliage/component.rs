@@ -114,10 +114,8 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
             points.push(c);
         }
     }
-    let mut edges: Vec<[u32; 2]> = triangles
-        .iter()
-        .flat_map(|t| (0..3).map(|k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])]))
-        .collect();
+    let mut edges: Vec<[u32; 2]> =
+        triangles.iter().flat_map(|t| (0..3).map(|k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])])).collect();
     edges.sort_unstable();
     let open = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).count();
     let vectors: Vec<DVec3> = triangles

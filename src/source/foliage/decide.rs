@@ -163,11 +163,7 @@ fn by_color(part: &Part, component: Component, tones: &Tones<'_>) -> Vec<(Compon
     let mut cut = Vec::new();
     for wanted in [false, true] {
         let keep = component.triangles.iter().zip(&green).filter(|(_, g)| **g == wanted).map(|(t, _)| *t);
-        let half = Part {
-            positions: part.positions.clone(),
-            triangles: keep.collect(),
-            ..Part::default()
-        };
+        let half = Part { positions: part.positions.clone(), triangles: keep.collect(), ..Part::default() };
         cut.extend(components(&half, component.part).into_iter().map(|c| (c, wanted)));
     }
     cut

@@ -19,8 +19,6 @@ mod near;
 mod picture;
 mod tone;
 mod words;
-#[cfg(test)]
-mod tests;
 
 use glam::Vec3;
 

@@ -5,7 +5,7 @@
 use glam::{Vec2, Vec3};
 
 use super::decide::{Piece, Role};
-use super::tone::{Tones, bytes_of};
+use super::tone::Tones;
 use crate::source::scene::{Alpha, Files, Scene};
 
 /// The pictures of an imported plant.
@@ -89,7 +89,7 @@ impl<'a> Gallery<'a> {
         if let Some((_, index)) = self.known.iter().find(|(i, _)| *i == image) {
             return *index;
         }
-        let index = bytes_of(self.scene, image, self.files).map(|bytes| {
+        let index = self.scene.image_bytes(image, self.files).map(|bytes| {
             self.images.push(bytes.to_vec());
             self.images.len() - 1
         });
@@ -100,7 +100,12 @@ impl<'a> Gallery<'a> {
 
 /// The bark: of the material that most of the wood wears. Its picture only where it is more than a few texels of a palette
 /// on the wood.
-pub(super) fn bark(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery: &mut Gallery<'_>) -> Option<BarkPicture> {
+pub(super) fn bark(
+    scene: &Scene,
+    tones: &Tones<'_>,
+    pieces: &[Piece],
+    gallery: &mut Gallery<'_>,
+) -> Option<BarkPicture> {
     let wood = || pieces.iter().filter(|p| p.role == Role::Wood).map(|p| &p.component);
     let mut areas: Vec<(Option<usize>, f32)> = Vec::new();
     for c in wood() {

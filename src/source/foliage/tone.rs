@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use image::{ImageReader, Limits};
 
 use crate::base::math;
-use crate::source::scene::{Files, Image, Part, Scene};
+use crate::source::scene::{Files, Part, Scene};
 
 /// Longest edge that is decoded, texels, and most bytes that decoding may take.
 const LARGEST: (u32, u64) = (8192, 512 << 20);
@@ -34,8 +34,7 @@ pub(super) struct Tones<'a> {
 impl<'a> Tones<'a> {
     /// Decodes the colour pictures; those that can't be are white.
     pub(super) fn new(scene: &'a Scene, files: &Files) -> Self {
-        let pictures =
-            scene.materials.iter().map(|m| small(bytes_of(scene, m.color_image?, files)?)).collect();
+        let pictures = scene.materials.iter().map(|m| small(scene.image_bytes(m.color_image?, files)?)).collect();
         Self { scene, pictures }
     }
 
@@ -88,14 +87,6 @@ impl<'a> Tones<'a> {
 /// Whether a linear colour is that of a green leaf.
 pub(super) fn is_green(c: Vec3) -> bool {
     c.y > c.x * 1.12 && c.y > c.z * 1.12
-}
-
-/// A picture's encoded bytes.
-pub(super) fn bytes_of<'a>(scene: &'a Scene, image: usize, files: &'a Files) -> Option<&'a [u8]> {
-    match scene.images.get(image)? {
-        Image::Embedded(bytes) => Some(bytes),
-        Image::File(name) => files.get(name).map(Vec::as_slice),
-    }
 }
 
 fn small(bytes: &[u8]) -> Option<Small> {

@@ -1,0 +1,143 @@
+//! Cards and crowns brought to a plant.
+//!
+//! A card goes to the chain whose axis is nearest to its base, and keeps its place exactly by its offset from the axis
+//! in the frame there: it may stand off by a petiole that no chain shows, and moves with the branch from then on.
+
+use glam::Vec3;
+
+use super::near::Near;
+use super::{Card, Parts};
+use crate::base::Rotation;
+use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder, Posed};
+
+/// Places along axes that are looked at, about.
+const PLACES: f32 = 200_000.0;
+/// A leaf is far from the wood beyond this share of the plant's height and two of its lengths.
+const FAR: f32 = 0.05;
+
+/// From a scene to the plant that its wood became: metres, Y up, the main stem's base at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Whether the scene's Z points up, else its Y.
+    pub z_up: bool,
+    /// The scene's point, turned upright, that becomes the origin.
+    pub base: Vec3,
+    /// Metres a unit.
+    pub scale: f32,
+}
+
+impl Default for Placement {
+    /// As it is.
+    fn default() -> Self {
+        Self { z_up: false, base: Vec3::ZERO, scale: 1.0 }
+    }
+}
+
+impl Placement {
+    /// A direction, upright.
+    #[must_use]
+    pub fn turn(&self, v: Vec3) -> Vec3 {
+        if self.z_up { Vec3::new(v.x, v.z, -v.y) } else { v }
+    }
+
+    /// A point of the scene in the plant's space.
+    #[must_use]
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        (self.turn(p) - self.base) * self.scale
+    }
+
+    /// A card in the plant's space.
+    #[must_use]
+    pub fn card(&self, card: &Card) -> Card {
+        Card {
+            base: self.point(card.base),
+            axes: card.axes.map(|axis| self.turn(axis)),
+            length: card.length * self.scale,
+            width: card.width * self.scale,
+            slot: card.slot,
+        }
+    }
+}
+
+/// The plant with the leaves of a mesh; notes are added to `notes`. n log n in points and leaves.
+///
+/// The plant's own leaves and chains stay; leaves come in the order of the cards. Those without finite place or size are
+/// left out.
+#[must_use]
+pub fn attach(plant: Plant, parts: &Parts, placement: &Placement, notes: &mut Vec<String>) -> Plant {
+    let posed = plant.pose();
+    let height = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y.abs()));
+    let wood = Axes::of(&plant, &posed);
+    let mut far = 0;
+    let mut leaves = Vec::with_capacity(parts.cards.len());
+    for card in &parts.cards {
+        let card = placement.card(card);
+        let Some((chain, location, distance)) = wood.nearest(card.base) else { continue };
+        far += usize::from(distance > FAR * height + 2.0 * card.length);
+        leaves.push(leaf(&plant, &posed, &card, chain, location));
+    }
+    if far > 0 {
+        notes.push(format!("{far} leaves are far from any wood and hang on the nearest branch"));
+    }
+    let mut builder = PlantBuilder::from_plant(plant.clone());
+    for leaf in leaves.into_iter().filter(|l| l.size.is_finite() && l.size > 0.0 && l.offset.is_finite()) {
+        builder.leaf(leaf);
+    }
+    builder.finish().unwrap_or(plant)
+}
+
+/// A card as a leaf of a chain.
+fn leaf(plant: &Plant, posed: &Posed, card: &Card, chain: ChainId, location: f32) -> Leaf {
+    let here = posed.at(plant, chain, location);
+    let [x, y, z] = card.axes.map(|axis| here.frame.to_local(axis));
+    Leaf {
+        offset: here.frame.to_local(card.base - here.position),
+        form: LeafForm::Flat(card.width / card.length),
+        ..Leaf::new(chain, location, Rotation::from_axes(x, y, z), card.length, card.slot)
+    }
+}
+
+/// The axes of a plant, by place.
+pub(super) struct Axes<'a> {
+    plant: &'a Plant,
+    posed: &'a Posed,
+    /// Chain and segment of each place.
+    places: Vec<(ChainId, u32)>,
+    near: Near,
+}
+
+impl<'a> Axes<'a> {
+    pub(super) fn of(plant: &'a Plant, posed: &'a Posed) -> Self {
+        let total: f32 = plant.chain_ids().map(|id| posed.curve(plant, id).length()).sum();
+        let gap = (total / PLACES).max(1e-6);
+        let mut places = Vec::new();
+        let mut points = Vec::new();
+        for id in plant.chain_ids() {
+            for (i, pair) in posed.chain(plant, id).windows(2).enumerate() {
+                let steps = ((pair[0].distance(pair[1]) / gap).ceil() as u32).clamp(1, 10_000);
+                for k in 0..=steps {
+                    places.push((id, i as u32));
+                    points.push(pair[0].lerp(pair[1], k as f32 / steps as f32));
+                }
+            }
+        }
+        Self { plant, posed, places, near: Near::new(points.into_iter()) }
+    }
+
+    /// Chain, location and distance of the place on an axis that is nearest to a point.
+    pub(super) fn nearest(&self, p: Vec3) -> Option<(ChainId, f32, f32)> {
+        let (found, _) = self.near.find(p).filter(|(_, d)| d.is_finite())?;
+        let (chain, segment) = self.places[found as usize];
+        let points = self.posed.chain(self.plant, chain);
+        let parameters = self.posed.curve(self.plant, chain).parameters();
+        let segments = (segment as usize).saturating_sub(1)..(segment as usize + 2).min(points.len() - 1);
+        segments
+            .map(|i| {
+                let (a, b) = (points[i], points[i + 1]);
+                let t = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-20)).clamp(0.0, 1.0);
+                let location = parameters[i] + (parameters[i + 1] - parameters[i]) * f64::from(t);
+                (chain, (location as f32).clamp(0.0, 1.0), a.lerp(b, t).distance(p))
+            })
+            .min_by(|a, b| a.2.total_cmp(&b.2))
+    }
+}
