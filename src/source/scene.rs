@@ -30,7 +30,7 @@ use crate::base::Diagnostic;
 use crate::preset::plan::UpAxis;
 
 /// Files that a mesh names: their bytes by the name that [`refers`] gave for them.
-pub type Files = BTreeMap<String, Vec<u8>>;
+pub type Files<'a> = BTreeMap<String, &'a [u8]>;
 
 /// The formats of meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,13 +84,18 @@ pub fn sniff(bytes: &[u8]) -> Option<MeshFormat> {
 /// # Errors
 ///
 /// What is wrong with the file, at its line or byte; that it is no mesh; that it holds no triangle.
-pub fn read(bytes: &[u8], file: &str, files: &Files) -> Result<Scene, Vec<Diagnostic>> {
-    let scene = match sniff(bytes) {
+pub fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
+    let mut scene = match sniff(bytes) {
         Some(MeshFormat::Glb | MeshFormat::Gltf) => gltf::read(bytes, file, files),
         Some(MeshFormat::Obj) => obj::read(bytes, file, files),
         Some(MeshFormat::Ply) => ply::read(bytes, file),
         None => Err(vec![Diagnostic::new(file, "this is no mesh").with_hint("read are glTF, GLB, OBJ and PLY")]),
     }?;
+    let missing = |image: &Image| match image {
+        Image::File(name) if !files.contains_key(name) => Some(format!("the picture {name} is missing")),
+        _ => None,
+    };
+    scene.notes.extend(scene.images.iter().filter_map(missing));
     if scene.triangles() == 0 {
         return Err(vec![
             Diagnostic::new(file, "the file holds no triangle").with_hint("export the tree's mesh, not points or curves"),
@@ -103,7 +108,7 @@ pub fn read(bytes: &[u8], file: &str, files: &Files) -> Result<Scene, Vec<Diagno
 /// folders. Call it again with what could be read until it names nothing new: an OBJ names its MTL, that its pictures.
 /// Nothing for what can't be read at all: [`read`] tells why.
 #[must_use]
-pub fn refers(bytes: &[u8], files: &Files) -> Vec<String> {
+pub fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
     let mut names = match sniff(bytes) {
         Some(MeshFormat::Glb | MeshFormat::Gltf) => gltf::refers(bytes),
         Some(MeshFormat::Obj) => obj::refers(bytes, files),
@@ -114,6 +119,11 @@ pub fn refers(bytes: &[u8], files: &Files) -> Vec<String> {
     names.dedup();
     names.retain(|name| !files.contains_key(name));
     names
+}
+
+/// What a file beside the mesh is called in messages.
+fn beside(file: &str, name: &str) -> String {
+    file.rsplit_once('/').map_or_else(|| name.to_owned(), |(folder, _)| format!("{folder}/{name}"))
 }
 
 /// A mesh file's content.
@@ -149,10 +159,10 @@ impl Scene {
 
     /// The encoded bytes of a picture; none where its file is missing.
     #[must_use]
-    pub fn image_bytes<'a>(&'a self, image: usize, files: &'a Files) -> Option<&'a [u8]> {
+    pub fn image_bytes<'a>(&'a self, image: usize, files: &Files<'a>) -> Option<&'a [u8]> {
         match self.images.get(image)? {
             Image::Embedded(bytes) => Some(bytes),
-            Image::File(name) => files.get(name).map(Vec::as_slice),
+            Image::File(name) => files.get(name).copied(),
         }
     }
 }

@@ -18,7 +18,7 @@ pub(super) fn refers(_: &[u8]) -> Vec<String> {
 }
 
 /// Reads a glTF; see [`super::read`].
-pub(super) fn read(bytes: &[u8], file: &str, _: &Files) -> Result<Scene, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], file: &str, _: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
     let fail = |e: GlbError| vec![Diagnostic::new(file, e.to_string())];
     let info = if bytes.starts_with(b"glTF") { read_glb(bytes) } else { read_gltf(bytes) }.map_err(fail)?;
     let mut scene = Scene {

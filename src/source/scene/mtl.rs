@@ -69,7 +69,8 @@ pub(super) fn undefined(name: &str) -> Material {
 /// A number that is none, with its library and line.
 pub(super) fn read_all(
     libraries: &[String],
-    files: &Files,
+    file: &str,
+    files: &Files<'_>,
     scene: &mut Scene,
 ) -> Result<BTreeMap<String, usize>, Vec<Diagnostic>> {
     let mut names = BTreeMap::new();
@@ -77,7 +78,8 @@ pub(super) fn read_all(
     for library in libraries {
         match files.get(library) {
             Some(bytes) => {
-                let mut errors = Errors::new(library);
+                let shown = super::beside(file, library);
+                let mut errors = Errors::new(&shown);
                 self::library(library, bytes, scene, &mut images, &mut names, &mut errors);
                 errors.check()?;
             }

@@ -61,7 +61,7 @@ fn libraries(statement: &Statement<'_>) -> Vec<String> {
 }
 
 /// The libraries that an OBJ names, and the pictures that those name as far as they are there.
-pub(super) fn refers(bytes: &[u8], files: &Files) -> Vec<String> {
+pub(super) fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
     let mut names: Vec<String> =
         Lines::of(bytes).filter(|s| s.word == b"mtllib").flat_map(|s| libraries(&s)).collect();
     names.sort();
@@ -83,7 +83,7 @@ pub(super) struct Vertices {
 }
 
 /// Reads an OBJ; see [`super::read`].
-pub(super) fn read(bytes: &[u8], file: &str, files: &Files) -> Result<Scene, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
     let mut errors = Errors::new(file);
     let (vertices, libraries) = vertices(bytes, &mut errors);
     errors.check()?;
@@ -91,7 +91,7 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files) -> Result<Scene, Vec
         return Err(vec![Diagnostic::new(file, "the file has more than 4,294,967,295 vertices")]);
     }
     let mut scene = Scene { origin: vertices.origin, ..Scene::default() };
-    let library = mtl::read_all(&libraries, files, &mut scene)?;
+    let library = mtl::read_all(&libraries, file, files, &mut scene)?;
     let mut errors = Errors::new(file);
     faces(bytes, vertices, &library, &mut scene, &mut errors);
     errors.check()?;

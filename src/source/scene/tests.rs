@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::*;
 
-fn text(text: &str, files: &Files) -> Scene {
+fn text(text: &str, files: &Files<'_>) -> Scene {
     read(text.as_bytes(), "it", files).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
@@ -16,7 +16,7 @@ fn obj_corners_groups_materials_and_negative_indices_are_read() {
     let obj = "mtllib a b.mtl\no tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvn 0 0 1\n\
                usemtl leaf\nf 1/1/1 2/2/1 3/2/1 \\\n 4/1/1\ng wood\nusemtl none\nf -4 -3 -2\n";
     assert_eq!(refers(obj.as_bytes(), &Files::new()), ["a b.mtl"]);
-    let files = Files::from([("a b.mtl".to_owned(), MTL.as_bytes().to_vec())]);
+    let files = Files::from([("a b.mtl".to_owned(), MTL.as_bytes())]);
     assert_eq!(refers(obj.as_bytes(), &files), ["mask.png", "n.png", "tex/my leaf.png"]);
     let scene = text(obj, &files);
     assert_eq!((scene.parts.len(), scene.triangles(), scene.vertices()), (2, 3, 7));
@@ -33,6 +33,10 @@ fn obj_corners_groups_materials_and_negative_indices_are_read() {
     assert_eq!(image(material.normal_image), Image::File("n.png".into()));
     assert_eq!(scene.materials[scene.parts[1].material.unwrap()].name, "none");
     assert!(scene.notes.iter().any(|n| n.contains("1 materials")), "{:?}", scene.notes);
+}
+
+fn files(owned: &BTreeMap<String, Vec<u8>>) -> Files<'_> {
+    owned.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect()
 }
 
 fn data() -> Option<PathBuf> {
@@ -61,13 +65,13 @@ fn every_real_mesh_has_the_triangles_of_its_manifest() {
         }
         let path = data.join(cells[0]);
         let bytes = std::fs::read(&path).unwrap();
-        let mut files: BTreeMap<String, Vec<u8>> = Files::new();
+        let mut beside: BTreeMap<String, Vec<u8>> = BTreeMap::new();
         for _ in 0..3 {
-            for name in refers(&bytes, &files) {
-                files.insert(name.clone(), std::fs::read(path.with_file_name(name)).unwrap());
+            for name in refers(&bytes, &files(&beside)) {
+                beside.insert(name.clone(), std::fs::read(path.with_file_name(name)).unwrap());
             }
         }
-        let scene = read(&bytes, cells[0], &files).unwrap_or_else(|e| panic!("{e:?}"));
+        let scene = read(&bytes, cells[0], &files(&beside)).unwrap_or_else(|e| panic!("{e:?}"));
         assert_eq!(scene.triangles().to_string(), cells[4], "{}", cells[0]);
         count += 1;
     }
