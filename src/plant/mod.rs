@@ -24,7 +24,7 @@ pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{measure_parameters, value_at};
+pub(crate) use curve::{frame_at, measure_parameters, value_at};
 pub use distributions::{Distribution, distribution_distance};
 pub use dump::{dump, undump};
 pub use forks::MurrayFit;

@@ -5,9 +5,10 @@
 
 use glam::Vec3;
 
+use super::fill::{Crown, fill};
 use super::near::Near;
 use super::{Card, Parts};
-use crate::base::Rotation;
+use crate::base::{Rotation, Seed};
 use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder, Posed};
 
 /// Places along axes that are looked at, about.
@@ -61,10 +62,20 @@ impl Placement {
 
 /// The plant with the leaves of a mesh; notes are added to `notes`. n log n in points and leaves.
 ///
-/// The plant's own leaves and chains stay; leaves come in the order of the cards. Those without finite place or size are
-/// left out.
+/// The plant's own leaves and chains stay; first come the chains and leaves that fill crowns, then the cards' leaves in
+/// their order. Those without finite place or size are left out.
 #[must_use]
 pub fn attach(plant: Plant, parts: &Parts, placement: &Placement, notes: &mut Vec<String>) -> Plant {
+    let crowns: Vec<Crown> = parts
+        .crowns
+        .iter()
+        .map(|c| Crown {
+            positions: c.positions.iter().map(|p| placement.point(*p)).collect(),
+            triangles: c.triangles.clone(),
+            slots: c.slots,
+        })
+        .collect();
+    let plant = if crowns.is_empty() { plant } else { fill(plant, &crowns, Seed::new(0).child("crowns")) };
     let posed = plant.pose();
     let height = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y.abs()));
     let wood = Axes::of(&plant, &posed);

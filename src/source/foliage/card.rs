@@ -16,7 +16,7 @@ use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;
 use super::{Parts, sample};
-use crate::source::scene::{Image, Scene};
+use crate::source::scene::{Alpha, Image, Scene};
 
 /// Most pictures of one plant; rarer groups wear the likest of the others.
 const MOST_PICTURES: usize = 48;
@@ -403,6 +403,10 @@ fn picture(scene: &Scene, group: &Group, window: &Window, gallery: &mut Gallery<
         image: material.and_then(|m| gallery.add(m.color_image)),
         normal: material.and_then(|m| gallery.add(m.normal_image)),
         alpha: material.and_then(|m| gallery.add(m.alpha_image)),
+        cutoff: match material.map(|m| m.alpha) {
+            Some(Alpha::Mask(cutoff)) => cutoff,
+            _ => 0.5,
+        },
     }
 }
 

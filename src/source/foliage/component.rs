@@ -88,6 +88,11 @@ fn root(sets: &mut [u32], mut i: u32) -> u32 {
     i
 }
 
+/// Some triangles of a part as one piece, connected or not; none where they have no area.
+pub(super) fn whole(part: &Part, index: usize, triangles: Vec<[u32; 3]>) -> Option<Component> {
+    component(part, index, triangles.into_iter())
+}
+
 fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>) -> Option<Component> {
     let at = |i: u32| part.positions[i as usize];
     let mut triangles: Vec<[u32; 3]> = corners.filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).collect();

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::component::{Component, components};
+use super::component::{Component, components, whole};
 use super::near::Near;
 use super::tone::{Tones, is_green};
 use super::words::{Hint, hint};
@@ -99,6 +99,7 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
             }
         }
     }
+    let named = found.len();
     // What has no name: sheets and green lumps are foliage, all else is wood.
     let colored = scene.parts.iter().any(|part| tones.is_colored(part));
     let mut doubtful = Vec::new();
@@ -117,8 +118,9 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
         found.push(Piece { component, role });
     }
     crowns_without_color(&mut found, &doubtful, size);
-    patches(scene, &mut found);
+    patches(scene, &mut found, named);
     ensure_wood(&mut found);
+    let mut found = sliced(scene, found);
     found.sort_by_key(|piece| piece.component.part);
     found
 }
@@ -183,13 +185,14 @@ fn crowns_without_color(found: &mut [Piece], doubtful: &[usize], size: f32) {
 }
 
 /// Flat pieces of few triangles that hug the wood all over are paint on it.
-fn patches(scene: &Scene, found: &mut [Piece]) {
+/// Only pieces without a name, which come after the first `named`, are asked: leaves may lie on the bark, too.
+fn patches(scene: &Scene, found: &mut [Piece], named: usize) {
     let few = |p: &Piece| p.role == Role::Leaf && p.component.triangles.len() <= 4;
-    if !found.iter().any(few) || !found.iter().any(|p| p.role == Role::Wood) {
+    if !found[named..].iter().any(few) || !found.iter().any(|p| p.role == Role::Wood) {
         return;
     }
     let near = Near::new(sample(scene, found, &[Role::Wood]).into_iter());
-    for piece in found.iter_mut() {
+    for piece in &mut found[named..] {
         if !few(piece) {
             continue;
         }
@@ -211,4 +214,30 @@ fn ensure_wood(found: &mut [Piece]) {
     if let Some(piece) = found.iter_mut().filter(lump).max_by(|a, b| a.component.area.total_cmp(&b.component.area)) {
         piece.role = Role::Wood;
     }
+}
+
+/// Cuts fronds across into slices, each a leaf: cards that follow the bend.
+fn sliced(scene: &Scene, found: Vec<Piece>) -> Vec<Piece> {
+    let mut out = Vec::with_capacity(found.len());
+    for piece in found {
+        if piece.role != Role::Frond {
+            out.push(piece);
+            continue;
+        }
+        let c = &piece.component;
+        let part = &scene.parts[c.part];
+        let slices = 2 + (c.extents[2] / c.length() * 14.0).min(4.0) as usize;
+        let along = |t: &[u32; 3]| {
+            let middle = t.iter().map(|&i| part.positions[i as usize]).sum::<Vec3>() / 3.0;
+            (middle - c.centre).dot(c.axes[0])
+        };
+        let (low, high) =
+            c.triangles.iter().map(along).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
+        for k in 0..slices {
+            let of = |d: f32| (((d - low) / (high - low).max(1e-20) * slices as f32) as usize).min(slices - 1);
+            let triangles: Vec<[u32; 3]> = c.triangles.iter().filter(|t| of(along(t)) == k).copied().collect();
+            out.extend(whole(part, c.part, triangles).map(|component| Piece { component, role: Role::Leaf }));
+        }
+    }
+    out
 }

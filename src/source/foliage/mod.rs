@@ -15,9 +15,11 @@ mod attach;
 mod card;
 mod component;
 mod decide;
+mod fill;
 mod near;
 mod picture;
 mod tone;
+mod volume;
 mod words;
 
 use glam::Vec3;
@@ -63,13 +65,13 @@ pub struct CrownVolume {
     pub positions: Vec<Vec3>,
     /// Triangles, from outside counter-clockwise where the file says so.
     pub triangles: Vec<[u32; 3]>,
-    /// Mean linear colour.
-    pub color: [f32; 3],
+    /// First of the slots that its leaves wear, and how many there are.
+    pub slots: (u16, u16),
 }
 
 /// Tells wood, leaves and crowns of a mesh apart. `files` holds the pictures that the mesh names. n log n in triangles.
 #[must_use]
-pub fn split(scene: &Scene, files: &Files, overrides: &Overrides) -> Parts {
+pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     let tones = tone::Tones::new(scene, files);
     let pieces = decide::pieces(scene, &tones, overrides);
     let mut parts = Parts::default();
@@ -84,11 +86,16 @@ pub fn split(scene: &Scene, files: &Files, overrides: &Overrides) -> Parts {
             parts.notes.push(format!("{n} {what}"));
         }
     }
+    let crowns = count(Role::Crown);
+    if crowns > 0 {
+        parts.notes.push(format!("{crowns} closed crowns were filled with branches and leaves"));
+    }
     let mut gallery = picture::Gallery::new(scene, files);
     card::cards(scene, &tones, &pieces, &mut gallery, &mut parts);
     for piece in &pieces {
         let c = &piece.component;
         let part = &scene.parts[c.part];
+        let name = part.material.and_then(|m| scene.materials.get(m)).map_or("", |m| m.name.as_str());
         match piece.role {
             Role::Wood => {
                 let first = parts.wood_positions.len() as u32;
@@ -100,7 +107,9 @@ pub fn split(scene: &Scene, files: &Files, overrides: &Overrides) -> Parts {
                 let (positions, triangles) = own(part, c);
                 let sum = c.triangles.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
                 let color = (sum / c.triangles.len() as f32).to_array();
-                parts.crowns.push(CrownVolume { positions, triangles, color });
+                let needles = [part.name.as_str(), name].iter().any(|name| words::is_conifer(name));
+                let slots = spray_slots(&mut parts.art, color, needles);
+                parts.crowns.push(CrownVolume { positions, triangles, slots });
             }
             _ => {}
         }
@@ -108,6 +117,30 @@ pub fn split(scene: &Scene, files: &Files, overrides: &Overrides) -> Parts {
     parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
     parts.art.images = gallery.images;
     parts
+}
+
+/// Pictures of sprays that fill one crown.
+const SPRAYS: u16 = 3;
+/// Most pictures of a plant, so that crowns of all colours of the rainbow fit an atlas.
+const MOST_SLOTS: usize = 64;
+
+/// The slots of sprays of a colour, made if there are none that are alike.
+fn spray_slots(art: &mut Art, color: [f32; 3], needles: bool) -> (u16, u16) {
+    let gap = |leaf: &LeafPicture| match leaf {
+        LeafPicture::Spray { color: other, needles: same } if *same == needles => {
+            Some(color.iter().zip(other).fold(0.0_f32, |gap, (a, b)| gap.max((a - b).abs())))
+        }
+        _ => None,
+    };
+    let found = art.leaves.iter().map(gap).enumerate().filter_map(|(i, gap)| Some((gap?, i)));
+    if let Some((gap, i)) = found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        && (gap < 0.02 || art.leaves.len() >= MOST_SLOTS)
+    {
+        return (i as u16, SPRAYS);
+    }
+    let first = art.leaves.len() as u16;
+    art.leaves.extend((0..SPRAYS).map(|_| LeafPicture::Spray { color, needles }));
+    (first, SPRAYS)
 }
 
 /// A piece's own positions and triangles.

@@ -24,8 +24,13 @@ pub struct Art {
 pub enum LeafPicture {
     /// Part of a picture, or a coloured outline.
     Card(CardPicture),
-    /// A made spray of leaves in a linear colour: what fills a closed crown.
-    Spray([f32; 3]),
+    /// A made spray of leaves: what fills a closed crown.
+    Spray {
+        /// Linear.
+        color: [f32; 3],
+        /// Whether they are needles.
+        needles: bool,
+    },
 }
 
 /// Triangles in a card, each with its part of a picture.
@@ -41,8 +46,10 @@ pub struct CardPicture {
     pub image: Option<usize>,
     /// Index of the normal map.
     pub normal: Option<usize>,
-    /// Index of a picture whose brightness is the alpha.
+    /// Index of a picture whose alpha, or where it has none whose brightness, is the alpha.
     pub alpha: Option<usize>,
+    /// Alpha below which nothing is seen.
+    pub cutoff: f32,
 }
 
 /// A corner of a triangle in a card.
@@ -71,7 +78,7 @@ pub struct BarkPicture {
 #[derive(Debug)]
 pub(super) struct Gallery<'a> {
     scene: &'a Scene,
-    files: &'a Files,
+    files: &'a Files<'a>,
     /// Those taken, as they are encoded.
     pub(super) images: Vec<Vec<u8>>,
     /// Index in the scene, and where it is here.
@@ -79,7 +86,7 @@ pub(super) struct Gallery<'a> {
 }
 
 impl<'a> Gallery<'a> {
-    pub(super) fn new(scene: &'a Scene, files: &'a Files) -> Self {
+    pub(super) fn new(scene: &'a Scene, files: &'a Files<'a>) -> Self {
         Self { scene, files, images: Vec::new(), known: Vec::new() }
     }
 

@@ -33,7 +33,7 @@ pub(super) struct Tones<'a> {
 
 impl<'a> Tones<'a> {
     /// Decodes the colour pictures; those that can't be are white.
-    pub(super) fn new(scene: &'a Scene, files: &Files) -> Self {
+    pub(super) fn new(scene: &'a Scene, files: &Files<'_>) -> Self {
         let pictures = scene.materials.iter().map(|m| small(scene.image_bytes(m.color_image?, files)?)).collect();
         Self { scene, pictures }
     }

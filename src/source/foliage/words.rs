@@ -111,6 +111,12 @@ pub(super) fn hint(name: &str) -> Option<Hint> {
     found
 }
 
+/// Whether a name is a conifer's.
+pub(super) fn is_conifer(name: &str) -> bool {
+    const CONIFERS: &[&str] = &["pine", "fir", "spruce", "conifer", "larch", "cedar", "needle", "kiefer", "fichte"];
+    pieces(name).iter().any(|piece| CONIFERS.iter().any(|word| piece.starts_with(word) && !piece.starts_with("fire")))
+}
+
 /// The words of a name, in small letters.
 fn pieces(name: &str) -> Vec<String> {
     let mut pieces: Vec<String> = Vec::new();
