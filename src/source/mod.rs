@@ -5,3 +5,4 @@ pub mod glb;
 pub mod grow;
 pub mod import;
 pub mod scene;
+pub mod skeletonize;
