@@ -6,3 +6,4 @@ pub mod glb;
 pub mod grow;
 pub mod import;
 pub mod scene;
+pub mod skeletonize;

@@ -15,10 +15,12 @@
 //! that row; one cut between two rows holds a smaller tree and can't be told from one. Of a file whose parents are rows
 //! that come later the cut leaves parents that don't exist.
 
+mod agreement;
 mod columns;
 mod connect;
 mod cylinders;
 mod foothold;
+pub(in crate::source) mod limb;
 mod mend;
 mod nearest;
 mod piece;
@@ -29,6 +31,8 @@ mod upright;
 
 #[cfg(test)]
 mod tests;
+
+pub use agreement::{Agreement, agreement};
 
 use crate::base::Diagnostic;
 use crate::plant::{Plant, PlantError};
