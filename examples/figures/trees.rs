@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use treewright::plant::Plant;
-use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{ImportParams, UpAxis};
 use treewright::source::glb::read_glb;
 use treewright::source::import::import;
 use treewright::source::skeletonize::Wood;
@@ -42,7 +42,7 @@ fn tree(data: &Path, path: &Path) -> Option<Tree> {
     };
     let truth = [format!("{name}.swc"), format!("pyhelios_{name}_qsm.txt")].into_iter().find_map(|file| {
         let bytes = std::fs::read(data.join("skeleton").join(&file)).ok()?;
-        let params = ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+        let params = ImportParams { file: String::new(), ..ImportParams::default() };
         Some(import(&bytes, &file, &params).ok()?.plant)
     });
     Some(Tree { name, wood, up, truth })

@@ -186,6 +186,15 @@ impl Plant {
         self
     }
 
+    /// The same plant with other slots and forms of its leaves.
+    #[must_use]
+    pub(crate) fn rewear(mut self, wear: impl Fn(usize, &Leaf) -> (u16, LeafForm)) -> Self {
+        for (i, leaf) in self.leaves.iter_mut().enumerate() {
+            (leaf.slot, leaf.form) = wear(i, leaf);
+        }
+        self
+    }
+
     /// For each chain its children, in order of id.
     #[must_use]
     pub fn children(&self) -> Vec<Vec<ChainId>> {

@@ -10,53 +10,21 @@ use super::near::Near;
 use super::{Card, Parts};
 use crate::base::{Rotation, Seed};
 use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder, Posed};
+use crate::source::skeletonize::Placement;
 
 /// Places along axes that are looked at, about.
 const PLACES: f32 = 200_000.0;
 /// A leaf is far from the wood beyond this share of the plant's height and two of its lengths.
 const FAR: f32 = 0.05;
 
-/// From a scene to the plant that its wood became: metres, Y up, the main stem's base at the origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// Whether the scene's Z points up, else its Y.
-    pub z_up: bool,
-    /// The scene's point, turned upright, that becomes the origin.
-    pub base: Vec3,
-    /// Metres a unit.
-    pub scale: f32,
-}
-
-impl Default for Placement {
-    /// As it is.
-    fn default() -> Self {
-        Self { z_up: false, base: Vec3::ZERO, scale: 1.0 }
-    }
-}
-
-impl Placement {
-    /// A direction, upright.
-    #[must_use]
-    pub fn turn(&self, v: Vec3) -> Vec3 {
-        if self.z_up { Vec3::new(v.x, v.z, -v.y) } else { v }
-    }
-
-    /// A point of the scene in the plant's space.
-    #[must_use]
-    pub fn point(&self, p: Vec3) -> Vec3 {
-        (self.turn(p) - self.base) * self.scale
-    }
-
-    /// A card in the plant's space.
-    #[must_use]
-    pub fn card(&self, card: &Card) -> Card {
-        Card {
-            base: self.point(card.base),
-            axes: card.axes.map(|axis| self.turn(axis)),
-            length: card.length * self.scale,
-            width: card.width * self.scale,
-            slot: card.slot,
-        }
+/// A card in the plant's space.
+fn placed(card: &Card, placement: &Placement) -> Card {
+    Card {
+        base: placement.point(card.base),
+        axes: card.axes.map(|axis| placement.direction(axis)),
+        length: card.length * placement.scale(),
+        width: card.width * placement.scale(),
+        slot: card.slot,
     }
 }
 
@@ -82,7 +50,7 @@ pub fn attach(plant: Plant, parts: &Parts, placement: &Placement, notes: &mut Ve
     let mut far = 0;
     let mut leaves = Vec::with_capacity(parts.cards.len());
     for card in &parts.cards {
-        let card = placement.card(card);
+        let card = placed(card, placement);
         let Some((chain, location, distance)) = wood.nearest(card.base) else { continue };
         far += usize::from(distance > FAR * height + 2.0 * card.length);
         leaves.push(leaf(&plant, &posed, &card, chain, location));

@@ -26,7 +26,7 @@ use glam::Vec3;
 
 use crate::source::scene::{Files, Scene};
 
-pub use attach::{Placement, attach};
+pub use attach::attach;
 pub use card::Card;
 pub use picture::{Art, BarkPicture, CardCorner, CardPicture, LeafPicture};
 
@@ -39,6 +39,16 @@ pub struct Overrides {
     pub leaves: Vec<String>,
     /// Of wood.
     pub wood: Vec<String>,
+}
+
+/// The names of `overrides` that no material and no part has.
+#[must_use]
+pub fn unmatched<'a>(scene: &Scene, overrides: &'a Overrides) -> Vec<&'a str> {
+    let there = |wanted: &&str| {
+        let same = |name: &str| name.to_lowercase() == wanted.to_lowercase();
+        scene.materials.iter().any(|m| same(&m.name)) || scene.parts.iter().any(|p| same(&p.name))
+    };
+    overrides.leaves.iter().chain(&overrides.wood).map(String::as_str).filter(|name| !there(name)).collect()
 }
 
 /// A mesh, told apart; in the scene's own unit and axes.
