@@ -15,6 +15,9 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub selections: Vec<Selection>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
@@ -260,6 +263,13 @@ pub enum Variant {
         batch: u64,
         /// How far into the batch the tree is taken, 0..=1.
         progress: f32,
+    },
+    /// One of the kept trees of a selection.
+    Selected {
+        /// Index into the plan's selections.
+        selection: usize,
+        /// Which of its kept trees, from 0.
+        place: usize,
     },
 }
 

@@ -3,7 +3,7 @@
 //! - `All`: the first ones.
 //! - `Inspiring` (2017 TVCG, 4.5): k-means of the scores, one tree of each cluster. The paper takes ⌈√(N/2)⌉ clusters of N
 //!   trees and keeps one each; here the preset says how many are kept, and makes 2·k² candidates for k kept ones unless it
-//!   says otherwise, which is the same number ([`candidates_for`]).
+//!   says otherwise, which is the same number.
 //! - `Diverse`: farthest-point sampling (Gonzalez 1985), begun at the tree that is farthest from its nearest source.
 //! - `Natural`: the trees nearest to the first source, the second, … in turn.
 //!
@@ -51,14 +51,6 @@ pub enum PickError {
         /// Distance of the two that were picked first.
         found: f32,
     },
-}
-
-/// How many candidates give `keep` clusters by the paper's rule K = ⌈√(N/2)⌉: the most, 2·keep², and 8 at least; at most
-/// 2048, and 65,536 comparisons.
-#[must_use]
-pub fn candidates_for(keep: usize) -> usize {
-    let keep = keep.max(1);
-    (2 * keep * keep).max(8).min(2048).min((65_536 / keep).max(keep))
 }
 
 /// Picks `keep` of the candidates; `botany` is the departure up to which the filter lets trees through.
@@ -244,14 +236,5 @@ mod tests {
         assert_eq!(pick(Pick::All, 9, 1.0, &trees, &scores), Err(PickError::TooFew { candidates: 8, keep: 9 }));
         let far = pick(Pick::Diverse { apart: 1.0 }, 2, 1e9, &trees, &scores);
         assert!(matches!(far, Err(PickError::Apart { candidates: 8, .. })), "{far:?}");
-    }
-
-    #[test]
-    fn candidates_follow_the_papers_number_of_clusters_within_bounds() {
-        for keep in 2..=32_usize {
-            let n = candidates_for(keep);
-            assert_eq!(((n as f64 / 2.0).sqrt().ceil()) as usize, keep);
-        }
-        assert_eq!((candidates_for(0), candidates_for(1), candidates_for(256)), (8, 8, 256));
     }
 }
