@@ -12,6 +12,7 @@ mod blend;
 mod grow;
 mod import;
 mod line;
+mod select;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Loaded, World};
 use super::assets::{self, SetParts};
-use super::stages;
+use super::{Loaded, World};
+use super::{selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::dress;
 use crate::lod::{self, Ladder};
@@ -95,12 +95,7 @@ const MOST_NAMED: usize = 1000;
 
 /// Reads what an imported file names (materials, pictures, buffers), and what those name. What is missing is left to the
 /// importer, which knows whether it can do without; it is remembered by the world, so that it is read once it is there.
-fn named_files(
-    file: &str,
-    input: &mut InputFile,
-    inputs: &mut Inputs,
-    world: &World,
-) -> Result<(), Vec<Diagnostic>> {
+fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &World) -> Result<(), Vec<Diagnostic>> {
     let mut errors = Vec::new();
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
@@ -194,7 +189,7 @@ pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>>
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
-    plan.sources.len() + 2 * plan.variants.len() + 4
+    plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
 /// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
@@ -216,15 +211,17 @@ pub fn make_set(
     step("leaves and bark");
     let families = stages::families(plan, &sources)?;
     step("matching");
+    let selected = selections::selected(plan, &families)?;
+    step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
+    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant, &selected)).collect();
     let dressing = stages::dress_params(plan);
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
+            let bare = stages::variant(plan, variant, &sources, &families, &selected);
             let plant = dress::dress(&bare, &dressing, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
@@ -237,7 +234,8 @@ pub fn make_set(
 
     let placed = assets::place(plan, &pictures, &ladders)?;
     step("atlas");
-    let notes = stages::source_notes(plan, &sources);
+    let mut notes = stages::source_notes(plan, &sources);
+    notes.extend(selected.notes.iter().cloned());
     let parts = SetParts {
         plan,
         key,

@@ -149,7 +149,11 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
     let pick = pick?;
     if pick == Pick::All && filter.is_none() {
         if fields.has("candidates") {
-            fields.fault("candidates", "without `pick` or `filter` nothing is chosen", "give a `pick`, or leave it out");
+            fields.fault(
+                "candidates",
+                "without `pick` or `filter` nothing is chosen",
+                "give a `pick`, or leave it out",
+            );
         }
         return None;
     }

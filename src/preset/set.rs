@@ -15,7 +15,8 @@ use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
 use super::plan::{
-    GrowParams, ImportHeight, ImportParams, MatchParams, MeshParams, Plan, Selection, Source, SourceRecipe, UpAxis, Variant,
+    GrowParams, ImportHeight, ImportParams, MatchParams, MeshParams, Plan, Selection, Source, SourceRecipe, UpAxis,
+    Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;

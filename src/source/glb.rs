@@ -212,12 +212,7 @@ impl GlbInfo<'_> {
     /// # Errors
     ///
     /// As for [`positions`](Self::positions).
-    pub fn attribute(
-        &self,
-        mesh: usize,
-        primitive: usize,
-        name: &str,
-    ) -> Result<Option<(Vec<f32>, usize)>, GlbError> {
+    pub fn attribute(&self, mesh: usize, primitive: usize, name: &str) -> Result<Option<(Vec<f32>, usize)>, GlbError> {
         let primitive = self.primitive(mesh, primitive)?;
         let Ok(at) = primitive.attributes.binary_search_by(|a| a.as_str().cmp(name)) else { return Ok(None) };
         let layout = &primitive.layouts[at];

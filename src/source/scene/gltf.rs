@@ -21,11 +21,8 @@ pub(super) fn refers(_: &[u8]) -> Vec<String> {
 pub(super) fn read(bytes: &[u8], file: &str, _: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
     let fail = |e: GlbError| vec![Diagnostic::new(file, e.to_string())];
     let info = if bytes.starts_with(b"glTF") { read_glb(bytes) } else { read_gltf(bytes) }.map_err(fail)?;
-    let mut scene = Scene {
-        up: SceneUp(UpAxis::Y),
-        materials: info.materials.iter().map(material).collect(),
-        ..Scene::default()
-    };
+    let mut scene =
+        Scene { up: SceneUp(UpAxis::Y), materials: info.materials.iter().map(material).collect(), ..Scene::default() };
     for instance in &info.instances {
         for p in 0..info.meshes[instance.mesh].primitives.len() {
             let mut part = part(&info, instance.mesh, p).map_err(fail)?;
