@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::Loaded;
 use super::assets::{self, SetParts};
-use super::stages;
+use super::{blends, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::dress;
 use crate::lod::{self, Ladder};
@@ -147,17 +147,17 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let blended = blends::blends(plan, &sources)?;
     step("matching");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant)).collect();
     let dressing = stages::dress_params(plan);
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
+            let bare = blends::variant(plan, variant, &sources, &blended);
             let plant = dress::dress(&bare, &dressing, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);

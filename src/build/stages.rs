@@ -8,11 +8,9 @@ use rayon::prelude::*;
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, Note, Seed};
-use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, SourceRecipe, Variant};
-use crate::relate::{self, Family};
+use crate::preset::plan::{BarkArt, DressParams, LeafArt, Source, SourceRecipe};
 use crate::source::{grow, import};
 
 /// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
@@ -74,9 +72,6 @@ pub(super) struct Pictures {
     /// Tiling.
     pub(super) bark: Maps,
 }
-
-/// Two sources in correspondence, by their indices and the weights that matched them.
-pub(super) type Families = Vec<((usize, usize, MatchParams), Family)>;
 
 /// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
 fn remember<T>(
@@ -254,60 +249,6 @@ pub(super) fn dress_params(plan: &Plan) -> DressParams {
         LeafArt::Files { .. } => 1.0,
     };
     DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
-}
-
-/// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
-    let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
-    for variant in &plan.variants {
-        if let Variant::Blend { from, to, matching, .. } = variant
-            && !pairs.contains(&(*from, *to, *matching))
-        {
-            pairs.push((*from, *to, *matching));
-        }
-    }
-    pairs
-        .into_par_iter()
-        .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(sources[from].plant.clone(), sources[to].plant.clone(), &matching);
-            let family = family.map_err(|error| {
-                let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
-                let message = format!("can't be blended with \"{to}\": {error}");
-                vec![Diagnostic::new("", message).with_field(format!("sources[\"{from}\"]"))]
-            })?;
-            Ok(((from, to, matching), family))
-        })
-        .collect()
-}
-
-/// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant>], families: &Families) -> Plant {
-    match variant {
-        Variant::Source(index) => sources[*index].plant.clone(),
-        Variant::Blend { from, to, matching, batch, progress } => {
-            let pair = (*from, *to, *matching);
-            let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
-            let family = family.expect("families holds every pair that a variant blends");
-            // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
-            let name = |index: usize| plan.sources[index].name.as_str();
-            let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
-            family.blend(&blend::sample(family, 0, 1, seed, *progress))
-        }
-    }
-}
-
-/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let recipe = match variant {
-        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
-        Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
-            "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
-        }),
-    };
-    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
-    (recipe, seed)
 }
 
 #[cfg(test)]

@@ -18,11 +18,11 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
-pub(crate) use allometry::{carried, carrier, counts};
+pub(crate) use allometry::carried;
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{measure_parameters, value_at};
+pub(crate) use curve::value_at;
 pub use dump::{dump, undump};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};

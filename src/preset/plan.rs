@@ -15,6 +15,8 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// What blended variants are made of, one for each entry of the preset that blends.
+    pub blends: Vec<BlendParams>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
@@ -38,6 +40,35 @@ pub struct Source {
     pub name: String,
     /// Where it comes from.
     pub recipe: SourceRecipe,
+    /// Its named parts.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a source, for partial blending.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Part {
+    /// The preset's name for it.
+    pub name: String,
+    /// Which chains are in it.
+    pub region: PartRegion,
+}
+
+/// Which chains a part holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum PartRegion {
+    /// The chain of this number in the source's plant, from 0, and all that it bears.
+    Branch(u32),
+    /// Chains by where they stand.
+    Region {
+        /// Lowest height of a chain's base, as a share of the plant's height 0..=1.
+        low: f32,
+        /// Highest.
+        high: f32,
+        /// The side that tips point to from the plant's axis: radians from the front (+z) towards +x.
+        azimuth: f32,
+        /// How far to both sides of it, radians, 0..=π.
+        within: f32,
+    },
 }
 
 /// How a source comes about.
@@ -248,19 +279,103 @@ pub enum ImportHeight {
 pub enum Variant {
     /// A source as it is; index into the plan's sources.
     Source(usize),
-    /// One tree out of a stochastic blending batch.
+    /// A tree between sources.
     Blend {
-        /// Index of the first source.
-        from: usize,
-        /// Index of the second source.
-        to: usize,
-        /// Weights of the matching cost.
-        matching: MatchParams,
+        /// Index into the plan's blends.
+        blend: usize,
+        /// Which of its trees.
+        tree: BlendTree,
+    },
+}
+
+/// A tree of a blend.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BlendTree {
+    /// One tree out of a stochastic batch.
+    State {
         /// Which batch of the entry; each has a schedule of its own.
         batch: u64,
         /// How far into the batch the tree is taken, 0..=1.
         progress: f32,
     },
+    /// One of those kept of a whole pool of batches.
+    Kept {
+        /// Its rank, from 0.
+        rank: u32,
+    },
+    /// A point of the space that the sources span (4.6).
+    Point {
+        /// A share for each source; they add up to 1.
+        shares: Vec<f32>,
+        /// How far each branch's own shares may stray from them, 0..=1.
+        scatter: f32,
+        /// Address of the straying.
+        draw: u64,
+    },
+}
+
+/// A blend: sources in correspondence, and how trees are taken from between them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlendParams {
+    /// Which entry of the preset's variants it is.
+    pub entry: usize,
+    /// Indices of the sources, in the order of the preset; two for batches.
+    pub of: Vec<usize>,
+    /// Weights of the matching cost.
+    pub matching: MatchParams,
+    /// What becomes of stems without a partner.
+    pub stems: StemRule,
+    /// What is put in correspondence.
+    pub scale: BlendScale,
+    /// Which chains take part.
+    pub only: OnlyParams,
+    /// Where kept trees are taken from.
+    pub pool: PoolParams,
+}
+
+/// What becomes of the stems that one source has more than the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum StemRule {
+    /// They grow and wilt like all chains without a partner.
+    Apart,
+    /// They split from stems of the other, and merge with them.
+    Merge,
+}
+
+/// What is put in correspondence along matched chains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum BlendScale {
+    /// Chains as a whole, by arc length.
+    Chain,
+    /// The growth units between matched branches, each with a time of its own.
+    GrowthUnit,
+}
+
+/// Which chains take part in a blend; all when nothing is asked. Demands of one kind are alternatives, demands of
+/// different kinds must all hold.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OnlyParams {
+    /// Gravelius orders, from and to.
+    pub orders: Vec<(u16, u16)>,
+    /// Heights of a chain's base as shares of the plant's height, from and to, 0..=1.
+    pub heights: Vec<(f32, f32)>,
+    /// Names of parts.
+    pub parts: Vec<String>,
+}
+
+/// A pool of batches, of whose trees some are kept; empty where the preset takes single states.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoolParams {
+    /// How many batches.
+    pub batches: u32,
+    /// How many trees a batch gives; 0 for no pool.
+    pub trees: u32,
+    /// Least and most progress of a tree, 0..=1.
+    pub span: (f32, f32),
+    /// Address of the batches.
+    pub seed: u64,
+    /// How many trees are kept.
+    pub keep: u32,
 }
 
 /// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
