@@ -105,8 +105,8 @@ impl<'f> Tasks<'f> {
     /// The state of the batch whose progress is nearest `progress`, the earlier one of two; 0 is the source and 1 the
     /// target.
     #[must_use]
-    pub fn sample(&self, seed: Seed, progress: f32) -> State {
-        let mut batch = self.batch(seed, 1.0);
+    pub fn sample(&self, seed: Seed, progress: f32, pace: f32) -> State {
+        let mut batch = self.batch(seed, pace);
         let mut best: Option<(f32, State)> = None;
         while batch.advance() {
             let distance = (batch.progress() - progress).abs();
@@ -223,7 +223,7 @@ impl<'f> Tasks<'f> {
 #[must_use]
 pub fn sample(family: &Family, from: usize, to: usize, seed: Seed, progress: f32) -> Weights {
     let tasks = Tasks::new(family, from, to);
-    tasks.weights(&tasks.sample(seed, progress))
+    tasks.weights(&tasks.sample(seed, progress, 1.0))
 }
 
 impl Batch<'_> {

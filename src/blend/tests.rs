@@ -74,7 +74,7 @@ fn a_sample_is_the_nearest_state_of_its_batch() {
     let seed = Seed::new(9);
     for i in 0..=10 {
         let wanted = i as f32 / 10.0;
-        let found = tasks.progress(&tasks.sample(seed, wanted));
+        let found = tasks.progress(&tasks.sample(seed, wanted, 1.0));
         let least = tasks
             .batch(seed, 1.0)
             .map(|state| (tasks.progress(&state) - wanted).abs())
@@ -150,7 +150,7 @@ fn a_partial_blend_leaves_the_rest_as_it_was() {
     }
     // Nothing takes part: the first source.
     let none = Tasks::partial(&family, 0, 1, &|_| false);
-    let state = none.sample(Seed::new(1), 0.7);
+    let state = none.sample(Seed::new(1), 0.7, 1.0);
     assert!(none.count() == 0 && family.blend(&none.weights(&state)) == family.sources()[0]);
 }
 

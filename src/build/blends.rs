@@ -1,15 +1,13 @@
-//! The blending stages: sources in correspondence, trees kept of pools of batches, and each variant bare.
+//! The blending stages: sources in correspondence, and each variant bare.
 
 use rayon::prelude::*;
 
-use super::stages::SourcePlant;
 use crate::base::{Diagnostic, Seed};
-use crate::blend::{self, Chosen, State, Tasks};
+use crate::blend::{self, Chosen, Tasks};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
-use crate::relate::{self, Family, FamilyError};
-use std::sync::Arc;
+use crate::relate::{self, Family, FamilyError, Weights};
 
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]
@@ -27,12 +25,10 @@ struct Made {
     family: usize,
     /// Which kins take part.
     chosen: Chosen,
-    /// States that were kept of its pool, by rank.
-    kept: Vec<State>,
 }
 
-/// Matches the sources of every blend, each set of them once, and chooses what its pool keeps.
-pub(super) fn blends(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Blends, Vec<Diagnostic>> {
+/// Matches the sources of every blend, each set of them once, and finds which branches take part.
+pub(super) fn blends(plan: &Plan, sources: &[Plant]) -> Result<Blends, Vec<Diagnostic>> {
     let alike = |a: &BlendParams, b: &BlendParams| {
         (&a.of, a.stems, a.scale) == (&b.of, b.stems, b.scale) && a.matching == b.matching
     };
@@ -58,8 +54,7 @@ pub(super) fn blends(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Blends
         .zip(&family_of)
         .map(|(params, &of)| {
             let chosen = chosen(plan, params, &families[of])?;
-            let kept = kept(plan, params, &families[of], &chosen);
-            Ok(Made { family: of, chosen, kept })
+            Ok(Made { family: of, chosen })
         })
         .collect();
     errors.extend(made.iter().filter_map(|made| made.as_ref().err().cloned()));
@@ -69,11 +64,11 @@ pub(super) fn blends(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Blends
     Ok(Blends { families, made: made.into_iter().filter_map(Result::ok).collect() })
 }
 
-fn family(plan: &Plan, params: &BlendParams, sources: &[Arc<SourcePlant>]) -> Result<Family, Diagnostic> {
-    let plants = || params.of.iter().map(|&s| sources[s].plant.clone());
+fn family(plan: &Plan, params: &BlendParams, sources: &[Plant]) -> Result<Family, Diagnostic> {
+    let plants = || params.of.iter().map(|&s| sources[s].clone());
     let matched = match (params.stems, &params.of[..]) {
         (StemRule::Merge, &[from, to]) => {
-            relate::merged_family(sources[from].plant.clone(), sources[to].plant.clone(), &params.matching)
+            relate::merged_family(sources[from].clone(), sources[to].clone(), &params.matching)
         }
         _ => relate::nway_family(plants().collect(), &params.matching),
     };
@@ -84,7 +79,7 @@ fn family(plan: &Plan, params: &BlendParams, sources: &[Arc<SourcePlant>]) -> Re
     matched.map_err(|error| {
         let at = match error {
             FamilyError::TooLarge { source_index } => params.of.get(source_index).copied(),
-            _ => params.of.iter().copied().find(|&s| sources[s].plant.chains().is_empty()),
+            _ => params.of.iter().copied().find(|&s| sources[s].chains().is_empty()),
         };
         let name = |index: usize| plan.sources[index].name.as_str();
         let others: Vec<String> = params.of.iter().map(|&s| format!("\"{}\"", name(s))).collect();
@@ -119,23 +114,6 @@ fn chosen(plan: &Plan, params: &BlendParams, family: &Family) -> Result<Chosen, 
     Ok(chosen)
 }
 
-/// The trees that a blend keeps of its pool: spread evenly over all states of all batches.
-fn kept(plan: &Plan, params: &BlendParams, family: &Family, chosen: &Chosen) -> Vec<State> {
-    let pool = params.pool;
-    if pool.trees == 0 {
-        return Vec::new();
-    }
-    let tasks = Tasks::partial(family, 0, 1, &|kin| chosen.has(kin));
-    let batch = |b: u32| {
-        let seed = schedule_seed(plan, params, pool.seed | u64::from(b));
-        tasks.in_betweens(seed, pool.trees as usize, pool.span.0, pool.span.1)
-    };
-    let states: Vec<Vec<State>> = (0..pool.batches).into_par_iter().map(batch).collect();
-    let all: Vec<&State> = states.iter().flatten().collect();
-    let place = |rank: u32| ((f64::from(rank) + 0.5) * all.len() as f64 / f64::from(pool.keep)) as usize;
-    (0..pool.keep).map(|rank| all[place(rank).min(all.len() - 1)].clone()).collect()
-}
-
 /// The address of a batch's schedule: it holds the pair and the batch only, so that trees of one batch are states of
 /// one schedule.
 fn schedule_seed(plan: &Plan, params: &BlendParams, batch: u64) -> Seed {
@@ -143,31 +121,34 @@ fn schedule_seed(plan: &Plan, params: &BlendParams, batch: u64) -> Seed {
     params.of.iter().fold(Seed::new(plan.seed).child("schedule"), named).at(batch)
 }
 
-/// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant>], blends: &Blends) -> Plant {
-    let (index, tree) = match variant {
-        Variant::Source(index) => return sources[*index].plant.clone(),
-        Variant::Blend { blend, tree } => (*blend, tree),
-    };
-    let (params, made) = (&plan.blends[index], &blends.made[index]);
+/// The family of a blend and its weights there; none for what is no blend.
+pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -> Option<(&'b Family, Weights)> {
+    let Variant::Blend { blend, tree } = variant else { return None };
+    let (params, made) = (&plan.blends[*blend], &blends.made[*blend]);
     let family = &blends.families[made.family];
-    let tasks = || Tasks::partial(family, 0, 1, &|kin| made.chosen.has(kin));
     let weights = match tree {
-        BlendTree::State { batch, progress } => {
+        BlendTree::State { batch, progress, pace } => {
             let seed = schedule_seed(plan, params, *batch);
-            let tasks = tasks();
-            tasks.weights(&tasks.sample(seed, *progress)).with_unit_seed(seed.child("units"))
-        }
-        BlendTree::Kept { rank } => {
-            let seed = schedule_seed(plan, params, params.pool.seed);
-            tasks().weights(&made.kept[*rank as usize]).with_unit_seed(seed.child("units"))
+            let tasks = Tasks::partial(family, 0, 1, &|kin| made.chosen.has(kin));
+            tasks.weights(&tasks.sample(seed, *progress, *pace)).with_unit_seed(seed.child("units"))
         }
         BlendTree::Point { shares, scatter, draw } => {
             let seed = schedule_seed(plan, params, *draw);
             made.chosen.hold(family, blend::scattered(family, shares, *scatter, seed))
         }
     };
-    family.blend(&weights)
+    Some((family, weights))
+}
+
+/// One variant, bare.
+pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Plant], blends: &Blends) -> Plant {
+    match variant {
+        Variant::Source(index) => sources[*index].clone(),
+        Variant::Blend { .. } => {
+            let (family, weights) = blend_of(plan, variant, blends).expect("every blend of the plan was made");
+            family.blend(&weights)
+        }
+    }
 }
 
 /// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
@@ -185,11 +166,8 @@ pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Se
 fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_json::Value {
     let names: Vec<&str> = params.of.iter().map(|&s| plan.sources[s].name.as_str()).collect();
     let mut recipe = match tree {
-        BlendTree::State { batch, progress } => serde_json::json!({
+        BlendTree::State { batch, progress, .. } => serde_json::json!({
             "blend": names, "batch": batch, "progress": progress, "matching": params.matching,
-        }),
-        BlendTree::Kept { rank } => serde_json::json!({
-            "blend": names, "pool": params.pool, "rank": rank, "matching": params.matching,
         }),
         BlendTree::Point { shares, scatter, draw } => serde_json::json!({
             "mix": names, "weights": shares, "scatter": scatter, "draw": draw, "matching": params.matching,
@@ -197,6 +175,11 @@ fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_
     };
     if let Some(fields) = recipe.as_object_mut() {
         // What is as usual is not told, so that presets from before these fields keep their trees' leaves.
+        if let BlendTree::State { pace, .. } = tree
+            && *pace != 1.0
+        {
+            fields.insert("pace".to_owned(), serde_json::json!(pace));
+        }
         if params.stems != StemRule::Apart {
             fields.insert("stems".to_owned(), serde_json::json!(params.stems));
         }

@@ -10,7 +10,7 @@
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
 use super::plan::{
-    BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, PoolParams, Source, StemRule,
+    BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
 };
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -21,6 +21,8 @@ use crate::base::simplex_point;
 const MOST_TREES: u64 = 256;
 /// Most trees of all batches of one entry.
 const MOST_IN_POOL: u64 = 16_384;
+/// Steps of a batch at its usual pace, about.
+const USUAL_STEPS: f32 = 60.0;
 /// Most sources of one mix.
 const MOST_SOURCES: usize = 16;
 
@@ -278,9 +280,6 @@ static MATCHING: Record = Record {
     ],
 };
 
-/// No pool.
-const NO_POOL: PoolParams = PoolParams { batches: 0, trees: 0, span: (0.0, 0.0), seed: 0, keep: 0 };
-
 /// A `Blend` and its trees.
 pub(super) fn blend(
     entry: usize,
@@ -293,6 +292,7 @@ pub(super) fn blend(
     let pooled = fields.has("trees");
     let batches = fields.integer_or("batches", if pooled { 4 } else { count });
     let trees = fields.integer_or("trees", 0);
+    let made = count;
     let seed = fields.integer("seed");
     let (low, high) = (fields.number("from"), fields.number("to"));
     if low > high {
@@ -320,25 +320,26 @@ pub(super) fn blend(
     let matching = fields.group("matching", matching)?;
     let of = of?;
     check_parts(fields, &only, &of, sources);
-    let tree = |i| {
-        let progress = (low + (high - low) * radical_inverse(i + 1)).clamp(0.0, 1.0);
-        BlendTree::State { batch: (seed << 32) | (i % batches.max(1)), progress }
-    };
-    let (pool, trees) = if pooled {
-        let small = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
-        let pool = PoolParams {
-            batches: small(batches),
-            trees: small(trees),
-            span: (low, high),
-            seed: seed << 32,
-            keep: small(count),
-        };
-        (pool, (0..small(count)).map(|rank| BlendTree::Kept { rank }).collect())
+    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, only };
+    let at = |place: f32| (low + (high - low) * place).clamp(0.0, 1.0);
+    let batch = |i: u64| (seed << 32) | (i % batches.max(1));
+    let trees = if pooled {
+        // Round the batches, and in each through its sequence in an order that spreads any number evenly.
+        let order = spread(trees);
+        let pace = (USUAL_STEPS / (5.0 * trees.max(1) as f32)).min(1.0);
+        let place = |i: u64| (order[(i / batches.max(1)) as usize] as f32 + 0.5) / trees as f32;
+        (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(place(i)), pace }).collect()
     } else {
-        (NO_POOL, (0..count).map(tree).collect())
+        (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(radical_inverse(i + 1)), pace: 1.0 }).collect()
     };
-    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, only, pool };
     Some((blend, trees))
+}
+
+/// The numbers below `count`, each once, so that any first ones of them spread evenly.
+fn spread(count: u64) -> Vec<u64> {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let turned = |i: u64| if bits == 0 { 0 } else { i.reverse_bits() >> (64 - bits) };
+    (0..1 << bits).map(turned).filter(|&n| n < count).collect()
 }
 
 /// A `Mix` and its trees.
@@ -414,7 +415,7 @@ pub(super) fn explore(
 }
 
 fn n_way(entry: usize, of: Vec<usize>, matching: MatchParams, only: OnlyParams) -> BlendParams {
-    BlendParams { entry, of, matching, stems: StemRule::Apart, scale: BlendScale::Chain, only, pool: NO_POOL }
+    BlendParams { entry, of, matching, stems: StemRule::Apart, scale: BlendScale::Chain, only }
 }
 
 /// The sources of a list, each once.

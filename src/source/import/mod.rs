@@ -15,11 +15,14 @@
 //! that row; one cut between two rows holds a smaller tree and can't be told from one. Of a file whose parents are rows
 //! that come later the cut leaves parents that don't exist.
 
+mod agreement;
 mod columns;
 mod connect;
 mod cylinders;
 mod foothold;
+pub(in crate::source) mod limb;
 mod mend;
+mod mesh;
 mod nearest;
 mod piece;
 mod swc;
@@ -30,9 +33,13 @@ mod upright;
 #[cfg(test)]
 mod tests;
 
+pub use agreement::{Agreement, agreement};
+
 use crate::base::Diagnostic;
 use crate::plant::{Plant, PlantError};
 use crate::preset::plan::ImportParams;
+use crate::source::foliage::Art;
+use crate::source::scene::{self, Files, MeshFormat};
 
 /// Most rows that are read.
 pub const MOST_ROWS: usize = 10_000_000;
@@ -50,6 +57,8 @@ pub enum Format {
     Archi,
     /// Nodes of a skeleton, as neurons are stored.
     Swc,
+    /// A mesh.
+    Mesh(MeshFormat),
 }
 
 impl Format {
@@ -62,6 +71,7 @@ impl Format {
             Self::SimpleForest => "SimpleForest CSV",
             Self::Archi => "aRchi CSV",
             Self::Swc => "SWC",
+            Self::Mesh(format) => format.name(),
         }
     }
 }
@@ -69,24 +79,56 @@ impl Format {
 /// An imported plant.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// Upright, connected, metres, the main stem's base at the origin, no leaves.
+    /// Upright, connected, metres, the main stem's base at the origin; with leaves where the file has any.
     pub plant: Plant,
     /// What the file was.
     pub format: Format,
+    /// What its leaves and its bark look like; the leaves' slots count here.
+    pub art: Art,
     /// What was bridged, dropped or filled in, one sentence each with its figures; empty for a flawless file.
     pub notes: Vec<String>,
 }
 
-/// Reads a structure model.
-///
-/// `file` is the name that errors carry; nothing else is read from it. Linear in the file's size but for sorting and for
-/// the search of wood near each further root (n log n); memory stays below about
-/// thirty times the file, of which the plant itself is the most.
+/// The files that a file names and that `files` lacks: materials, pictures and buffers of a mesh; see [`scene::refers`].
+#[must_use]
+pub fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
+    scene::refers(bytes, files)
+}
+
+/// Imports a file that stands alone; see [`import_with`].
 ///
 /// # Errors
 ///
-/// All that is wrong with the text, at most 20 errors and one that counts the rest; or one error about the whole file.
+/// As [`import_with`].
 pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
+    import_with(bytes, file, &Files::new(), params)
+}
+
+/// Imports a file of any format that is read: the one door.
+///
+/// `file` is the name that errors carry; nothing is read from it. `files` holds what the file names, as far as it is
+/// there (see [`refers`]).
+///
+/// # Errors
+///
+/// All that is wrong with the file, at most 20 errors and one that counts the rest; or one error about the whole file.
+pub fn import_with(
+    bytes: &[u8],
+    file: &str,
+    files: &Files<'_>,
+    params: &ImportParams,
+) -> Result<Imported, Vec<Diagnostic>> {
+    match scene::sniff(bytes) {
+        Some(format) => mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params),
+        None => model(bytes, file, params),
+    }
+}
+
+/// Reads a structure model or skeleton.
+///
+/// Linear in the file's size but for sorting and for the search of wood near each further root (n log n); memory stays
+/// below about thirty times the file, of which the plant itself is the most.
+fn model(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
     let table::Sniffed { table, format } = table::sniff(bytes, file)?;
     let mut read = match format {
         table::Kind::Swc => swc::read(table)?,
@@ -108,5 +150,5 @@ pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Importe
         PlantError::Empty => whole("no row has any length".into(), "start and end of every row coincide"),
         other => whole(format!("the rows make no valid plant: {other}"), "check its coordinates and parents"),
     })?;
-    Ok(Imported { plant, format: read.format, notes })
+    Ok(Imported { plant, format: read.format, art: Art::default(), notes })
 }
