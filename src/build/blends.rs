@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::selections::{self, Selected};
 use crate::base::{Diagnostic, Seed};
 use crate::blend::{self, Chosen, Tasks};
 use crate::plant::Plant;
@@ -141,25 +142,34 @@ pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -
 }
 
 /// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Plant], blends: &Blends) -> Plant {
-    match variant {
-        Variant::Source(index) => sources[*index].clone(),
-        Variant::Blend { .. } => {
-            let (family, weights) = blend_of(plan, variant, blends).expect("every blend of the plan was made");
-            family.blend(&weights)
-        }
-    }
+pub(super) fn variant(
+    plan: &Plan,
+    variant: &Variant,
+    sources: &[Plant],
+    blends: &Blends,
+    selected: &Selected<'_>,
+) -> Plant {
+    let made = match variant {
+        Variant::Source(index) => Some(sources[*index].clone()),
+        Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
+        Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+    };
+    made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
 }
 
 /// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let recipe = match variant {
-        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
+/// that adding a variant changes no other, nor does being picked.
+pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
+    let kept = selected.get(variant);
+    let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
+        Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
         Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
+        Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
+    if let Some(kept) = kept {
+        recipe["selected"] = kept.told.clone();
+    }
     (recipe, seed)
 }
 

@@ -11,6 +11,7 @@ mod find;
 pub mod output;
 pub mod pipeline;
 mod record;
+mod selections;
 mod stages;
 mod world;
 

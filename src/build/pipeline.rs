@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
 use super::{Loaded, World};
-use super::{blends, stages};
+use super::{blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
@@ -197,7 +197,7 @@ pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>>
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
-    plan.sources.len() + 2 * plan.variants.len() + 4
+    plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
 /// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
@@ -221,14 +221,16 @@ pub fn make_set(
     let pictures = &wardrobe.pictures;
     let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
+    let selected = selections::selected(plan, &blended)?;
+    step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant)).collect();
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended);
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
             let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
@@ -241,16 +243,10 @@ pub fn make_set(
 
     let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
-    let notes = stages::source_notes(plan, &sources);
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures,
-        notes: &notes,
-    };
+    let mut notes = stages::source_notes(plan, &sources);
+    notes.extend(selected.notes.iter().cloned());
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

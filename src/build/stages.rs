@@ -164,9 +164,7 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
         }
         SourceRecipe::Import(params) => {
             let key = import_key(Key::stage("import", 3), params, inputs);
-            remember(&memory.sources, MOST_KEPT.0, key, || {
-                imported(params, inputs).map(SourcePlant::imported)
-            })
+            remember(&memory.sources, MOST_KEPT.0, key, || imported(params, inputs).map(SourcePlant::imported))
         }
         SourceRecipe::Like(like) => {
             let key = import_key(Key::stage("like", 1).params(like), &like.scan, inputs);
@@ -454,6 +452,11 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Selected { selection, .. } => {
+            // The candidates of a selection are blends of the same sources.
+            let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
+            first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
+        }
     }
 }
 

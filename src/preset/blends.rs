@@ -9,6 +9,7 @@
 //! Parts of sources: chains have no names in files, so a preset names them. A part is a branch by its number in the
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
+use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
 use super::plan::{
     BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
 };
@@ -20,7 +21,7 @@ use crate::base::simplex_point;
 /// Most trees of one entry.
 const MOST_TREES: u64 = 256;
 /// Most trees of all batches of one entry.
-const MOST_IN_POOL: u64 = 16_384;
+const MOST_IN_POOL: u64 = 2048;
 /// Steps of a batch at its usual pace, about.
 const USUAL_STEPS: f32 = 60.0;
 /// Most sources of one mix.
@@ -108,6 +109,10 @@ pub(super) static BLEND: Record = Record {
             about: "what is put in correspondence along two matched branches",
         },
         ONLY_SOME,
+        PICK_FIELD,
+        CANDIDATES_FIELD,
+        SCORES_FIELD,
+        FILTER_FIELD,
     ],
 };
 
@@ -146,6 +151,10 @@ pub(super) static EXPLORE: Record = Record {
         SEED,
         MATCHED,
         ONLY_SOME,
+        PICK_FIELD,
+        CANDIDATES_FIELD,
+        SCORES_FIELD,
+        FILTER_FIELD,
     ],
 };
 
@@ -280,26 +289,45 @@ static MATCHING: Record = Record {
     ],
 };
 
+/// An entry that blends.
+pub(super) struct Blended {
+    /// What its trees are made of.
+    pub(super) blend: BlendParams,
+    /// All trees that it makes.
+    pub(super) trees: Vec<BlendTree>,
+    /// Which of them are kept, where not all are.
+    pub(super) wanted: Option<Wanted>,
+    /// How many are kept.
+    pub(super) count: u64,
+}
+
 /// A `Blend` and its trees.
 pub(super) fn blend(
     entry: usize,
     fields: &Reader<'_, '_>,
     names: &[&str],
     sources: &[Source],
-) -> Option<(BlendParams, Vec<BlendTree>)> {
+) -> Option<Blended> {
     let of = of_list(fields, names);
     let count = fields.integer("count");
     let pooled = fields.has("trees");
-    let batches = fields.integer_or("batches", if pooled { 4 } else { count });
+    let wanted = wanted(fields, count);
+    let candidates = wanted.as_ref().map_or(count, |wanted| wanted.candidates);
+    let batches = fields.integer_or("batches", if pooled { 4 } else { candidates });
     let trees = fields.integer_or("trees", 0);
-    let made = count;
+    // With `trees`, what is picked is picked of all of them.
+    let made = if pooled && wanted.is_some() { (batches * trees).clamp(1, MOST_IN_POOL) } else { candidates };
     let seed = fields.integer("seed");
     let (low, high) = (fields.number("from"), fields.number("to"));
     if low > high {
         fields.fault("from", format!("`from` {low} is above `to` {high}"), "swap the two");
     }
-    if !pooled && batches > count {
-        let message = format!("{batches} batches for {count} trees");
+    if pooled && wanted.is_some() && fields.has("candidates") {
+        let message = format!("with `trees` there are {batches} × {trees} candidates");
+        fields.fault("candidates", message, "leave one of the two out");
+    }
+    if !pooled && batches > made {
+        let message = format!("{batches} batches for {made} trees");
         fields.fault("batches", message, "leave it out for a batch a tree");
     }
     if pooled && batches * trees < count {
@@ -332,7 +360,7 @@ pub(super) fn blend(
     } else {
         (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(radical_inverse(i + 1)), pace: 1.0 }).collect()
     };
-    Some((blend, trees))
+    Some(Blended { blend, trees, wanted, count })
 }
 
 /// The numbers below `count`, each once, so that any first ones of them spread evenly.
@@ -348,7 +376,7 @@ pub(super) fn mix(
     fields: &Reader<'_, '_>,
     names: &[&str],
     sources: &[Source],
-) -> Option<(BlendParams, Vec<BlendTree>)> {
+) -> Option<Blended> {
     let given = fields.shares("of");
     let mut of = Vec::new();
     let mut shares = Vec::new();
@@ -388,7 +416,8 @@ pub(super) fn mix(
     check_parts(fields, &only, &of, sources);
     let shares: Vec<f32> = shares.iter().map(|share| share / sum).collect();
     let tree = |i| BlendTree::Point { shares: shares.clone(), scatter, draw: (seed << 32) | i };
-    Some((n_way(entry, of, matching, only), (0..count).map(tree).collect()))
+    let trees = (0..count).map(tree).collect();
+    Some(Blended { blend: n_way(entry, of, matching, only), trees, wanted: None, count })
 }
 
 /// An `Explore` and its trees.
@@ -397,8 +426,9 @@ pub(super) fn explore(
     fields: &Reader<'_, '_>,
     names: &[&str],
     sources: &[Source],
-) -> Option<(BlendParams, Vec<BlendTree>)> {
+) -> Option<Blended> {
     let of = of_list(fields, names);
+    let wanted = wanted(fields, fields.integer("count"));
     let (count, scatter, seed) = (fields.integer("count"), fields.number("scatter"), fields.integer("seed"));
     let only = only(fields);
     let matching = fields.group("matching", matching)?;
@@ -406,12 +436,13 @@ pub(super) fn explore(
     check_parts(fields, &only, &of, sources);
     // Another seed starts elsewhere on the same sequence.
     let tree = |i| BlendTree::Point {
-        shares: simplex_point(of.len(), seed * MOST_TREES + i),
+        shares: simplex_point(of.len(), seed * MOST_IN_POOL + i),
         scatter,
         draw: (seed << 32) | i,
     };
-    let trees = (0..count).map(tree).collect();
-    Some((n_way(entry, of, matching, only), trees))
+    let made = wanted.as_ref().map_or(count, |wanted| wanted.candidates);
+    let trees = (0..made).map(tree).collect();
+    Some(Blended { blend: n_way(entry, of, matching, only), trees, wanted, count })
 }
 
 fn n_way(entry: usize, of: Vec<usize>, matching: MatchParams, only: OnlyParams) -> BlendParams {

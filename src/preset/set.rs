@@ -6,12 +6,13 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::blends::{self, BLEND, EXPLORE, MIX, PART, parts};
+use super::blends::{self, BLEND, Blended, EXPLORE, MIX, PART, parts};
 use super::look::{self, BARK, FOLIAGE, path};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
+use super::pick::Wanted;
 use super::plan::{
-    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Source, SourceRecipe,
+    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source, SourceRecipe,
     UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
@@ -223,7 +224,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let (variants, blends) = variants(set, &names, &sources);
+    let Variants { trees: variants, blends, selections } = variants(set, &names, &sources);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
@@ -238,6 +239,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         sources,
         variants,
         blends,
+        selections,
         dress: foliage.dress,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
@@ -342,7 +344,8 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan = ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let scan =
+        ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs, leaves: Vec::new(), wood: Vec::new() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
@@ -377,44 +380,52 @@ fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
     fields.list(name).into_iter().filter_map(text).collect()
 }
 
-fn variants(
-    set: &Reader<'_, '_>,
-    names: &BTreeMap<String, usize>,
-    sources: &[Source],
-) -> (Vec<Variant>, Vec<BlendParams>) {
+/// What the variants of a preset are.
+struct Variants {
+    trees: Vec<Variant>,
+    blends: Vec<BlendParams>,
+    selections: Vec<Selection>,
+}
+
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[Source]) -> Variants {
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    let (mut variants, mut blends) = (Vec::new(), Vec::new());
+    let mut made = Variants { trees: Vec::new(), blends: Vec::new(), selections: Vec::new() };
     // Where each tree was made first.
-    let mut made: BTreeMap<String, String> = BTreeMap::new();
+    let mut firsts: BTreeMap<String, String> = BTreeMap::new();
     for (entry, item) in set.list("variants").into_iter().enumerate() {
         if set.report().is_full() {
             break;
         }
-        // What the trees are, and what tells them from all others.
-        let trees: Option<Vec<(Variant, String)>> = set.kind(&VARIANT, &item, |kind, fields| {
-            let (blend, trees) = match kind {
+        // The trees, each with what tells it from all others, and which of them are kept.
+        let read = set.kind(&VARIANT, &item, |kind, fields| {
+            let Blended { blend, trees, wanted, count } = match kind {
                 "Source" => {
                     let index = source(fields, &fields.item("of")?, &names)?;
-                    return Some(vec![(Variant::Source(index), index.to_string())]);
+                    return Some((vec![(index.to_string(), Variant::Source(index))], None));
                 }
                 "Mix" => blends::mix(entry, fields, &names, sources)?,
                 "Explore" => blends::explore(entry, fields, &names, sources)?,
                 _ => blends::blend(entry, fields, &names, sources)?,
             };
             let alike = BlendParams { entry: 0, ..blend.clone() };
-            blends.push(blend);
-            let index = blends.len() - 1;
+            let index = made.blends.len();
+            made.blends.push(blend);
             let of = |tree| (format!("{alike:?} {tree:?}"), Variant::Blend { blend: index, tree });
-            Some(trees.into_iter().map(of).map(|(key, variant)| (variant, key)).collect())
+            let selection = wanted.map(|Wanted { pick, scores, filter, candidates: _ }| {
+                let field = fields.path().to_string();
+                Selection { field, candidates: Vec::new(), keep: count as usize, pick, scores, filter }
+            });
+            Some((trees.into_iter().map(of).collect(), selection))
         });
-        let Some(trees) = trees else { continue };
-        if variants.len() + trees.len() > MOST_VARIANTS {
+        let Some((trees, selection)) = read else { continue };
+        let kept = selection.as_ref().map_or(trees.len(), |selection| selection.keep);
+        if made.trees.len() + kept > MOST_VARIANTS {
             let message = format!("more than {MOST_VARIANTS} variants in all");
             set.report().at(item.span(), &item.path, message, "split the set");
             break;
         }
-        for (_, key) in &trees {
-            if let Some(first) = made.insert(key.clone(), item.path.clone()) {
+        for (key, _) in &trees {
+            if let Some(first) = firsts.insert(key.clone(), item.path.clone()) {
                 let (message, hint) = if first == item.path {
                     ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
                 } else {
@@ -427,9 +438,17 @@ fn variants(
                 break;
             }
         }
-        variants.extend(trees.into_iter().map(|(variant, _)| variant));
+        let trees = trees.into_iter().map(|(_, tree)| tree);
+        match selection {
+            None => made.trees.extend(trees),
+            Some(selection) => {
+                let index = made.selections.len();
+                made.trees.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
+                made.selections.push(Selection { candidates: trees.collect(), ..selection });
+            }
+        }
     }
-    (variants, blends)
+    made
 }
 
 /// The index of the source that `item` names.

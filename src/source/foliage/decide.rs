@@ -231,8 +231,7 @@ fn sliced(scene: &Scene, found: Vec<Piece>) -> Vec<Piece> {
             let middle = t.iter().map(|&i| part.positions[i as usize]).sum::<Vec3>() / 3.0;
             (middle - c.centre).dot(c.axes[0])
         };
-        let (low, high) =
-            c.triangles.iter().map(along).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
+        let (low, high) = c.triangles.iter().map(along).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
         for k in 0..slices {
             let of = |d: f32| (((d - low) / (high - low).max(1e-20) * slices as f32) as usize).min(slices - 1);
             let triangles: Vec<[u32; 3]> = c.triangles.iter().filter(|t| of(along(t)) == k).copied().collect();

@@ -35,9 +35,9 @@ use yao::Graph;
 
 use crate::base::Seed;
 use crate::plant::{Plant, PlantError};
-use crate::preset::plan::{Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart, Sampling, Volume};
 use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart, Volume,
+    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart,
+    Sampling, Volume,
 };
 
 /// Why nothing could be grown.

@@ -471,7 +471,8 @@ mod tests {
                 for k in 0..20_u32 {
                     // Corners, edges, diagonals of the faces: every third point lies on one.
                     let p = Vec3::new(i as f32, j as f32, k as f32) * 0.1 - Vec3::new(0.5, 0.4, 0.5);
-                    let [within, beyond] = [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
+                    let [within, beyond] =
+                        [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
                     assert!(within != [true; 3] || cube.holds(p), "{p}");
                     assert!(beyond == [true; 3] || !cube.holds(p), "{p}");
                     inside += u32::from(cube.holds(p));
