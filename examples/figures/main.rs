@@ -12,6 +12,8 @@ mod blend;
 mod grow;
 mod import;
 mod line;
+mod plausibility;
+mod select;
 
 use std::path::PathBuf;
 use std::time::Instant;

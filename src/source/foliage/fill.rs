@@ -176,8 +176,7 @@ fn branches(plant: &Plant, posed: &crate::plant::Posed, nodes: &[Node], first: u
         let local = |n: &u32| frame.to_local(nodes[*n as usize].position - base);
         let points: Vec<Vec3> = std::iter::once(Vec3::ZERO).chain(path.iter().map(local)).collect();
         let most = most.max(tip);
-        let radii: Vec<f32> =
-            std::iter::once(&node).chain(&path).map(|n| radius(*n).min(most * 0.8)).collect();
+        let radii: Vec<f32> = std::iter::once(&node).chain(&path).map(|n| radius(*n).min(most * 0.8)).collect();
         let id = builder.branch(parent, location, &points, &radii);
         let curve = Curve::new(&points);
         let (frames, parameters) = (curve.frames(frame), curve.parameters());
@@ -196,10 +195,8 @@ fn leaves(plant: Plant, crowns: &[Crown], volumes: &[Option<Volume>], sizes: &[f
     let posed = plant.pose();
     let axes = Axes::of(&plant, &posed);
     let mut builder = PlantBuilder::from_plant(plant.clone());
-    let areas: Vec<f32> = crowns
-        .iter()
-        .map(|c| c.triangles.iter().map(|t| normal(c, t).length() * 0.5).sum::<f32>())
-        .collect();
+    let areas: Vec<f32> =
+        crowns.iter().map(|c| c.triangles.iter().map(|t| normal(c, t).length() * 0.5).sum::<f32>()).collect();
     let wanted = |i: usize| {
         let length = math::cbrt(sizes[i]) * LENGTH;
         if length > 0.0 { COVER * areas[i] / (length * length) } else { 0.0 }
