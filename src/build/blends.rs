@@ -110,7 +110,9 @@ fn chosen(plan: &Plan, params: &BlendParams, family: &Family) -> Result<Chosen, 
         let deepest = family.sources().iter().flat_map(Plant::chains).map(|chain| chain.order).max().unwrap_or(0);
         return Err(Diagnostic::new("", "selects no branch that could change")
             .with_field(format!("variants[{}].only", params.entry))
-            .with_hint(format!("its sources have orders 1 to {deepest}; a branch grows only where its parent stands")));
+            .with_hint(format!(
+                "its sources have orders 1 to {deepest}; a branch grows only where its parent stands"
+            )));
     }
     Ok(chosen)
 }

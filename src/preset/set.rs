@@ -12,8 +12,8 @@ use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
-    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source, SourceRecipe,
-    UpAxis, Variant,
+    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source,
+    SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
