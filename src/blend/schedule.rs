@@ -76,7 +76,7 @@ impl<'f> Tasks<'f> {
     #[must_use]
     pub fn in_betweens(&self, seed: Seed, trees: usize, low: f32, high: f32) -> Vec<State> {
         let span = (high - low).max(0.05);
-        let pace = (USUAL_STEPS * span / (5.0 * trees.max(1) as f32)).min(1.0);
+        let pace = (USUAL_STEPS * span / (8.0 * trees.max(1) as f32)).min(1.0);
         let wanted = |i: usize| low + (high - low) * (i as f32 + 0.5) / trees as f32;
         let mut batch = self.batch(seed, pace);
         let mut states = Vec::with_capacity(trees);
