@@ -137,9 +137,13 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
         }
         SourceRecipe::Import(params) => {
             let input = &inputs[&params.file];
-            let key = Key::stage("import", 1).params(params).input(Key::of_bytes(&input.bytes)).finish();
-            remember(&memory.sources, MOST_KEPT.0, key, || {
-                import::import(&input.bytes, &input.shown, params)
+            let files = input.files(inputs);
+            let mut key = Key::stage("import", 2).params(params).input(Key::of_bytes(&input.bytes));
+            for (name, bytes) in &files {
+                key = key.params(name).input(Key::of_bytes(bytes));
+            }
+            remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
+                import::import_with(&input.bytes, &input.shown, &files, params)
                     .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
             })
         }

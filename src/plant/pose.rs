@@ -90,6 +90,9 @@ impl Posed {
     pub fn leaf(&self, plant: &Plant, leaf: &Leaf) -> Pose {
         let pose = self.at(plant, leaf.chain, leaf.location);
         let axis = |v| pose.frame.to_world(leaf.orientation.rotate(v));
-        Pose { position: pose.position, frame: Frame { x: axis(Vec3::X), y: axis(Vec3::Y), z: axis(Vec3::Z) } }
+        Pose {
+            position: pose.position + pose.frame.to_world(leaf.offset),
+            frame: Frame { x: axis(Vec3::X), y: axis(Vec3::Y), z: axis(Vec3::Z) },
+        }
     }
 }

@@ -19,6 +19,7 @@ mod species;
 mod syntax;
 mod token;
 
+pub use path::beside;
 pub use place::place;
 pub use plan::Plan;
 pub use schema::describe;

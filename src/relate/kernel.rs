@@ -69,7 +69,7 @@ impl Family {
     /// in the children of one kin.
     ///
     /// Chains come in the order of the kins; where a single source feeds all of them, in the order of that source. A
-    /// leaf of a source is there at its size × the source's share of the kin × the kin's degree of growth. A plant has a
+    /// leaf of a source is there at its size × the source's share of the kin × the kin's degree of growth, as far from the axis × that degree. A plant has a
     /// chain: when every kin is absent, the first kin stands there alone, as its first member has it.
     #[must_use]
     pub fn blend(&self, weights: &Weights) -> Plant {
@@ -375,7 +375,8 @@ impl<'a> Blend<'a> {
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
             let size = leaf.size * (share * self.degrees[k]);
-            self.builder.leaf(Leaf { chain: ChainId(self.chains[k]), size, ..leaf });
+            let offset = leaf.offset * self.degrees[k];
+            self.builder.leaf(Leaf { chain: ChainId(self.chains[k]), size, offset, ..leaf });
         }
     }
 }

@@ -119,7 +119,7 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
     let mut builder = PlantBuilder::new();
     let stem = bare(&mut builder);
     let twig = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
-    builder.leaf(Leaf { chain: twig, location: 1.0, orientation: Rotation::IDENTITY, size: 0.3, slot: 2 });
+    builder.leaf(Leaf::new(twig, 1.0, Rotation::IDENTITY, 0.3, 2));
     let b = builder.finish().unwrap();
     let family = fuzzy_family(a, b, &EVEN).unwrap();
     let mut weights = family.corner(1);

@@ -104,6 +104,9 @@ pub struct PrimitiveInfo {
     pub mode: u32,
     #[serde(skip)]
     positions: Layout,
+    /// One for each of `attributes`.
+    #[serde(skip)]
+    layouts: Vec<Layout>,
     #[serde(skip)]
     indices: Option<Layout>,
 }
@@ -202,6 +205,23 @@ impl GlbInfo<'_> {
     pub fn positions(&self, mesh: usize, primitive: usize) -> Result<Vec<[f32; 3]>, GlbError> {
         let data = self.primitive(mesh, primitive)?.positions.floats(self.bin)?;
         Ok(data.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+    }
+
+    /// An attribute's numbers, vertex after vertex, and how many a vertex has; none where the primitive has no such one.
+    ///
+    /// # Errors
+    ///
+    /// As for [`positions`](Self::positions).
+    pub fn attribute(
+        &self,
+        mesh: usize,
+        primitive: usize,
+        name: &str,
+    ) -> Result<Option<(Vec<f32>, usize)>, GlbError> {
+        let primitive = self.primitive(mesh, primitive)?;
+        let Ok(at) = primitive.attributes.binary_search_by(|a| a.as_str().cmp(name)) else { return Ok(None) };
+        let layout = &primitive.layouts[at];
+        Ok(Some((layout.floats(self.bin)?, layout.components)))
     }
 
     /// Triangles of a primitive by index into its positions; strips and fans are taken apart, points and lines give none.
@@ -339,10 +359,13 @@ fn mesh(index: usize, mesh: &json::Mesh, root: &json::Root, layouts: &[Layout]) 
         if positions.components != 3 {
             return Err(GlbError::Broken(what("positions are not of three components")));
         }
+        let mut layouts = Vec::new();
         for (name, &accessor) in &p.attributes {
-            if of(accessor, name)?.count != positions.count {
+            let layout = of(accessor, name)?;
+            if layout.count != positions.count {
                 return Err(GlbError::Broken(what(&format!("{name} has another count than POSITION"))));
             }
+            layouts.push(layout);
         }
         let indices = p.indices.map(|a| of(a, "indices")).transpose()?;
         let corners = indices.map_or(positions.count, |l| l.count);
@@ -362,6 +385,7 @@ fn mesh(index: usize, mesh: &json::Mesh, root: &json::Root, layouts: &[Layout]) 
             bounds: accessor::bounds(&root.accessors[position as usize], &positions),
             mode,
             positions,
+            layouts,
             indices,
         })
     };

@@ -33,6 +33,7 @@ mod tests;
 use crate::base::Diagnostic;
 use crate::plant::{Plant, PlantError};
 use crate::preset::plan::ImportParams;
+use crate::source::scene::{self, Files, MeshFormat};
 
 /// Most rows that are read.
 pub const MOST_ROWS: usize = 10_000_000;
@@ -50,6 +51,8 @@ pub enum Format {
     Archi,
     /// Nodes of a skeleton, as neurons are stored.
     Swc,
+    /// A mesh.
+    Mesh(MeshFormat),
 }
 
 impl Format {
@@ -62,6 +65,7 @@ impl Format {
             Self::SimpleForest => "SimpleForest CSV",
             Self::Archi => "aRchi CSV",
             Self::Swc => "SWC",
+            Self::Mesh(format) => format.name(),
         }
     }
 }
@@ -77,16 +81,53 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// Reads a structure model.
-///
-/// `file` is the name that errors carry; nothing else is read from it. Linear in the file's size but for sorting and for
-/// the search of wood near each further root (n log n); memory stays below about
-/// thirty times the file, of which the plant itself is the most.
+/// The files that a file names and that `files` lacks: materials, pictures and buffers of a mesh; see [`scene::refers`].
+#[must_use]
+pub fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
+    scene::refers(bytes, files)
+}
+
+/// Imports a file that stands alone; see [`import_with`].
 ///
 /// # Errors
 ///
-/// All that is wrong with the text, at most 20 errors and one that counts the rest; or one error about the whole file.
+/// As [`import_with`].
 pub fn import(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
+    import_with(bytes, file, &Files::new(), params)
+}
+
+/// Imports a file of any format that is read: the one door.
+///
+/// `file` is the name that errors carry; nothing is read from it. `files` holds what the file names, as far as it is
+/// there (see [`refers`]).
+///
+/// # Errors
+///
+/// All that is wrong with the file, at most 20 errors and one that counts the rest; or one error about the whole file.
+pub fn import_with(
+    bytes: &[u8],
+    file: &str,
+    files: &Files<'_>,
+    params: &ImportParams,
+) -> Result<Imported, Vec<Diagnostic>> {
+    match scene::sniff(bytes) {
+        Some(format) => mesh(&scene::read(bytes, file, files)?, format, file),
+        None => model(bytes, file, params),
+    }
+}
+
+/// A mesh to a plant.
+fn mesh(scene: &scene::Scene, format: MeshFormat, file: &str) -> Result<Imported, Vec<Diagnostic>> {
+    let message =
+        format!("this is a mesh ({} with {} triangles), of which no plant is made", format.name(), scene.triangles());
+    Err(vec![Diagnostic::new(file, message).with_hint("import a skeleton: TreeQSM, SimpleForest, aRchi or SWC")])
+}
+
+/// Reads a structure model or skeleton.
+///
+/// Linear in the file's size but for sorting and for the search of wood near each further root (n log n); memory stays
+/// below about thirty times the file, of which the plant itself is the most.
+fn model(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
     let table::Sniffed { table, format } = table::sniff(bytes, file)?;
     let mut read = match format {
         table::Kind::Swc => swc::read(table)?,
