@@ -12,6 +12,7 @@ mod blend;
 mod grow;
 mod import;
 mod line;
+mod plausibility;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Loaded, World};
 use super::assets::{self, SetParts};
 use super::stages;
+use super::{Loaded, World};
 use crate::base::{Diagnostic, Key, Note};
-use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
@@ -79,7 +78,7 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         }
     }
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe
+        if let Some(params) = source.recipe.import()
             && let Some(mut input) = inputs.remove(&params.file)
         {
             let result = named_files(&params.file, &mut input, &mut inputs, world);
@@ -95,12 +94,7 @@ const MOST_NAMED: usize = 1000;
 
 /// Reads what an imported file names (materials, pictures, buffers), and what those name. What is missing is left to the
 /// importer, which knows whether it can do without; it is remembered by the world, so that it is read once it is there.
-fn named_files(
-    file: &str,
-    input: &mut InputFile,
-    inputs: &mut Inputs,
-    world: &World,
-) -> Result<(), Vec<Diagnostic>> {
+fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &World) -> Result<(), Vec<Diagnostic>> {
     let mut errors = Vec::new();
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
@@ -143,6 +137,9 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
         match &source.recipe {
             SourceRecipe::Import(params) => {
                 files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Like(like) => {
+                files.push((like.scan.file.clone(), format!("sources[\"{}\"].like", source.name)));
             }
             SourceRecipe::Grow(params) => {
                 let field = format!("sources[\"{}\"].species", source.name);
@@ -220,18 +217,19 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let pictures = &wardrobe.pictures;
+    let families = stages::families(plan, &wardrobe.plants)?;
     step("matching");
 
     let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
-    let dressing = stages::dress_params(plan);
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
-            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            let bare = stages::variant(plan, variant, &wardrobe.plants, &families);
+            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
             let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
@@ -241,18 +239,11 @@ pub fn make_set(
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
     let notes = stages::source_notes(plan, &sources);
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures: &pictures,
-        notes: &notes,
-    };
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

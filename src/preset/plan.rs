@@ -19,8 +19,12 @@ pub struct Plan {
     pub dress: DressParams,
     /// The pictures of a leaf.
     pub leaf_art: LeafArt,
+    /// Which leaves wear them.
+    pub leaf_wear: Wear,
     /// The maps of the bark.
     pub bark_art: BarkArt,
+    /// Whose bark is worn.
+    pub bark_wear: Wear,
     /// Tubes.
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
@@ -47,6 +51,31 @@ pub enum SourceRecipe {
     Grow(GrowParams),
     /// A file.
     Import(ImportParams),
+    /// Guiding-vector synthesis with parameters estimated from a file.
+    Like(LikeParams),
+}
+
+impl SourceRecipe {
+    /// What is imported for it.
+    #[must_use]
+    pub const fn import(&self) -> Option<&ImportParams> {
+        match self {
+            Self::Grow(_) => None,
+            Self::Import(params) => Some(params),
+            Self::Like(like) => Some(&like.scan),
+        }
+    }
+}
+
+/// A plant grown like an imported one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LikeParams {
+    /// The plant to grow like; its height is as the file says.
+    pub scan: ImportParams,
+    /// Address of all randomness of the grown plant.
+    pub seed: u64,
+    /// Height of the grown plant; `AsIs` for that of the scan.
+    pub height: ImportHeight,
 }
 
 /// Parameters of growth, in the words of Xu and Mould 2015.
@@ -64,8 +93,14 @@ pub struct GrowParams {
     pub iterations: Vec<GrowIteration>,
     /// Radius of a branch tip, metres.
     pub tip_radius: f32,
-    /// Exponent of the allometric rule for radii.
+    /// Exponent of the allometric rule for radii, 1..=5.
     pub allometry: f32,
+    /// What a metre of wood adds to what is below it, in tips, 0..=50: 0 leaves branches of even thickness between forks.
+    pub taper: f32,
+    /// How much wider a stem is at the ground than the rule says, as a share of its radius, 0..=3.
+    pub flare: f32,
+    /// Where the flare ends, in radii of the stem, 0.5..=30.
+    pub flare_height: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
     /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths
@@ -405,6 +440,23 @@ pub struct ImportParams {
     pub up: UpAxis,
     /// Height to scale the plant to.
     pub height: ImportHeight,
+    /// Names of a mesh's materials or parts that are leaves, whatever else says otherwise.
+    pub leaves: Vec<String>,
+    /// Names of a mesh's materials or parts that are wood.
+    pub wood: Vec<String>,
+}
+
+impl Default for ImportParams {
+    /// No file yet; everything by the data.
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            up: UpAxis::Detect,
+            height: ImportHeight::AsIs,
+            leaves: Vec::new(),
+            wood: Vec::new(),
+        }
+    }
 }
 
 /// Which axis of a file points up.
@@ -465,7 +517,8 @@ pub struct DressParams {
     pub density: f32,
     /// Most leaves on one plant, whatever the density asks for.
     pub most_leaves: u32,
-    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture.
+    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture. 0 is as long as the
+    /// leaves of the source that leaves are taken from.
     pub leaf_size: f32,
     /// How much leaf sizes vary about it, 0..=0.9.
     pub leaf_spread: f32,
@@ -477,6 +530,18 @@ pub struct DressParams {
     pub droop: f32,
     /// How many pictures of the leaf there are: slots 0..pictures.
     pub pictures: u16,
+}
+
+/// What wears the art of a plan, beside the art that imported sources bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Wear {
+    /// Everything.
+    All,
+    /// What sources bring their own art for keeps it; the plan's is for the rest. A set has one bark: the sources' if
+    /// all of them bring some.
+    Rest,
+    /// Everything wears what this source brings; index into the plan's sources.
+    Source(usize),
 }
 
 /// The pictures of a leaf.

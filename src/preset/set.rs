@@ -13,13 +13,14 @@ use super::look::{self, BARK, FOLIAGE, path};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::plan::{
-    GrowParams, ImportHeight, ImportParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis, Variant,
+    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis,
+    Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::species::{HEIGHT, seen_from, species};
-use super::syntax::tree;
+use super::syntax::{Value, tree};
 use crate::base::Diagnostic;
 
 /// Most variants of a set.
@@ -84,20 +85,26 @@ pub(super) static SET: Record = Record {
 static SOURCE: Choice = Choice {
     title: "Sources",
     kinds: &[
-        KindOf { name: "Grow", form: Form::Fields(&GROW), about: "a tree grown from a species file" },
+        KindOf { name: "Grow", form: Form::Fields(&GROW), about: "a tree grown from a species file, or like a scan" },
         KindOf { name: "Import", form: Form::Fields(&IMPORT), about: "a tree from a scan, a mesh or a skeleton" },
     ],
 };
 
 static GROW: Record = Record {
     title: "Grow",
-    about: "The same species, seed and height give the same tree in every set.",
+    about: "Either `species` or `like`. The same species, seed and height give the same tree in every set.",
     fields: &[
         Field {
             name: "species",
             kind: Kind::Text("the path of a species file"),
-            default: Default::Required,
+            default: Default::Else("`like` in its place"),
             about: "relative to the preset's folder",
+        },
+        Field {
+            name: "like",
+            kind: Kind::Text("the path of a scan or skeleton"),
+            default: Default::Else("`species` in its place"),
+            about: "grows more trees like this one; `treewright estimate` writes the species that is grown",
         },
         Field {
             name: "seed",
@@ -105,9 +112,16 @@ static GROW: Record = Record {
             default: Default::Is("1"),
             about: "another one gives another tree of the species",
         },
-        Field { name: "height", kind: HEIGHT, default: Default::Else("as the species"), about: "height of this tree" },
+        Field {
+            name: "height",
+            kind: HEIGHT,
+            default: Default::Else("as the species or scan"),
+            about: "height of this tree",
+        },
     ],
 };
+
+const PARTS: Kind = Kind::Texts { what: "names of materials or parts", low: 0, high: 64 };
 
 static IMPORT: Record = Record {
     title: "Import",
@@ -121,6 +135,18 @@ static IMPORT: Record = Record {
         },
         Field { name: "up", kind: Kind::Choice(&UP), default: Default::Is("Detect"), about: "which axis points up" },
         Field { name: "height", kind: HEIGHT, default: Default::Else("as the file"), about: "scales the tree to it" },
+        Field {
+            name: "leaves",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is leaves, where it isn't found by itself",
+        },
+        Field {
+            name: "wood",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is wood, where it isn't found by itself",
+        },
     ],
 };
 
@@ -248,22 +274,24 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
     let variants = variants(set, &names);
-    let foliage = set.group("foliage", look::foliage).flatten();
-    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |&(_, _, bark)| bark);
-    let bark = set.group("bark", |fields| look::bark(fields, of_leaf)).flatten();
+    let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
+    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
+    let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     output::engines(set);
-    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
         sources,
         variants,
-        dress,
-        leaf_art,
+        dress: foliage.dress,
+        leaf_art: foliage.art,
+        leaf_wear: foliage.wear,
         bark_art,
+        bark_wear,
         mesh: MeshParams { sides, error, bark_tile },
         lightmap,
         lods,
@@ -317,6 +345,7 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
         }
         seen.insert(name.text.to_lowercase(), (name.text.clone(), name.span.line));
         let recipe = set.kind(&SOURCE, &item, |kind, fields| match kind {
+            "Grow" if fields.has("like") => like(fields).map(SourceRecipe::Like),
             "Grow" => grow(fields, files).map(SourceRecipe::Grow),
             _ => Some(SourceRecipe::Import(import(fields))),
         });
@@ -331,6 +360,11 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
 fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
     let seed = fields.integer("seed");
     let height = fields.number_or("height", 0.0);
+    if !fields.has("species") {
+        let hint = "write `species: \"species/oak.ron\"`, or `like: \"scans/oak.csv\"` to grow more trees like a scan";
+        fields.report().at(fields.span(), fields.path(), "needs `species` or `like`", hint);
+        return None;
+    }
     let path = path(fields, "species");
     if path.is_empty() {
         return None;
@@ -339,6 +373,20 @@ fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowPar
     let species = files.get(&path, &item, fields.report())?;
     let height = if fields.has("height") { height } else { species.height };
     Some(GrowParams { seed, height, ..species })
+}
+
+/// A plant grown like a scan, which the import reads upright and at its own height.
+fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
+    let seed = fields.integer("seed");
+    let height = fields.number_or("height", 1.0);
+    let height = if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs };
+    if fields.has("species") {
+        let message = "has both `species` and `like`, but a tree is grown from one of them";
+        fields.fault("like", message, "leave one of the two out");
+    }
+    let file = path(fields, "like");
+    let scan = ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs };
+    (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
 fn import(fields: &Reader<'_, '_>) -> ImportParams {
@@ -354,7 +402,22 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
         file: path(fields, "file"),
         up: up.unwrap_or(UpAxis::Detect),
         height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
+        leaves: texts(fields, "leaves"),
+        wood: texts(fields, "wood"),
     }
+}
+
+/// A list of texts; what is none is reported.
+fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
+    let text = |item: Item<'_>| match &item.node.value {
+        Value::Text(text) => Some(text.clone()),
+        other => {
+            let message = format!("expected a text, found {}", other.is_called());
+            fields.report().at(item.span(), &item.path, message, "write it in quotes");
+            None
+        }
+    };
+    fields.list(name).into_iter().filter_map(text).collect()
 }
 
 fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {

@@ -7,8 +7,8 @@
 use super::look::path;
 use super::path::joined;
 use super::plan::{
-    Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide,
-    GuideStart, Sampling, UpAxis, Volume,
+    Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams,
+    Guide, GuideStart, Sampling, UpAxis, Volume,
 };
 use super::reader::{Item, Reader};
 use super::report::Report;
@@ -49,6 +49,24 @@ pub(super) static SPECIES: Record = Record {
             kind: Kind::Number { low: 1.0, high: 5.0, unit: "" },
             default: Default::Is("2.5"),
             about: "exponent of the radius rule, parent^x = sum of children^x; larger gives a thinner trunk",
+        },
+        Field {
+            name: "taper",
+            kind: Kind::Number { low: 0.0, high: 50.0, unit: "tips/m" },
+            default: Default::Is("0.3"),
+            about: "how a branch thins between forks: what a metre of wood counts for below it, in tips",
+        },
+        Field {
+            name: "flare",
+            kind: Kind::Number { low: 0.0, high: 3.0, unit: "radii" },
+            default: Default::Is("0.35"),
+            about: "how much wider a stem is at the ground, where its roots spread",
+        },
+        Field {
+            name: "flare_height",
+            kind: Kind::Number { low: 0.5, high: 30.0, unit: "radii" },
+            default: Default::Is("5.0"),
+            about: "height above the ground where the flare ends, in radii of the stem",
         },
         Field {
             name: "crookedness",
@@ -381,7 +399,11 @@ static PRIMITIVE: Choice = Choice {
         KindOf { name: "Helical", form: Form::Fields(&HELICAL), about: "round the axis and up (Fig. 8a)" },
         KindOf { name: "Rotational", form: Form::Fields(&ROTATIONAL), about: "round a line (Fig. 8b)" },
         KindOf { name: "Spherical", form: Form::Fields(&CENTRED), about: "upwards along spheres (Fig. 8c)" },
-        KindOf { name: "Radial", form: Form::Fields(&CENTRED), about: "away from a point; towards it by a negative weight" },
+        KindOf {
+            name: "Radial",
+            form: Form::Fields(&CENTRED),
+            about: "away from a point; towards it by a negative weight",
+        },
         KindOf { name: "Outward", form: Form::Plain, about: "level, away from the axis" },
     ],
 };
@@ -502,6 +524,9 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
             .collect(),
         tip_radius: species.number("tip_radius"),
         allometry: species.number("allometry"),
+        taper: species.number("taper"),
+        flare: species.number("flare"),
+        flare_height: species.number("flare_height"),
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),

@@ -29,7 +29,7 @@ fn the_avenue_is_what_its_comments_say() {
     assert_eq!((plan.name.as_str(), plan.seed, plan.sources.len(), plan.variants.len()), ("avenue", 41, 2, 8));
     let heights = plan.sources.iter().map(|source| match &source.recipe {
         SourceRecipe::Grow(grow) => (source.name.as_str(), grow.seed, grow.height),
-        SourceRecipe::Import(_) => ("", 0, 0.0),
+        SourceRecipe::Import(_) | SourceRecipe::Like(_) => ("", 0, 0.0),
     });
     assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 15.0)]);
     assert_eq!(plan.variants[0], Variant::Source(0));

@@ -3,17 +3,20 @@
 //! A tree is the union of least-cost paths through an irregular graph. Nodes are scattered and linked once (`nodes`,
 //! `yao`); each iteration names places where branches may end (`endpoints`), finds the paths to them from the whole tree
 //! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
-//! the chosen ones (`structure`). What remains is to take the graph's crookedness out and give radii (`skeleton`).
+//! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
 //! Limits: no two paths share a node without sharing the way to it, so axes never cross, but thick wood may touch. Twigs
 //! and leaves are a later stage's. Time is `n log n` in nodes; memory about 120 bytes a node.
 
 mod endpoints;
 mod field;
+#[cfg(test)]
+mod figures;
 mod grid;
 mod guide;
 mod nodes;
 mod paths;
+mod radii;
 mod shed;
 mod skeleton;
 mod solid;
@@ -34,7 +37,10 @@ use yao::Graph;
 
 use crate::base::Seed;
 use crate::plant::{Plant, PlantError};
-use crate::preset::plan::{Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart, Sampling, Volume};
+use crate::preset::plan::{
+    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart,
+    Sampling, Volume,
+};
 
 /// Why nothing could be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -94,7 +100,8 @@ pub fn grow_in(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<(Plan
         });
     }
     let skeleton = skeleton::skeleton(&structure, &space.nodes, params);
-    let (plant, slim) = shed::shed(&skeleton.ok_or(GrowError::Nothing)?.into_plant()?, params.slenderness);
+    let plant = radii::with_radii(&skeleton.ok_or(GrowError::Nothing)?.into_plant()?, params);
+    let (plant, slim) = shed::shed(&plant, params.slenderness);
     if slim > 0 {
         let s = if slim == 1 { "" } else { "es" };
         notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
@@ -200,6 +207,9 @@ fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("slenderness", params.slenderness, 50.0, 10_000.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
     within("allometry", params.allometry, 0.5, 10.0)?;
+    within("taper", params.taper, 0.0, 1000.0)?;
+    within("flare", params.flare, 0.0, 10.0)?;
+    within("flare_height", params.flare_height, 0.0, 100.0)?;
     within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;
     for (i, iteration) in params.iterations.iter().enumerate() {
         let at =

@@ -119,7 +119,8 @@ impl Solid {
             Some(Diagnostic { message, .. }) => message.clone(),
             None => String::new(),
         };
-        let scene = scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
+        let scene =
+            scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
         let (mut points, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
         for part in scene.parts {
             let first = points.len() as u32;
@@ -292,7 +293,9 @@ impl Columns {
         let [a, b, c] = corners.map(|i| self.points[i as usize]);
         let normal = (b - a).cross(c - a);
         // The plane above the point; a triangle on edge covers no ground.
-        inside && normal.y != 0.0 && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
+        inside
+            && normal.y != 0.0
+            && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
     }
 }
 
@@ -410,7 +413,8 @@ mod tests {
                 for k in 0..20_u32 {
                     // Corners, edges, diagonals of the faces: every third point lies on one.
                     let p = Vec3::new(i as f32, j as f32, k as f32) * 0.1 - Vec3::new(0.5, 0.4, 0.5);
-                    let [within, beyond] = [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
+                    let [within, beyond] =
+                        [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
                     assert!(within != [true; 3] || cube.holds(p), "{p}");
                     assert!(beyond == [true; 3] || !cube.holds(p), "{p}");
                     inside += u32::from(cube.holds(p));
@@ -423,7 +427,8 @@ mod tests {
     #[test]
     fn up_can_be_z() {
         // A wedge whose thick end is at z = 2.
-        let wedge = "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
+        let wedge =
+            "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
         let up_z = Solid::from_mesh(wedge.as_bytes(), UpAxis::Z).unwrap();
         assert!(up_z.holds(Vec3::new(0.45, 0.97, -0.25)) && !up_z.holds(Vec3::new(0.45, 0.05, -0.25)));
         assert!(up_z.holds(Vec3::new(0.01, 0.05, -0.25)) && !up_z.holds(Vec3::new(0.01, 0.05, 0.25)));
@@ -435,7 +440,9 @@ mod tests {
         assert_eq!(Solid::from_mesh(open.as_bytes(), UpAxis::Y), Err(SolidError::Open(4)));
         let flat = "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\nf 3 2 1";
         assert_eq!(Solid::from_mesh(flat.as_bytes(), UpAxis::Y), Err(SolidError::Flat));
-        for broken in ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"] {
+        for broken in
+            ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"]
+        {
             let answer = Solid::from_mesh(broken.as_bytes(), UpAxis::Y);
             assert!(matches!(answer, Err(SolidError::Unreadable(_))), "{broken:?}: {answer:?}");
         }
@@ -463,11 +470,13 @@ mod tests {
 
     #[test]
     fn holes_transforms_and_curves_of_outlines_count() {
-        let svg = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
+        let svg =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
             <path fill-rule="evenodd" d="M 0 0 H 20 V 20 H 0 Z M 6 6 V 14 H 14 V 6 Z"/></g></svg>"#;
         let ring = Solid::from_outline(svg).unwrap();
         assert!(!ring.holds(Vec3::new(0.1, 0.5, 0.0)) && ring.holds(Vec3::new(0.35, 0.5, 0.0)));
-        let disc = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
+        let disc =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
         let ball = Solid::from_outline(disc).unwrap();
         let hits = (0..1000)
             .filter(|&i| {
