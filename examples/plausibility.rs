@@ -166,7 +166,13 @@ fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
 }
 
 fn plants(folder: &Path) -> Vec<(String, Plant)> {
-    let params = ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let params = ImportParams {
+        file: String::new(),
+        up: UpAxis::Detect,
+        height: ImportHeight::AsIs,
+        leaves: Vec::new(),
+        wood: Vec::new(),
+    };
     files(folder, &["csv", "txt", "swc"])
         .into_iter()
         .filter_map(|file| {

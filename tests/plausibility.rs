@@ -35,7 +35,13 @@ const REAL: [&str; 6] = [
 ];
 
 fn scan(folder: &Path, name: &str) -> Plant {
-    let params = ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let params = ImportParams {
+        file: String::new(),
+        up: UpAxis::Detect,
+        height: ImportHeight::AsIs,
+        leaves: Vec::new(),
+        wood: Vec::new(),
+    };
     import(&std::fs::read(folder.join(name)).unwrap(), name, &params).unwrap().plant
 }
 

@@ -120,7 +120,13 @@ pub(crate) fn real(folder: &Path) -> Vec<(String, Plant)> {
 
 /// Name and plant of every skeleton in a folder.
 pub(crate) fn skeletons(folder: &Path) -> Vec<(String, Plant)> {
-    let params = ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let params = ImportParams {
+        file: String::new(),
+        up: UpAxis::Detect,
+        height: ImportHeight::AsIs,
+        leaves: Vec::new(),
+        wood: Vec::new(),
+    };
     files(folder, &["csv", "txt", "swc"])
         .into_iter()
         .filter_map(|file| {

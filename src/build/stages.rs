@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::pipeline::Inputs;
+use super::selections::{self, Selected};
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::blend;
@@ -434,7 +435,7 @@ pub(super) fn wardrobe(
 impl Wardrobe {
     /// A variant with leaves: those that its sources bring or, where one of them brings none, those of dressing.
     pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
-        if ingredients(variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
             return plant;
         }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
@@ -455,7 +456,7 @@ fn dress_params(plan: &Plan) -> DressParams {
 /// Matches every pair of sources that a variant blends, each once.
 pub(super) fn families(plan: &Plan, sources: &[Plant]) -> Result<Families, Vec<Diagnostic>> {
     let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
-    for variant in &plan.variants {
+    for variant in plan.variants.iter().chain(plan.selections.iter().flat_map(|s| &s.candidates)) {
         if let Variant::Blend { from, to, matching, .. } = variant
             && !pairs.contains(&(*from, *to, *matching))
         {
@@ -476,41 +477,66 @@ pub(super) fn families(plan: &Plan, sources: &[Plant]) -> Result<Families, Vec<D
         .collect()
 }
 
+/// The family of a blend and its weights there; none for what is no blend.
+pub(super) fn blend_of<'f>(
+    plan: &Plan,
+    variant: &Variant,
+    families: &'f Families,
+) -> Option<(&'f Family, relate::Weights)> {
+    let Variant::Blend { from, to, matching, batch, progress } = variant else { return None };
+    let pair = (*from, *to, *matching);
+    let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family)?;
+    // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
+    let name = |index: usize| plan.sources[index].name.as_str();
+    let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
+    Some((family, blend::sample(family, 0, 1, seed, *progress)))
+}
+
 /// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Plant], families: &Families) -> Plant {
+pub(super) fn variant(
+    plan: &Plan,
+    variant: &Variant,
+    sources: &[Plant],
+    families: &Families,
+    selected: &Selected<'_>,
+) -> Plant {
+    let made = match variant {
+        Variant::Source(index) => Some(sources[*index].clone()),
+        Variant::Blend { .. } => blend_of(plan, variant, families).map(|(family, weights)| family.blend(&weights)),
+        Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, families)),
+    };
+    made.expect("families hold every pair that is blended, selections as many trees as they keep")
+}
+
+/// The sources that a variant is made of.
+fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
-        Variant::Source(index) => sources[*index].clone(),
-        Variant::Blend { from, to, matching, batch, progress } => {
-            let pair = (*from, *to, *matching);
-            let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
-            let family = family.expect("families holds every pair that a variant blends");
-            // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
-            let name = |index: usize| plan.sources[index].name.as_str();
-            let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
-            family.blend(&blend::sample(family, 0, 1, seed, *progress))
+        Variant::Source(index) => vec![*index],
+        Variant::Blend { from, to, .. } => vec![*from, *to],
+        Variant::Selected { selection, .. } => {
+            // The candidates of a selection are blends of the same sources.
+            let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
+            first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
         }
     }
 }
 
-/// The sources that a variant is made of.
-fn ingredients(variant: &Variant) -> Vec<usize> {
-    match variant {
-        Variant::Source(index) => vec![*index],
-        Variant::Blend { from, to, .. } => vec![*from, *to],
-    }
-}
-
 /// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
+/// that adding a variant changes no other, nor does being picked.
+pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
+    let kept = selected.get(variant);
     let name = |index: usize| plan.sources[index].name.as_str();
-    let recipe = match variant {
+    let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
         Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
         Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
             "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
         }),
+        Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
+    if let Some(kept) = kept {
+        recipe["selected"] = kept.told.clone();
+    }
     (recipe, seed)
 }
 

@@ -15,6 +15,9 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub selections: Vec<Selection>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
@@ -497,6 +500,13 @@ pub enum Variant {
         /// How far into the batch the tree is taken, 0..=1.
         progress: f32,
     },
+    /// One of the kept trees of a selection.
+    Selected {
+        /// Index into the plan's selections.
+        selection: usize,
+        /// Which of its kept trees, from 0.
+        place: usize,
+    },
 }
 
 /// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
@@ -508,6 +518,63 @@ pub struct MatchParams {
     pub direction: f32,
     /// w_CR: crown ratio.
     pub ratio: f32,
+}
+
+/// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Selection {
+    /// The preset's field that asks for it, as `variants[2]`; errors and notes of later stages name it.
+    pub field: String,
+    /// All that may be kept, in the order in which they take the place of rejected ones.
+    pub candidates: Vec<Variant>,
+    /// How many are kept.
+    pub keep: usize,
+    /// Which of them.
+    pub pick: Pick,
+    /// What makes trees differ.
+    pub scores: ScoreParams,
+    /// What is mended and rejected before.
+    pub filter: FilterParams,
+}
+
+/// Which candidates are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Pick {
+    /// The first that the filter lets through.
+    All,
+    /// One of each cluster of scores.
+    Inspiring,
+    /// Those that are farthest from each other.
+    Diverse {
+        /// Least distance of two of them, 0..=1.
+        apart: f32,
+    },
+    /// Those that are nearest to the sources, each source in turn.
+    Natural,
+}
+
+/// Weights of the difference between two trees (2017 TVCG, 4.5); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScoreParams {
+    /// Shape of the crown.
+    pub crown: f32,
+    /// Share of the trunk that bears the crown.
+    pub ratio: f32,
+    /// Topology: which branch bears which.
+    pub topology: f32,
+}
+
+/// What is mended and rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FilterParams {
+    /// Share of the smaller branch's surface that may lie inside another branch at the coarsest scale, 0..=1; 1 for
+    /// all of it.
+    pub collisions: f32,
+    /// How much more of it from scale to scale, 0..=1.
+    pub rise: f32,
+    /// How far a tree may lie beyond its sources in proportions and in where its wood is, in units of a usual spread,
+    /// 0..=1000; 1000 for any distance.
+    pub botany: f32,
 }
 
 /// Twigs and leaves.

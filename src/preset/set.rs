@@ -4,7 +4,8 @@
 //! all else. A `Blend` of `count` trees takes tree i at a point of the van der Corput sequence between `from` and `to`,
 //! which spreads any count evenly and leaves the first trees where they were when the count is raised. Each tree has
 //! a batch (a schedule of which branch grows, wilts or moves when) of its own, unless `batches` says how many share
-//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing.
+//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing. With
+//! `pick` that holds for the candidates, of which `count` are kept when the set is built.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,9 +13,10 @@ use std::collections::BTreeMap;
 use super::look::{self, BARK, FOLIAGE, path};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
+use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
 use super::plan::{
-    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis,
-    Variant,
+    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Selection, Source, SourceRecipe,
+    UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -224,6 +226,10 @@ static BLEND: Record = Record {
             default: BY_DEFAULTS,
             about: "what makes two branches alike",
         },
+        PICK_FIELD,
+        CANDIDATES_FIELD,
+        SCORES_FIELD,
+        FILTER_FIELD,
     ],
 };
 
@@ -273,7 +279,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let variants = variants(set, &names);
+    let (variants, selections) = variants(set, &names);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
@@ -287,6 +293,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         seed,
         sources,
         variants,
+        selections,
         dress: foliage.dress,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
@@ -385,7 +392,8 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan = ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let scan =
+        ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs, leaves: Vec::new(), wood: Vec::new() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
@@ -420,26 +428,38 @@ fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
     fields.list(name).into_iter().filter_map(text).collect()
 }
 
-fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {
+/// What an entry of the variants gives.
+enum Entry {
+    /// These trees.
+    Trees(Vec<Variant>),
+    /// Some of the candidates.
+    Some(Selection),
+}
+
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> (Vec<Variant>, Vec<Selection>) {
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    let mut variants = Vec::new();
+    let (mut variants, mut selections) = (Vec::new(), Vec::new());
     // Where each tree was made first.
     let mut made: BTreeMap<[u64; 7], String> = BTreeMap::new();
     for item in set.list("variants") {
         if set.report().is_full() {
             break;
         }
-        let trees = set.kind(&VARIANT, &item, |kind, fields| match kind {
-            "Source" => Some(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)]),
+        let entry = set.kind(&VARIANT, &item, |kind, fields| match kind {
+            "Source" => Some(Entry::Trees(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)])),
             _ => blend(fields, &names),
         });
-        let Some(trees) = trees else { continue };
-        if variants.len() + trees.len() > MOST_VARIANTS {
+        let Some(entry) = entry else { continue };
+        let (trees, kept) = match &entry {
+            Entry::Trees(trees) => (trees, trees.len()),
+            Entry::Some(selection) => (&selection.candidates, selection.keep),
+        };
+        if variants.len() + kept > MOST_VARIANTS {
             let message = format!("more than {MOST_VARIANTS} variants in all");
             set.report().at(item.span(), &item.path, message, "split the set");
             break;
         }
-        for tree in &trees {
+        for tree in trees {
             if let Some(first) = made.insert(identity(tree), item.path.clone()) {
                 let (message, hint) = if first == item.path {
                     ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
@@ -453,9 +473,16 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Varian
                 break;
             }
         }
-        variants.extend(trees);
+        match entry {
+            Entry::Trees(trees) => variants.extend(trees),
+            Entry::Some(selection) => {
+                let index = selections.len();
+                variants.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
+                selections.push(selection);
+            }
+        }
     }
-    variants
+    (variants, selections)
 }
 
 /// What decides which tree a variant is.
@@ -466,21 +493,24 @@ fn identity(variant: &Variant) -> [u64; 7] {
             let bits = |x: f32| u64::from(x.to_bits());
             [1, from as u64, to as u64, bits(crown), bits(direction), batch, bits(progress)]
         }
+        Variant::Selected { selection, place } => [2, selection as u64, place as u64, 0, 0, 0, 0],
     }
 }
 
-fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<Variant>> {
+fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Entry> {
     let items = fields.list("of");
     let of: Vec<Option<usize>> = items.iter().map(|item| source(fields, item, names)).collect();
     let count = fields.integer("count");
-    let batches = fields.integer_or("batches", count);
+    let wanted = wanted(fields, count);
+    let made = wanted.as_ref().map_or(count, |w| w.candidates);
+    let batches = fields.integer_or("batches", made);
     let seed = fields.integer("seed");
     let (low, high) = (fields.number("from"), fields.number("to"));
     if low > high {
         fields.fault("from", format!("`from` {low} is above `to` {high}"), "swap the two");
     }
-    if batches > count {
-        let message = format!("{batches} batches for {count} trees");
+    if batches > made {
+        let message = format!("{batches} batches for {made} trees");
         fields.fault("batches", message, "leave it out for a batch a tree");
     }
     let matching = fields.group("matching", matching)?;
@@ -493,7 +523,14 @@ fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<Variant>> {
         let progress = (low + (high - low) * radical_inverse(i + 1)).clamp(0.0, 1.0);
         Variant::Blend { from, to, matching, batch: (seed << 32) | (i % batches.max(1)), progress }
     };
-    Some((0..count).map(tree).collect())
+    let trees = (0..made).map(tree).collect();
+    Some(match wanted {
+        None => Entry::Trees(trees),
+        Some(Wanted { pick, scores, filter, candidates: _ }) => {
+            let (field, keep) = (fields.path().to_string(), count as usize);
+            Entry::Some(Selection { field, candidates: trees, keep, pick, scores, filter })
+        }
+    })
 }
 
 fn matching(fields: &Reader<'_, '_>) -> MatchParams {
