@@ -12,6 +12,10 @@ mod blend;
 mod grow;
 mod import;
 mod line;
+mod plausibility;
+mod select;
+mod surface;
+mod trees;
 
 use std::path::PathBuf;
 use std::time::Instant;

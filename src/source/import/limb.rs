@@ -223,7 +223,9 @@ fn bases(limbs: &[Limb], notes: &mut Vec<String>) -> Vec<u32> {
         if Some(l) == most {
             let low = (0..links.len() as u32).filter(|&v| at(v).position.y <= ground + height * NEAR_GROUND);
             let widest = low.reduce(|a, b| if at(b).radius > at(a).radius { b } else { a });
-            if let Some(widest) = widest.filter(|&w| at(base).radius < at(w).radius * ROOT && links[w as usize].len() > 2) {
+            if let Some(widest) =
+                widest.filter(|&w| at(base).radius < at(w).radius * ROOT && links[w as usize].len() > 2)
+            {
                 base = widest;
                 roots += links[widest as usize].iter().filter(|&&n| at(n).position.y < at(widest).position.y).count();
             }

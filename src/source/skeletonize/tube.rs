@@ -11,8 +11,8 @@
 
 use glam::DVec3;
 
-use crate::source::import::limb::Limb;
 use super::surface::Surface;
+use crate::source::import::limb::Limb;
 
 /// Most that the distances of a ring's vertices from its middle may scatter, a share of their mean.
 const SCATTER: f64 = 0.4;
