@@ -1,6 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
+use crate::preset::plan::Pick;
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
