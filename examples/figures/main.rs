@@ -12,6 +12,7 @@ mod blend;
 mod grow;
 mod import;
 mod line;
+mod plausibility;
 mod select;
 
 use std::path::PathBuf;

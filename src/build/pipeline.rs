@@ -6,15 +6,14 @@ use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
 use super::{Loaded, World};
-use super::{selections, stages};
+use super::{blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
-use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
-use crate::source::import;
 use crate::source::scene::Files;
+use crate::source::{grow, import};
 
 pub use super::stages::Memory;
 
@@ -79,7 +78,7 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         }
     }
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe
+        if let Some(params) = source.recipe.import()
             && let Some(mut input) = inputs.remove(&params.file)
         {
             let result = named_files(&params.file, &mut input, &mut inputs, world);
@@ -135,8 +134,17 @@ fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &W
 fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe {
-            files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+        match &source.recipe {
+            SourceRecipe::Import(params) => {
+                files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Like(like) => {
+                files.push((like.scan.file.clone(), format!("sources[\"{}\"].like", source.name)));
+            }
+            SourceRecipe::Grow(params) => {
+                let field = format!("sources[\"{}\"].species", source.name);
+                files.extend(grow::shape_files(params).into_iter().map(|shape| (shape.file, field.clone())));
+            }
         }
     }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {
@@ -209,20 +217,21 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let pictures = &wardrobe.pictures;
+    let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
-    let selected = selections::selected(plan, &families)?;
+    let selected = selections::selected(plan, &blended)?;
     step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant, &selected)).collect();
-    let dressing = stages::dress_params(plan);
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families, &selected);
-            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
+            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
             let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
@@ -232,19 +241,12 @@ pub fn make_set(
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
     let mut notes = stages::source_notes(plan, &sources);
     notes.extend(selected.notes.iter().cloned());
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures: &pictures,
-        notes: &notes,
-    };
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

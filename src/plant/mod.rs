@@ -11,6 +11,7 @@ mod curve;
 mod distributions;
 mod dump;
 mod forks;
+mod habit;
 mod order;
 mod pose;
 mod stats;
@@ -19,15 +20,16 @@ mod validate;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use allometry::carried;
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
-pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{measure_parameters, value_at};
+pub(crate) use curve::{frame_at, value_at};
 pub use distributions::{Distribution, distribution_distance};
 pub use dump::{dump, undump};
 pub use forks::MurrayFit;
+pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
@@ -183,6 +185,15 @@ impl Plant {
     #[must_use]
     pub fn without_leaves(mut self) -> Self {
         self.leaves.clear();
+        self
+    }
+
+    /// The same plant with other slots and forms of its leaves.
+    #[must_use]
+    pub(crate) fn rewear(mut self, wear: impl Fn(usize, &Leaf) -> (u16, LeafForm)) -> Self {
+        for (i, leaf) in self.leaves.iter_mut().enumerate() {
+            (leaf.slot, leaf.form) = wear(i, leaf);
+        }
         self
     }
 

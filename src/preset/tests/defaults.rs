@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::Pick;
+use crate::preset::plan::{BlendTree, Pick};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -46,8 +46,8 @@ fn what_is_left_out_has_the_documented_default() {
         .variants
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) | Variant::Selected { .. } => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     assert!(progress.iter().zip([0.5, 0.325, 0.675]).all(|(a, b)| (a - b).abs() < 1e-6), "{progress:?}");
@@ -55,10 +55,10 @@ fn what_is_left_out_has_the_documented_default() {
 
 #[test]
 fn species_defaults_are_the_documented_ones() {
-    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
+    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(k: 2, count: 3))])");
     let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, slenderness: 300, iterations: [(
-        endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
-        guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
+        endpoints: Surface(k: 2, t: 1.0, count: 3, sampling: Poisson),
+        guide: Constant(alpha: 0.0), start: Kept, keep: Any,
     )])";
     assert_eq!(short, species("a.ron", full));
     assert!(short.is_ok());
@@ -95,8 +95,8 @@ fn raising_a_count_leaves_the_first_trees_alone() {
     let mut progress: Vec<f32> = many
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) | Variant::Selected { .. } => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     progress.sort_by(f32::total_cmp);
