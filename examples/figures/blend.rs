@@ -1,4 +1,6 @@
 //! Figures of blending.
 
 /// Prints them.
-pub(crate) fn print() {}
+pub(crate) fn print() {
+    crate::select::print();
+}

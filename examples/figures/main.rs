@@ -13,6 +13,7 @@ mod grow;
 mod import;
 mod line;
 mod plausibility;
+mod select;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -10,6 +10,7 @@ mod find;
 pub mod output;
 pub mod pipeline;
 mod record;
+mod selections;
 mod stages;
 mod world;
 

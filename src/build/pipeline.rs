@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
-use super::stages;
 use super::{Loaded, World};
+use super::{selections, stages};
 use crate::base::{Diagnostic, Key, Note};
-use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
@@ -198,7 +197,7 @@ pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>>
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
-    plan.sources.len() + 2 * plan.variants.len() + 4
+    plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
 /// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
@@ -218,18 +217,21 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let pictures = &wardrobe.pictures;
+    let families = stages::families(plan, &wardrobe.plants)?;
     step("matching");
+    let selected = selections::selected(plan, &families)?;
+    step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
-    let dressing = stages::dress_params(plan);
+    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
-            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            let bare = stages::variant(plan, variant, &wardrobe.plants, &families, &selected);
+            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
             let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
@@ -239,18 +241,12 @@ pub fn make_set(
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
-    let notes = stages::source_notes(plan, &sources);
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures: &pictures,
-        notes: &notes,
-    };
+    let mut notes = stages::source_notes(plan, &sources);
+    notes.extend(selected.notes.iter().cloned());
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

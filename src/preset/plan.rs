@@ -15,12 +15,19 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub selections: Vec<Selection>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
     pub leaf_art: LeafArt,
+    /// Which leaves wear them.
+    pub leaf_wear: Wear,
     /// The maps of the bark.
     pub bark_art: BarkArt,
+    /// Whose bark is worn.
+    pub bark_wear: Wear,
     /// Tubes.
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
@@ -154,12 +161,18 @@ pub enum Count {
 }
 
 /// How endpoints are chosen among the nodes where they may lie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Sampling {
     /// A Poisson-disc distribution: they keep their distance.
     Poisson,
     /// Each node with the same chance: clumps and gaps.
     Uniform,
+    /// A Poisson-disc distribution in tiers, as the whorls of conifers: in the lowest quarter of every `spacing`, plant
+    /// heights.
+    Whorls {
+        /// From tier to tier.
+        spacing: f32,
+    },
 }
 
 /// A volume for early endpoints, upright about the plant's axis; all lengths in plant heights.
@@ -231,8 +244,8 @@ pub enum Volume {
         /// Of distances from the axis.
         hollow: f32,
     },
-    /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the middle of its
-    /// bounds on the axis.
+    /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the file's vertical
+    /// axis on the plant's.
     Mesh {
         /// GLB or OBJ file, relative to the preset's folder.
         file: String,
@@ -430,6 +443,23 @@ pub struct ImportParams {
     pub up: UpAxis,
     /// Height to scale the plant to.
     pub height: ImportHeight,
+    /// Names of a mesh's materials or parts that are leaves, whatever else says otherwise.
+    pub leaves: Vec<String>,
+    /// Names of a mesh's materials or parts that are wood.
+    pub wood: Vec<String>,
+}
+
+impl Default for ImportParams {
+    /// No file yet; everything by the data.
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            up: UpAxis::Detect,
+            height: ImportHeight::AsIs,
+            leaves: Vec::new(),
+            wood: Vec::new(),
+        }
+    }
 }
 
 /// Which axis of a file points up.
@@ -470,6 +500,13 @@ pub enum Variant {
         /// How far into the batch the tree is taken, 0..=1.
         progress: f32,
     },
+    /// One of the kept trees of a selection.
+    Selected {
+        /// Index into the plan's selections.
+        selection: usize,
+        /// Which of its kept trees, from 0.
+        place: usize,
+    },
 }
 
 /// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
@@ -483,6 +520,63 @@ pub struct MatchParams {
     pub ratio: f32,
 }
 
+/// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Selection {
+    /// The preset's field that asks for it, as `variants[2]`; errors and notes of later stages name it.
+    pub field: String,
+    /// All that may be kept, in the order in which they take the place of rejected ones.
+    pub candidates: Vec<Variant>,
+    /// How many are kept.
+    pub keep: usize,
+    /// Which of them.
+    pub pick: Pick,
+    /// What makes trees differ.
+    pub scores: ScoreParams,
+    /// What is mended and rejected before.
+    pub filter: FilterParams,
+}
+
+/// Which candidates are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Pick {
+    /// The first that the filter lets through.
+    All,
+    /// One of each cluster of scores.
+    Inspiring,
+    /// Those that are farthest from each other.
+    Diverse {
+        /// Least distance of two of them, 0..=1.
+        apart: f32,
+    },
+    /// Those that are nearest to the sources, each source in turn.
+    Natural,
+}
+
+/// Weights of the difference between two trees (2017 TVCG, 4.5); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScoreParams {
+    /// Shape of the crown.
+    pub crown: f32,
+    /// Share of the trunk that bears the crown.
+    pub ratio: f32,
+    /// Topology: which branch bears which.
+    pub topology: f32,
+}
+
+/// What is mended and rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FilterParams {
+    /// Share of the smaller branch's surface that may lie inside another branch at the coarsest scale, 0..=1; 1 for
+    /// all of it.
+    pub collisions: f32,
+    /// How much more of it from scale to scale, 0..=1.
+    pub rise: f32,
+    /// How far a tree may lie beyond its sources in proportions and in where its wood is, in units of a usual spread,
+    /// 0..=1000; 1000 for any distance.
+    pub botany: f32,
+}
+
 /// Twigs and leaves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DressParams {
@@ -490,7 +584,8 @@ pub struct DressParams {
     pub density: f32,
     /// Most leaves on one plant, whatever the density asks for.
     pub most_leaves: u32,
-    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture.
+    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture. 0 is as long as the
+    /// leaves of the source that leaves are taken from.
     pub leaf_size: f32,
     /// How much leaf sizes vary about it, 0..=0.9.
     pub leaf_spread: f32,
@@ -502,6 +597,18 @@ pub struct DressParams {
     pub droop: f32,
     /// How many pictures of the leaf there are: slots 0..pictures.
     pub pictures: u16,
+}
+
+/// What wears the art of a plan, beside the art that imported sources bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Wear {
+    /// Everything.
+    All,
+    /// What sources bring their own art for keeps it; the plan's is for the rest. A set has one bark: the sources' if
+    /// all of them bring some.
+    Rest,
+    /// Everything wears what this source brings; index into the plan's sources.
+    Source(usize),
 }
 
 /// The pictures of a leaf.

@@ -4,7 +4,8 @@
 //! all else. A `Blend` of `count` trees takes tree i at a point of the van der Corput sequence between `from` and `to`,
 //! which spreads any count evenly and leaves the first trees where they were when the count is raised. Each tree has
 //! a batch (a schedule of which branch grows, wilts or moves when) of its own, unless `batches` says how many share
-//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing.
+//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing. With
+//! `pick` that holds for the candidates, of which `count` are kept when the set is built.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,15 +13,16 @@ use std::collections::BTreeMap;
 use super::look::{self, BARK, FOLIAGE, path};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
+use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
 use super::plan::{
-    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Source, SourceRecipe, UpAxis,
-    Variant,
+    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Selection, Source, SourceRecipe,
+    UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::species::{HEIGHT, seen_from, species};
-use super::syntax::tree;
+use super::syntax::{Value, tree};
 use crate::base::Diagnostic;
 
 /// Most variants of a set.
@@ -121,6 +123,8 @@ static GROW: Record = Record {
     ],
 };
 
+const PARTS: Kind = Kind::Texts { what: "names of materials or parts", low: 0, high: 64 };
+
 static IMPORT: Record = Record {
     title: "Import",
     about: "What the file holds is told by its contents.",
@@ -133,6 +137,18 @@ static IMPORT: Record = Record {
         },
         Field { name: "up", kind: Kind::Choice(&UP), default: Default::Is("Detect"), about: "which axis points up" },
         Field { name: "height", kind: HEIGHT, default: Default::Else("as the file"), about: "scales the tree to it" },
+        Field {
+            name: "leaves",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is leaves, where it isn't found by itself",
+        },
+        Field {
+            name: "wood",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is wood, where it isn't found by itself",
+        },
     ],
 };
 
@@ -210,6 +226,10 @@ static BLEND: Record = Record {
             default: BY_DEFAULTS,
             about: "what makes two branches alike",
         },
+        PICK_FIELD,
+        CANDIDATES_FIELD,
+        SCORES_FIELD,
+        FILTER_FIELD,
     ],
 };
 
@@ -259,23 +279,26 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let variants = variants(set, &names);
-    let foliage = set.group("foliage", look::foliage).flatten();
-    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |&(_, _, bark)| bark);
-    let bark = set.group("bark", |fields| look::bark(fields, of_leaf)).flatten();
+    let (variants, selections) = variants(set, &names);
+    let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
+    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
+    let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     output::engines(set);
-    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
         sources,
         variants,
-        dress,
-        leaf_art,
+        selections,
+        dress: foliage.dress,
+        leaf_art: foliage.art,
+        leaf_wear: foliage.wear,
         bark_art,
+        bark_wear,
         mesh: MeshParams { sides, error, bark_tile },
         lightmap,
         lods,
@@ -369,7 +392,7 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan = ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let scan = ImportParams { file, ..ImportParams::default() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
@@ -386,29 +409,56 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
         file: path(fields, "file"),
         up: up.unwrap_or(UpAxis::Detect),
         height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
+        leaves: texts(fields, "leaves"),
+        wood: texts(fields, "wood"),
     }
 }
 
-fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {
+/// A list of texts; what is none is reported.
+fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
+    let text = |item: Item<'_>| match &item.node.value {
+        Value::Text(text) => Some(text.clone()),
+        other => {
+            let message = format!("expected a text, found {}", other.is_called());
+            fields.report().at(item.span(), &item.path, message, "write it in quotes");
+            None
+        }
+    };
+    fields.list(name).into_iter().filter_map(text).collect()
+}
+
+/// What an entry of the variants gives.
+enum Entry {
+    /// These trees.
+    Trees(Vec<Variant>),
+    /// Some of the candidates.
+    Some(Selection),
+}
+
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> (Vec<Variant>, Vec<Selection>) {
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    let mut variants = Vec::new();
+    let (mut variants, mut selections) = (Vec::new(), Vec::new());
     // Where each tree was made first.
     let mut made: BTreeMap<[u64; 7], String> = BTreeMap::new();
     for item in set.list("variants") {
         if set.report().is_full() {
             break;
         }
-        let trees = set.kind(&VARIANT, &item, |kind, fields| match kind {
-            "Source" => Some(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)]),
+        let entry = set.kind(&VARIANT, &item, |kind, fields| match kind {
+            "Source" => Some(Entry::Trees(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)])),
             _ => blend(fields, &names),
         });
-        let Some(trees) = trees else { continue };
-        if variants.len() + trees.len() > MOST_VARIANTS {
+        let Some(entry) = entry else { continue };
+        let (trees, kept) = match &entry {
+            Entry::Trees(trees) => (trees, trees.len()),
+            Entry::Some(selection) => (&selection.candidates, selection.keep),
+        };
+        if variants.len() + kept > MOST_VARIANTS {
             let message = format!("more than {MOST_VARIANTS} variants in all");
             set.report().at(item.span(), &item.path, message, "split the set");
             break;
         }
-        for tree in &trees {
+        for tree in trees {
             if let Some(first) = made.insert(identity(tree), item.path.clone()) {
                 let (message, hint) = if first == item.path {
                     ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
@@ -422,9 +472,16 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Varian
                 break;
             }
         }
-        variants.extend(trees);
+        match entry {
+            Entry::Trees(trees) => variants.extend(trees),
+            Entry::Some(selection) => {
+                let index = selections.len();
+                variants.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
+                selections.push(selection);
+            }
+        }
     }
-    variants
+    (variants, selections)
 }
 
 /// What decides which tree a variant is.
@@ -435,21 +492,24 @@ fn identity(variant: &Variant) -> [u64; 7] {
             let bits = |x: f32| u64::from(x.to_bits());
             [1, from as u64, to as u64, bits(crown), bits(direction), batch, bits(progress)]
         }
+        Variant::Selected { selection, place } => [2, selection as u64, place as u64, 0, 0, 0, 0],
     }
 }
 
-fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<Variant>> {
+fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Entry> {
     let items = fields.list("of");
     let of: Vec<Option<usize>> = items.iter().map(|item| source(fields, item, names)).collect();
     let count = fields.integer("count");
-    let batches = fields.integer_or("batches", count);
+    let wanted = wanted(fields, count);
+    let made = wanted.as_ref().map_or(count, |w| w.candidates);
+    let batches = fields.integer_or("batches", made);
     let seed = fields.integer("seed");
     let (low, high) = (fields.number("from"), fields.number("to"));
     if low > high {
         fields.fault("from", format!("`from` {low} is above `to` {high}"), "swap the two");
     }
-    if batches > count {
-        let message = format!("{batches} batches for {count} trees");
+    if batches > made {
+        let message = format!("{batches} batches for {made} trees");
         fields.fault("batches", message, "leave it out for a batch a tree");
     }
     let matching = fields.group("matching", matching)?;
@@ -462,7 +522,14 @@ fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<Variant>> {
         let progress = (low + (high - low) * radical_inverse(i + 1)).clamp(0.0, 1.0);
         Variant::Blend { from, to, matching, batch: (seed << 32) | (i % batches.max(1)), progress }
     };
-    Some((0..count).map(tree).collect())
+    let trees = (0..made).map(tree).collect();
+    Some(match wanted {
+        None => Entry::Trees(trees),
+        Some(Wanted { pick, scores, filter, candidates: _ }) => {
+            let (field, keep) = (fields.path().to_string(), count as usize);
+            Entry::Some(Selection { field, candidates: trees, keep, pick, scores, filter })
+        }
+    })
 }
 
 fn matching(fields: &Reader<'_, '_>) -> MatchParams {

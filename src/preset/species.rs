@@ -151,7 +151,18 @@ static SAMPLINGS: Choice = Choice {
     kinds: &[
         KindOf { name: "Poisson", form: Form::Plain, about: "they keep their distance: a Poisson-disc distribution" },
         KindOf { name: "Uniform", form: Form::Plain, about: "by chance alone: clumps and gaps" },
+        KindOf { name: "Whorls", form: Form::Fields(&WHORLS), about: "at a distance in tiers, as conifers branch" },
     ],
+};
+static WHORLS: Record = Record {
+    title: "Whorls",
+    about: "Endpoints lie in the lowest quarter of every spacing.",
+    fields: &[Field {
+        name: "spacing",
+        kind: Kind::Number { low: 0.005, high: 1.0, unit: "heights" },
+        default: Default::Required,
+        about: "from tier to tier",
+    }],
 };
 
 static ENDPOINTS: Choice = Choice {
@@ -253,7 +264,7 @@ static BOX: Record = Record {
 };
 static MESH: Record = Record {
     title: "Mesh",
-    about: "Scaled alike in all directions to stand between the two heights, its middle on the plant's axis.",
+    about: "Scaled alike in all directions to stand between the two heights, its own vertical axis on the plant's.",
     fields: &[
         Field {
             name: "file",
@@ -550,7 +561,13 @@ fn iteration(pass: &Reader<'_, '_>, width: f32) -> Option<GrowIteration> {
 }
 
 fn sampling(fields: &Reader<'_, '_>) -> Option<Sampling> {
-    fields.choice("sampling", |kind, _| Some(if kind == "Uniform" { Sampling::Uniform } else { Sampling::Poisson }))
+    fields.choice("sampling", |kind, fields| {
+        Some(match kind {
+            "Uniform" => Sampling::Uniform,
+            "Whorls" => Sampling::Whorls { spacing: fields.number("spacing") },
+            _ => Sampling::Poisson,
+        })
+    })
 }
 
 /// How many endpoints a volume gets: by one of two fields, or one in a point.

@@ -2,7 +2,9 @@
 //! apart. And a checked reader of GLB files, which `inspect` uses.
 
 pub mod estimate;
+pub mod foliage;
 pub mod glb;
 pub mod grow;
 pub mod import;
 pub mod scene;
+pub mod skeletonize;

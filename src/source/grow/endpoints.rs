@@ -28,6 +28,19 @@ pub(super) fn candidates(
     structure: &Structure,
     seed: Seed,
 ) -> Vec<u32> {
+    let mut places = places(endpoints, solids, space, structure, seed);
+    if let Sampling::Whorls { spacing } = sampling(endpoints) {
+        places.retain(|&node| (space.nodes.at(node).y / spacing).fract() < 0.25);
+    }
+    places
+}
+
+fn sampling(endpoints: &Endpoints) -> Sampling {
+    let (Endpoints::Volume { sampling, .. } | Endpoints::Surface { sampling, .. }) = *endpoints;
+    sampling
+}
+
+fn places(endpoints: &Endpoints, solids: &Solids, space: &Space, structure: &Structure, seed: Seed) -> Vec<u32> {
     let Space { nodes, graph, from_root } = space;
     let free = |node: &u32| !structure.holds(*node);
     match *endpoints {
@@ -68,9 +81,8 @@ pub(super) fn count(endpoints: &Endpoints, solids: &Solids, width: f32) -> u32 {
 
 /// Chooses `count` of some nodes as the endpoints' sampling says.
 pub(super) fn choose(endpoints: &Endpoints, candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u32> {
-    let (Endpoints::Volume { sampling, .. } | Endpoints::Surface { sampling, .. }) = endpoints;
-    match sampling {
-        Sampling::Poisson => spread(candidates, nodes, count, seed),
+    match sampling(endpoints) {
+        Sampling::Poisson | Sampling::Whorls { .. } => spread(candidates, nodes, count, seed),
         Sampling::Uniform => {
             let mut order = shuffled(candidates, seed);
             order.truncate(count);
@@ -204,6 +216,28 @@ mod tests {
         let expected = 0.554 / (200.0_f32 / (std::f32::consts::PI * 0.25)).cbrt();
         assert!((nearest(&uniform) / expected - 1.0).abs() < 0.15, "{} {expected}", nearest(&uniform));
         assert!(nearest(&poisson) > nearest(&uniform) * 1.3);
+    }
+
+    #[test]
+    fn whorls_are_tiers() {
+        let space = Space::new(Nodes::scatter(4000, 1.0, Seed::new(2)));
+        let structure = Structure::new(&space.nodes);
+        let of = |sampling| {
+            let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
+            let endpoints = Endpoints::Volume { shape, count: Count::Number(80), sampling };
+            let candidates = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1));
+            choose(&endpoints, &candidates, &space.nodes, 80, Seed::new(1))
+        };
+        let chosen = of(Sampling::Whorls { spacing: 0.2 });
+        assert_eq!(chosen.len(), 80);
+        let tiers: Vec<usize> = (0..5)
+            .map(|tier| {
+                let low = tier as f32 * 0.2;
+                chosen.iter().filter(|&&n| (low..low + 0.0501).contains(&space.nodes.at(n).y)).count()
+            })
+            .collect();
+        assert_eq!(tiers.iter().sum::<usize>(), 80);
+        assert!(tiers.iter().all(|&t| t >= 8), "{tiers:?}");
     }
 
     #[test]

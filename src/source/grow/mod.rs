@@ -36,7 +36,8 @@ use yao::Graph;
 use crate::base::Seed;
 use crate::plant::{Plant, PlantError};
 use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart, Volume,
+    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart,
+    Sampling, Volume,
 };
 
 /// Why nothing could be grown.
@@ -214,6 +215,11 @@ fn check(params: &GrowParams) -> Result<(), GrowError> {
         guide_within(&iteration.guide, &|name, value, low, high| at(&format!("guide.{name}"), value, low, high), 8)?;
         if let GuideStart::ByHeight { low, high } = iteration.start {
             at("start.low", low, -TURN, TURN).and(at("start.high", high, -TURN, TURN))?;
+        }
+        if let Endpoints::Volume { sampling: Sampling::Whorls { spacing }, .. }
+        | Endpoints::Surface { sampling: Sampling::Whorls { spacing }, .. } = iteration.endpoints
+        {
+            at("endpoints.sampling.spacing", spacing, 0.001, 10.0)?;
         }
         match iteration.endpoints {
             Endpoints::Surface { t, .. } => at("endpoints.t", t, 0.0, 1.0)?,

@@ -84,12 +84,12 @@ pub struct ShapeFile {
 /// The shapes of a species' volumes.
 pub type Solids = BTreeMap<ShapeFile, Solid>;
 
-/// A solid of height 1 that stands on the ground, the middle of its bounds over the origin.
+/// A solid of height 1 that stands on the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
     body: Body,
-    /// Half its extent along x and z.
-    half: Vec2,
+    /// Bounds in x and z.
+    bounds: [Vec2; 2],
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +112,8 @@ impl Solid {
         }
     }
 
-    /// A closed mesh: GLB by its first bytes, else OBJ. `up` says which axis of the file points up, `Detect` is Y.
+    /// A closed mesh: GLB by its first bytes, else OBJ. `up` says which axis of the file points up, `Detect` is Y. The
+    /// file's vertical axis stays over the origin, so that a crown can lean to one side.
     ///
     /// # Errors
     ///
@@ -131,13 +132,12 @@ impl Solid {
         if !(size.is_finite() && size.min_element() > 0.0) {
             return Err(SolidError::Flat);
         }
-        let foot = Vec3::new((low.x + high.x) * 0.5, low.y, (low.z + high.z) * 0.5);
-        points.iter_mut().for_each(|p| *p = (*p - foot) / size.y);
-        let half = Vec2::new(size.x, size.z) / (2.0 * size.y);
-        if half.max_element() > WIDEST {
+        points.iter_mut().for_each(|p| *p = (*p - Vec3::Y * low.y) / size.y);
+        let bounds = [low, high].map(|p| Vec2::new(p.x, p.z) / size.y);
+        if bounds.iter().any(|p| p.abs().max_element() > WIDEST) {
             return Err(SolidError::Flat);
         }
-        Ok(Self { body: Body::Mesh(Columns::of(&points, &triangles, half)?), half })
+        Ok(Self { body: Body::Mesh(Columns::of(&points, &triangles, bounds)?), bounds })
     }
 
     /// An SVG silhouette, revolved about the vertical through the middle of its bounds. Every path counts as filled.
@@ -160,29 +160,31 @@ impl Solid {
         if !inside.contains(&true) {
             return Err(SolidError::Flat);
         }
-        Ok(Self { body: Body::Profile { columns, inside }, half: Vec2::splat(half) })
+        Ok(Self { body: Body::Profile { columns, inside }, bounds: [Vec2::splat(-half), Vec2::splat(half)] })
     }
 
     /// Whether a point lies inside.
     #[must_use]
     pub fn holds(&self, p: Vec3) -> bool {
-        if !((0.0..=1.0).contains(&p.y) && p.x.abs() <= self.half.x && p.z.abs() <= self.half.y) {
+        let flat = Vec2::new(p.x, p.z);
+        let [low, high] = self.bounds;
+        if !((0.0..=1.0).contains(&p.y) && flat.cmpge(low).all() && flat.cmple(high).all()) {
             return false;
         }
         match &self.body {
             Body::Mesh(columns) => columns.hold(p),
             Body::Profile { columns, inside } => {
                 let row = ((p.y * ROWS as f32) as usize).min(ROWS - 1);
-                let column = (Vec2::new(p.x, p.z).length() * ROWS as f32) as usize;
+                let column = (flat.length() * ROWS as f32) as usize;
                 column < *columns && inside[row * columns + column]
             }
         }
     }
 
-    /// Half its extent along x and z, in its heights.
+    /// Least and greatest x and z, in its heights.
     #[must_use]
-    pub fn half(&self) -> Vec2 {
-        self.half
+    pub fn bounds(&self) -> [Vec2; 2] {
+        self.bounds
     }
 }
 
@@ -268,7 +270,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(points: &[Vec3], triangles: &[[u32; 3]], half: Vec2) -> Result<Self, SolidError> {
+    fn of(points: &[Vec3], triangles: &[[u32; 3]], [low, high]: [Vec2; 2]) -> Result<Self, SolidError> {
         // Vertices split by normals or colours are one place.
         let mut places: BTreeMap<[u32; 3], u32> = BTreeMap::new();
         let mut welded: Vec<DVec3> = Vec::new();
@@ -288,11 +290,10 @@ impl Columns {
         if odd > 0 {
             return Err(SolidError::Open(odd));
         }
-        let low = -half;
         let mut cells = ((sound.len() as f32).sqrt() as u32).clamp(1, 512);
         loop {
-            let edge = (half.max_element() * 2.0 / cells as f32).max(f32::MIN_POSITIVE);
-            let size = [half.x, half.y].map(|h| ((h * 2.0 / edge) as u32).min(1023) + 1);
+            let edge = ((high - low).max_element() / cells as f32).max(f32::MIN_POSITIVE);
+            let size = (high - low).to_array().map(|extent| ((extent / edge) as u32).min(1023) + 1);
             let cell = |at: f32, low: f32, most: u32| (((at - low) / edge) as u32).min(most - 1);
             let covered = |t: &[u32; 3]| {
                 let (from, to) = bounds(t.iter().map(|&i| welded[i as usize].as_vec3()));
@@ -463,17 +464,17 @@ mod tests {
     #[test]
     fn a_cube_holds_its_inside_and_nothing_else() {
         let cube = Solid::from_mesh(CUBE.as_bytes(), UpAxis::Detect).unwrap();
-        assert_eq!(cube.half(), Vec2::splat(0.5));
+        assert_eq!(cube.bounds(), [Vec2::ZERO, Vec2::ONE]);
         let mut inside = 0;
         for i in 0..20_u32 {
             for j in 0..20_u32 {
                 for k in 0..20_u32 {
                     // Corners, edges, diagonals of the faces: every third point lies on one.
-                    let p = Vec3::new(i as f32, j as f32, k as f32) * 0.1 - Vec3::new(1.0, 0.4, 1.0);
-                    let within = p.x.abs() < 0.499 && p.z.abs() < 0.499 && (0.001..0.999).contains(&p.y);
-                    let beyond = p.x.abs() > 0.501 || p.z.abs() > 0.501 || !(-0.001..1.001).contains(&p.y);
-                    assert!(!within || cube.holds(p), "{p}");
-                    assert!(!beyond || !cube.holds(p), "{p}");
+                    let p = Vec3::new(i as f32, j as f32, k as f32) * 0.1 - Vec3::new(0.5, 0.4, 0.5);
+                    let [within, beyond] =
+                        [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
+                    assert!(within != [true; 3] || cube.holds(p), "{p}");
+                    assert!(beyond == [true; 3] || !cube.holds(p), "{p}");
                     inside += u32::from(cube.holds(p));
                 }
             }
@@ -487,8 +488,8 @@ mod tests {
         let wedge =
             "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
         let up_z = Solid::from_mesh(wedge.as_bytes(), UpAxis::Z).unwrap();
-        assert!(up_z.holds(Vec3::new(0.2, 0.97, 0.0)) && !up_z.holds(Vec3::new(0.2, 0.05, 0.0)));
-        assert!(up_z.holds(Vec3::new(-0.245, 0.05, 0.0)));
+        assert!(up_z.holds(Vec3::new(0.45, 0.97, -0.25)) && !up_z.holds(Vec3::new(0.45, 0.05, -0.25)));
+        assert!(up_z.holds(Vec3::new(0.01, 0.05, -0.25)) && !up_z.holds(Vec3::new(0.01, 0.05, 0.25)));
     }
 
     #[test]
@@ -511,7 +512,7 @@ mod tests {
         // A triangle with its tip up, 20 wide and 40 high.
         let svg = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M 10 60 L 30 60 L 20 20 Z"/></svg>"#;
         let cone = Solid::from_outline(svg).unwrap();
-        assert!((cone.half().x - 0.25).abs() < 1e-6);
+        assert!((cone.bounds()[1].x - 0.25).abs() < 1e-6);
         for (p, held) in [
             ([0.0, 0.9, 0.0], true),
             ([0.2, 0.1, 0.0], true),

@@ -95,8 +95,8 @@ fn extent(shape: &Volume, solid: Option<&Solid>) -> (Vec3, Vec3) {
         | Volume::Cylinder { bottom, top, radius, .. } => upright(bottom, top, radius, radius),
         Volume::Box { bottom, top, width, depth, .. } => upright(bottom, top, width * 0.5, depth * 0.5),
         Volume::Mesh { bottom, top, .. } | Volume::Outline { bottom, top, .. } => {
-            let half = solid.map(|solid| solid.half() * (top - bottom)).unwrap_or_default();
-            upright(bottom, top, half.x, half.y)
+            let [low, high] = solid.map(|solid| solid.bounds().map(|p| p * (top - bottom))).unwrap_or_default();
+            (Vec3::new(low.x, bottom, low.y), Vec3::new(high.x, top, high.y))
         }
     }
 }
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_mesh_stands_between_its_heights() {
-        let cube = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n\
+        let cube = "v -1 0 -1\nv 1 0 -1\nv 1 2 -1\nv -1 2 -1\nv -1 0 1\nv 1 0 1\nv 1 2 1\nv -1 2 1\n\
             f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
         let file = ShapeFile { file: "c.obj".to_owned(), reading: ShapeReading::MeshY };
         let solids = Solids::from([(file, Solid::read(cube.as_bytes(), ShapeReading::MeshY).unwrap())]);

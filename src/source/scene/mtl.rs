@@ -182,30 +182,3 @@ impl Images {
         })
     }
 }
-
-/// Drops the materials and pictures that no part uses, and counts the rest anew.
-pub(super) fn keep_used(scene: &mut Scene) {
-    let mut materials: Vec<Option<usize>> = vec![None; scene.materials.len()];
-    let mut kept = Vec::new();
-    for part in &mut scene.parts {
-        let Some(material) = part.material else { continue };
-        let index = *materials[material].get_or_insert_with(|| {
-            kept.push(std::mem::take(&mut scene.materials[material]));
-            kept.len() - 1
-        });
-        part.material = Some(index);
-    }
-    scene.materials = kept;
-    let mut images: Vec<Option<usize>> = vec![None; scene.images.len()];
-    let mut left = Vec::new();
-    for material in &mut scene.materials {
-        for image in [&mut material.color_image, &mut material.normal_image, &mut material.alpha_image] {
-            let Some(old) = *image else { continue };
-            *image = Some(*images[old].get_or_insert_with(|| {
-                left.push(scene.images[old].clone());
-                left.len() - 1
-            }));
-        }
-    }
-    scene.images = left;
-}

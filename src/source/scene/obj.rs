@@ -301,7 +301,7 @@ fn faces(
         scene.notes.push(format!("{left_out} points, lines, curves or faces of fewer than three corners left out"));
     }
     parts.finish(scene);
-    mtl::keep_used(scene);
+    super::keep_used(scene);
 }
 
 /// A corner's indices, checked; `seen` is what negative ones count back from, `limits` what the file holds at all.
