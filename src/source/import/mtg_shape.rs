@@ -160,7 +160,7 @@ fn by_lengths(graph: &Graph) -> Vec<Piece> {
     let mut lies: Vec<Lie> = Vec::new();
     for (i, entity) in graph.entities.iter().enumerate() {
         let back = ways.back(graph);
-        let length = graph.get(i, Feature::Length).filter(|l| *l > 0.0 && entity.wood && !entity.divided);
+        let length = graph.get(i, Feature::Length).filter(|l| *l >= 0.0 && entity.wood && !entity.divided);
         let Some(length) = length else {
             ways.push(None, back);
             continue;
