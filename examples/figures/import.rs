@@ -1,4 +1,6 @@
 //! Figures of imported trees.
 
 /// Prints them.
-pub(crate) fn print() {}
+pub(crate) fn print() {
+    crate::formats::print();
+}

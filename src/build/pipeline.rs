@@ -8,7 +8,6 @@ use super::{Loaded, World};
 use super::assets::{self, SetParts};
 use super::stages;
 use crate::base::{Diagnostic, Key, Note};
-use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
@@ -214,18 +213,19 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let pictures = &wardrobe.pictures;
+    let families = stages::families(plan, &wardrobe.plants)?;
     step("matching");
 
     let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
-    let dressing = stages::dress_params(plan);
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
-            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            let bare = stages::variant(plan, variant, &wardrobe.plants, &families);
+            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
             let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
@@ -235,7 +235,7 @@ pub fn make_set(
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
     let notes = stages::source_notes(plan, &sources);
     let parts = SetParts {
@@ -244,7 +244,7 @@ pub fn make_set(
         identities: &identities,
         plants: &plants,
         ladders: &ladders,
-        pictures: &pictures,
+        pictures,
         notes: &notes,
     };
     let files = assets::files(&parts, &placed)?;

@@ -9,9 +9,10 @@ use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::blend;
-use crate::plant::Plant;
+use crate::dress;
+use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, SourceRecipe, Variant};
+use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, SourceRecipe, Variant, Wear};
 use crate::relate::{self, Family};
 use crate::source::{grow, import};
 
@@ -62,8 +63,36 @@ impl<T> Kept<T> {
 pub(super) struct SourcePlant {
     /// The plant.
     pub(super) plant: Plant,
+    /// Its own pictures of leaves, by the slots of its leaves.
+    pub(super) leaf_maps: Vec<Maps>,
+    /// Its own bark, where it brings some.
+    pub(super) bark: Option<Maps>,
+    /// Whether the bark is a picture of the source's and no mere colour.
+    pictured: bool,
     /// What was bridged or dropped.
     notes: Vec<String>,
+}
+
+impl SourcePlant {
+    fn grown(plant: Plant, notes: Vec<String>) -> Self {
+        Self { plant, leaf_maps: Vec::new(), bark: None, pictured: false, notes }
+    }
+
+    fn imported(imported: import::Imported) -> Self {
+        let seed = Seed::new(0).child("own art");
+        let import::Imported { plant, art, mut notes, .. } = imported;
+        let ((leaf_maps, of_leaves), (bark, of_bark)) =
+            rayon::join(|| bake::card_maps(&art, seed), || bake::own_bark_maps(&art, seed));
+        notes.extend(of_leaves);
+        notes.extend(of_bark);
+        let pictured = art.bark.is_some_and(|bark| bark.image.is_some());
+        Self { plant, leaf_maps, bark, pictured, notes }
+    }
+
+    /// Whether it brings leaves.
+    fn is_leafy(&self) -> bool {
+        !self.plant.leaves().is_empty() && !self.leaf_maps.is_empty()
+    }
 }
 
 /// What leaves and bark wear.
@@ -127,20 +156,20 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
             let key = Key::stage("grow", 1).params(params).finish();
             remember(&memory.sources, MOST_KEPT.0, key, || {
                 grow::grow(params, Seed::new(params.seed).child("grow"))
-                    .map(|(plant, notes)| SourcePlant { plant, notes })
+                    .map(|(plant, notes)| SourcePlant::grown(plant, notes))
                     .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
         }
         SourceRecipe::Import(params) => {
             let input = &inputs[&params.file];
             let files = input.files(inputs);
-            let mut key = Key::stage("import", 2).params(params).input(Key::of_bytes(&input.bytes));
+            let mut key = Key::stage("import", 3).params(params).input(Key::of_bytes(&input.bytes));
             for (name, bytes) in &files {
                 key = key.params(name).input(Key::of_bytes(bytes));
             }
             remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
                 import::import_with(&input.bytes, &input.shown, &files, params)
-                    .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
+                    .map(SourcePlant::imported)
             })
         }
     }
@@ -251,8 +280,117 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
+/// What the trees of a set wear, and how slots count in it.
+#[derive(Clone, Debug)]
+pub(super) struct Wardrobe {
+    /// Pictures of leaves by slot, and the bark.
+    pub(super) pictures: Pictures,
+    /// The sources, their leaves' slots counted in `pictures`.
+    pub(super) plants: Vec<Plant>,
+    /// First slot of the pictures that dressing gives leaves, and how many there are.
+    dressed: (u16, u16),
+    /// Length of a leaf that dressing makes, metres.
+    leaf_size: f32,
+}
+
+/// Decides what leaves and bark wear: the plan's art, or what sources bring.
+///
+/// # Errors
+///
+/// When a source that art is taken from brings none.
+pub(super) fn wardrobe(
+    plan: &Plan,
+    sources: &[Arc<SourcePlant>],
+    pictures: &Pictures,
+) -> Result<Wardrobe, Vec<Diagnostic>> {
+    let lacks = |index: usize, what: &str, field: &str| {
+        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
+        vec![
+            Diagnostic::new("", message)
+                .with_field(field)
+                .with_hint(format!("name a source that is imported from a mesh with {what}")),
+        ]
+    };
+    let bark = match plan.bark_wear {
+        Wear::All => None,
+        Wear::Source(index) => {
+            let bark = sources[index].bark.as_ref();
+            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
+        }
+        Wear::Rest if sources.iter().all(|s| s.bark.is_some()) => {
+            let best = sources.iter().find(|s| s.pictured).or(sources.first());
+            best.and_then(|s| s.bark.as_ref())
+        }
+        Wear::Rest => None,
+    };
+    let bark = bark.unwrap_or(&pictures.bark).clone();
+    // Only what somebody wears takes room in the atlas.
+    let bare = sources.iter().any(|s| !s.is_leafy());
+    let mut leaves: Vec<Maps> = Vec::new();
+    let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
+    let mut leaf_size = dress_params(plan).leaf_size;
+    let dressed = match plan.leaf_wear {
+        Wear::Rest => {
+            for (source, plant) in sources.iter().zip(&mut plants) {
+                let first = leaves.len() as u16;
+                leaves.extend(source.leaf_maps.iter().cloned());
+                *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
+            }
+            let first = leaves.len() as u16;
+            if bare || leaves.is_empty() {
+                leaves.extend(pictures.leaves.iter().cloned());
+            }
+            (first, leaves.len() as u16 - first)
+        }
+        Wear::All => {
+            leaves.clone_from(&pictures.leaves);
+            let count = leaves.len();
+            for plant in &mut plants {
+                let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
+                *plant = std::mem::take(plant).rewear(|i, _| (slot(i), LeafForm::Square));
+            }
+            (0, count as u16)
+        }
+        Wear::Source(index) => {
+            let from = &sources[index];
+            if !from.is_leafy() {
+                return Err(lacks(index, "leaves", "foliage.leaf"));
+            }
+            leaves.clone_from(&from.leaf_maps);
+            let own = from.plant.leaves();
+            // A leaf of another source takes the picture and the form of one of this source's.
+            for (i, plant) in plants.iter_mut().enumerate().filter(|(i, _)| *i != index) {
+                let pick = |k: usize| {
+                    let seed = Seed::new(plan.seed).child("wear").at(i as u64).at(k as u64);
+                    let model = &own[seed.index(own.len())];
+                    (model.slot, model.form)
+                };
+                *plant = std::mem::take(plant).rewear(|k, _| pick(k));
+            }
+            if leaf_size <= 0.0 {
+                leaf_size = own.iter().map(|leaf| leaf.size).sum::<f32>() / own.len() as f32;
+            }
+            (0, leaves.len() as u16)
+        }
+    };
+    let pictures = Pictures { leaves, bark };
+    Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+impl Wardrobe {
+    /// A variant with leaves: those that its sources bring or, where one of them brings none, those of dressing.
+    pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
+        if ingredients(variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+            return plant;
+        }
+        let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
+        let first = self.dressed.0;
+        dress::dress(&plant.without_leaves(), &params, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+    }
+}
+
 /// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
-pub(super) fn dress_params(plan: &Plan) -> DressParams {
+fn dress_params(plan: &Plan) -> DressParams {
     let span = match plan.leaf_art {
         LeafArt::Made { shape, .. } => bake::spray_span(shape),
         LeafArt::Files { .. } => 1.0,
@@ -261,7 +399,7 @@ pub(super) fn dress_params(plan: &Plan) -> DressParams {
 }
 
 /// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
+pub(super) fn families(plan: &Plan, sources: &[Plant]) -> Result<Families, Vec<Diagnostic>> {
     let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
     for variant in &plan.variants {
         if let Variant::Blend { from, to, matching, .. } = variant
@@ -273,7 +411,7 @@ pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Fami
     pairs
         .into_par_iter()
         .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(sources[from].plant.clone(), sources[to].plant.clone(), &matching);
+            let family = relate::fuzzy_family(sources[from].clone(), sources[to].clone(), &matching);
             let family = family.map_err(|error| {
                 let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
                 let message = format!("can't be blended with \"{to}\": {error}");
@@ -285,9 +423,9 @@ pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Fami
 }
 
 /// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant>], families: &Families) -> Plant {
+pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Plant], families: &Families) -> Plant {
     match variant {
-        Variant::Source(index) => sources[*index].plant.clone(),
+        Variant::Source(index) => sources[*index].clone(),
         Variant::Blend { from, to, matching, batch, progress } => {
             let pair = (*from, *to, *matching);
             let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
@@ -297,6 +435,14 @@ pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant
             let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
             family.blend(&blend::sample(family, 0, 1, seed, *progress))
         }
+    }
+}
+
+/// The sources that a variant is made of.
+fn ingredients(variant: &Variant) -> Vec<usize> {
+    match variant {
+        Variant::Source(index) => vec![*index],
+        Variant::Blend { from, to, .. } => vec![*from, *to],
     }
 }
 

@@ -14,7 +14,7 @@ use super::report::{Failure, print};
 use crate::base::{Diagnostic, Seed};
 use crate::build::World;
 use crate::plant::{Distribution, Plant, PlantStats, dump, undump};
-use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use crate::preset::plan::ImportParams;
 use crate::preset::{place, species};
 use crate::source::glb::{GlbInfo, read_glb};
 use crate::source::{grow, import};
@@ -94,7 +94,7 @@ fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec
             .map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e.to_string())]))?;
         return Ok(("species".to_owned(), plant, notes));
     }
-    let params = ImportParams { file: file.to_owned(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let params = ImportParams { file: file.to_owned(), ..ImportParams::default() };
     let imported = import::import(bytes, file, &params).map_err(Failure::Diagnostics)?;
     Ok((imported.format.name().to_owned(), imported.plant, imported.notes))
 }

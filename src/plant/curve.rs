@@ -146,7 +146,7 @@ pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
 }
 
 /// The frame at parameter `t` between stations.
-pub(super) fn frame_at(frames: &[Frame; STATIONS + 1], t: f32) -> Frame {
+pub(crate) fn frame_at(frames: &[Frame; STATIONS + 1], t: f32) -> Frame {
     let s = t.clamp(0.0, 1.0) * STATIONS as f32;
     let k = (s as usize).min(STATIONS - 1);
     let tangent = frames[k].y.lerp(frames[k + 1].y, s - k as f32);

@@ -24,7 +24,7 @@ pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{measure_parameters, value_at};
+pub(crate) use curve::{frame_at, measure_parameters, value_at};
 pub use distributions::{Distribution, distribution_distance};
 pub use dump::{dump, undump};
 pub use forks::MurrayFit;
@@ -183,6 +183,15 @@ impl Plant {
     #[must_use]
     pub fn without_leaves(mut self) -> Self {
         self.leaves.clear();
+        self
+    }
+
+    /// The same plant with other slots and forms of its leaves.
+    #[must_use]
+    pub(crate) fn rewear(mut self, wear: impl Fn(usize, &Leaf) -> (u16, LeafForm)) -> Self {
+        for (i, leaf) in self.leaves.iter_mut().enumerate() {
+            (leaf.slot, leaf.form) = wear(i, leaf);
+        }
         self
     }
 

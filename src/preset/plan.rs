@@ -19,8 +19,12 @@ pub struct Plan {
     pub dress: DressParams,
     /// The pictures of a leaf.
     pub leaf_art: LeafArt,
+    /// Which leaves wear them.
+    pub leaf_wear: Wear,
     /// The maps of the bark.
     pub bark_art: BarkArt,
+    /// Whose bark is worn.
+    pub bark_wear: Wear,
     /// Tubes.
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
@@ -221,6 +225,23 @@ pub struct ImportParams {
     pub up: UpAxis,
     /// Height to scale the plant to.
     pub height: ImportHeight,
+    /// Names of a mesh's materials or parts that are leaves, whatever else says otherwise.
+    pub leaves: Vec<String>,
+    /// Names of a mesh's materials or parts that are wood.
+    pub wood: Vec<String>,
+}
+
+impl Default for ImportParams {
+    /// No file yet; everything by the data.
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            up: UpAxis::Detect,
+            height: ImportHeight::AsIs,
+            leaves: Vec::new(),
+            wood: Vec::new(),
+        }
+    }
 }
 
 /// Which axis of a file points up.
@@ -281,7 +302,8 @@ pub struct DressParams {
     pub density: f32,
     /// Most leaves on one plant, whatever the density asks for.
     pub most_leaves: u32,
-    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture.
+    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture. 0 is as long as the
+    /// leaves of the source that leaves are taken from.
     pub leaf_size: f32,
     /// How much leaf sizes vary about it, 0..=0.9.
     pub leaf_spread: f32,
@@ -293,6 +315,18 @@ pub struct DressParams {
     pub droop: f32,
     /// How many pictures of the leaf there are: slots 0..pictures.
     pub pictures: u16,
+}
+
+/// What wears the art of a plan, beside the art that imported sources bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Wear {
+    /// Everything.
+    All,
+    /// What sources bring their own art for keeps it; the plan's is for the rest. A set has one bark: the sources' if
+    /// all of them bring some.
+    Rest,
+    /// Everything wears what this source brings; index into the plan's sources.
+    Source(usize),
 }
 
 /// The pictures of a leaf.

@@ -19,7 +19,7 @@ use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::species::{HEIGHT, species};
-use super::syntax::tree;
+use super::syntax::{Value, tree};
 use crate::base::Diagnostic;
 
 /// Most variants of a set.
@@ -109,6 +109,8 @@ static GROW: Record = Record {
     ],
 };
 
+const PARTS: Kind = Kind::Texts { what: "names of materials or parts", low: 0, high: 64 };
+
 static IMPORT: Record = Record {
     title: "Import",
     about: "What the file holds is told by its contents.",
@@ -121,6 +123,18 @@ static IMPORT: Record = Record {
         },
         Field { name: "up", kind: Kind::Choice(&UP), default: Default::Is("Detect"), about: "which axis points up" },
         Field { name: "height", kind: HEIGHT, default: Default::Else("as the file"), about: "scales the tree to it" },
+        Field {
+            name: "leaves",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is leaves, where it isn't found by itself",
+        },
+        Field {
+            name: "wood",
+            kind: PARTS,
+            default: Default::Is("[]"),
+            about: "what in a mesh is wood, where it isn't found by itself",
+        },
     ],
 };
 
@@ -248,22 +262,24 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
     let variants = variants(set, &names);
-    let foliage = set.group("foliage", look::foliage).flatten();
-    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |&(_, _, bark)| bark);
-    let bark = set.group("bark", |fields| look::bark(fields, of_leaf)).flatten();
+    let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
+    let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
+    let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     output::engines(set);
-    let ((dress, leaf_art, _), (bark_art, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
         sources,
         variants,
-        dress,
-        leaf_art,
+        dress: foliage.dress,
+        leaf_art: foliage.art,
+        leaf_wear: foliage.wear,
         bark_art,
+        bark_wear,
         mesh: MeshParams { sides, error, bark_tile },
         lightmap,
         lods,
@@ -351,7 +367,22 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
         file: path(fields, "file"),
         up: up.unwrap_or(UpAxis::Detect),
         height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
+        leaves: texts(fields, "leaves"),
+        wood: texts(fields, "wood"),
     }
+}
+
+/// A list of texts; what is none is reported.
+fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
+    let text = |item: Item<'_>| match &item.node.value {
+        Value::Text(text) => Some(text.clone()),
+        other => {
+            let message = format!("expected a text, found {}", other.is_called());
+            fields.report().at(item.span(), &item.path, message, "write it in quotes");
+            None
+        }
+    };
+    fields.list(name).into_iter().filter_map(text).collect()
 }
 
 fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Vec<Variant> {

@@ -23,13 +23,16 @@
 //! that row; one cut between two rows holds a smaller tree and can't be told from one. Of a file whose parents are rows
 //! that come later the cut leaves parents that don't exist.
 
+mod agreement;
 mod columns;
 mod connect;
 mod cylinders;
 mod foothold;
+pub(in crate::source) mod limb;
 mod mat;
 mod mat_stream;
 mod mend;
+mod mesh;
 mod mtg;
 mod mtg_shape;
 mod nearest;
@@ -42,9 +45,12 @@ mod upright;
 #[cfg(test)]
 mod tests;
 
+pub use agreement::{Agreement, agreement};
+
 use crate::base::Diagnostic;
 use crate::plant::{Plant, PlantError};
 use crate::preset::plan::ImportParams;
+use crate::source::foliage::Art;
 use crate::source::scene::{self, Files, MeshFormat};
 
 /// Most rows that are read.
@@ -91,10 +97,12 @@ impl Format {
 /// An imported plant.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// Upright, connected, metres, the main stem's base at the origin, no leaves.
+    /// Upright, connected, metres, the main stem's base at the origin; with leaves where the file has any.
     pub plant: Plant,
     /// What the file was.
     pub format: Format,
+    /// What its leaves and its bark look like; the leaves' slots count here.
+    pub art: Art,
     /// What was bridged, dropped or filled in, one sentence each with its figures; empty for a flawless file.
     pub notes: Vec<String>,
 }
@@ -141,16 +149,9 @@ pub fn import_with(
     params: &ImportParams,
 ) -> Result<Imported, Vec<Diagnostic>> {
     match scene::sniff(bytes) {
-        Some(format) => mesh(&scene::read(bytes, file, files)?, format, file),
+        Some(format) => mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params),
         None => model(bytes, file, files, params),
     }
-}
-
-/// A mesh to a plant.
-fn mesh(scene: &scene::Scene, format: MeshFormat, file: &str) -> Result<Imported, Vec<Diagnostic>> {
-    let message =
-        format!("this is a mesh ({} with {} triangles), of which no plant is made", format.name(), scene.triangles());
-    Err(vec![Diagnostic::new(file, message).with_hint("import a skeleton: TreeQSM, SimpleForest, aRchi or SWC")])
 }
 
 /// Reads a structure model or skeleton.
@@ -190,5 +191,5 @@ fn model(
         PlantError::Empty => whole("no row has any length".into(), "start and end of every row coincide"),
         other => whole(format!("the rows make no valid plant: {other}"), "check its coordinates and parents"),
     })?;
-    Ok(Imported { plant, format: read.format, notes })
+    Ok(Imported { plant, format: read.format, art: Art::default(), notes })
 }

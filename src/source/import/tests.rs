@@ -11,7 +11,7 @@ use crate::preset::plan::{ImportHeight, UpAxis};
 const HEADER: &str = "id,parent,start_x,start_y,start_z,axis_x,axis_y,axis_z,length,radius\n";
 
 fn params() -> ImportParams {
-    ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs }
+    ImportParams { file: String::new(), ..ImportParams::default() }
 }
 
 fn read(text: &str) -> Imported {
