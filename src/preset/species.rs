@@ -4,7 +4,7 @@
 //! degrees in the text, radians in the plan. Height and iterations must be given, everything else has a default; the
 //! tables below hold ranges, units, defaults and what each field does.
 
-use super::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+use super::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Volume};
 use super::reader::{Item, Reader};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -26,6 +26,19 @@ pub(super) static SPECIES: Record = Record {
             kind: Kind::Integer { low: 500, high: 400_000, unit: "" },
             default: Default::Is("30000"),
             about: "nodes of the graph; more give finer branches and take longer",
+        },
+        Field {
+            name: "detail",
+            kind: Kind::Number { low: 1.0, high: 4.0, unit: "" },
+            default: Default::Is("2.0"),
+            about: "how many times finer the graph is near the plant than an even one of as many nodes; 1 for an even \
+                    one",
+        },
+        Field {
+            name: "graph_seed",
+            kind: Kind::Integer { low: 0, high: u64::MAX, unit: "" },
+            default: Default::Is("1"),
+            about: "another one gives another graph; plants of a species share theirs, whatever their own seed",
         },
         Field {
             name: "width",
@@ -298,6 +311,11 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),
+        space: GrowSpace {
+            graph_seed: species.integer("graph_seed"),
+            detail: species.number("detail"),
+            ..GrowSpace::default()
+        },
     }
 }
 

@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::Space;
+use super::space::Space;
 use super::grid::Lattice;
 use super::nodes::Nodes;
 use super::structure::Structure;

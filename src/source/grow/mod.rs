@@ -8,26 +8,35 @@
 //! Limits: no two paths share a node without sharing the way to it, so axes never cross, but thick wood may touch. Twigs
 //! and leaves are a later stage's. Time is `n log n` in nodes; memory about 120 bytes a node.
 
+mod check;
 mod endpoints;
+mod frontier;
+mod growth;
 mod grid;
 mod guide;
+mod near;
 mod nodes;
+mod obstacle;
 mod paths;
+mod region;
 mod shed;
 mod skeleton;
+mod space;
 mod structure;
 #[cfg(test)]
 mod tests;
+mod tile;
 mod yao;
 
-use nodes::Nodes;
-use paths::Paths;
-use structure::Structure;
-use yao::Graph;
+use std::borrow::Cow;
+
+use growth::Tree;
+pub use obstacle::obstacle_triangles;
+pub use space::{Graph, GraphParams, ObstacleMeshes};
 
 use crate::base::Seed;
-use crate::plant::{Plant, PlantError};
-use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+use crate::plant::{Plant, PlantError, Skeleton};
+use crate::preset::plan::{Company, GrowParams};
 
 /// Why nothing could be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -44,6 +53,15 @@ pub enum GrowError {
         /// Largest allowed.
         high: f32,
     },
+    /// An obstacle names a file whose mesh is not given.
+    #[error("the mesh of the obstacle {0} is not there")]
+    NoMesh(String),
+    /// Obstacles have too many triangles, or places that are not finite.
+    #[error("the obstacles' meshes are broken or have more than 500000 triangles")]
+    BadMesh,
+    /// The graph was made from other parameters.
+    #[error("the graph was made for other parameters: number of nodes, width, graph seed, neighbours or obstacles")]
+    OtherGraph,
     /// No iteration added a branch.
     #[error("no branch was reached: every iteration's endpoints lie outside the region or at the root")]
     Nothing,
@@ -54,25 +72,74 @@ pub enum GrowError {
 
 /// Grows a plant: `params.height` metres tall, its root at the origin, without leaves.
 ///
-/// All randomness is addressed below `seed` and `params.seed`. The notes tell of endpoints that were asked for and are
-/// not there; they name iterations from 1.
+/// All randomness is addressed below `seed` and `params.seed`, but for that of the graph, which is addressed by
+/// `params.space.graph_seed` alone. The notes tell of endpoints that were asked for and are not there (they name iterations
+/// from 1), and of branches that were moved or dropped.
 ///
 /// # Errors
 ///
-/// When a parameter is out of range or nothing grows.
+/// When a parameter is out of range, nothing grows, or an obstacle is a mesh (see [`grow_among`]).
 pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
-    check(params)?;
-    let seed = seed.child("grow").at(params.seed);
-    let space = Space::new(Nodes::scatter(params.nodes, params.width, seed));
-    let mut structure = Structure::new(&space.nodes);
-    let mut notes = Vec::new();
-    for (i, iteration) in params.iterations.iter().enumerate() {
-        extend(&mut structure, &space, iteration, params.bole, seed.child("iteration").at(i as u64), |note| {
-            notes.push(format!("iteration {}: {note}", i + 1));
-        });
+    grow_among(params, &ObstacleMeshes::new(), seed)
+}
+
+/// As [`grow`], given the meshes of its obstacles.
+///
+/// # Errors
+///
+/// When a parameter is out of range, a mesh is not there, or nothing grows.
+pub fn grow_among(
+    params: &GrowParams,
+    meshes: &ObstacleMeshes,
+    seed: Seed,
+) -> Result<(Plant, Vec<String>), GrowError> {
+    grow_on(&Graph::new(&GraphParams::of(params)?, meshes)?, params, seed)
+}
+
+/// As [`grow_among`], on a graph that is there already and may have served other plants: the same bytes.
+///
+/// # Errors
+///
+/// When a parameter is out of range, the graph is not that of [`GraphParams::of`] these parameters, or nothing grows.
+pub fn grow_on(graph: &Graph, params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
+    check::check(params)?;
+    let tops = heights(params);
+    if *graph.params() != GraphParams::with_heights(params, &tops) {
+        return Err(GrowError::OtherGraph);
     }
-    let skeleton = skeleton::skeleton(&structure, &space.nodes, params);
-    let (plant, slim) = shed::shed(&skeleton.ok_or(GrowError::Nothing)?.into_plant()?, params.slenderness);
+    let first = params.height / tops[0];
+    let seed = seed.child("grow").at(params.seed);
+    let beside = params.space.beside.iter().zip(&tops[1..]).enumerate().map(|(i, (beside, top))| {
+        let seed = seed.child("beside").at(i as u64).at(beside.params.seed);
+        Tree::new(&beside.params, beside.params.height / top / first, seed)
+    });
+    let mut trees: Vec<Tree<'_>> = std::iter::once(Tree::new(params, 1.0, seed)).chain(beside).collect();
+    let graph = growth::grow_all(graph, &mut trees, &params.space);
+
+    let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
+    let mut notes = Vec::new();
+    let mut plants: Vec<Skeleton> = Vec::new();
+    for (i, tree) in trees.iter().enumerate() {
+        if i > 0 && params.space.company == Company::LeftOut {
+            break;
+        }
+        // A plant that shares its space keeps the scale that neighbours and obstacles have.
+        let scale = bound.then(|| tree.params.height / tops[i]);
+        let view = if i == 0 { Cow::Borrowed(&graph.space().nodes) } else { Cow::Owned(tree.nodes(&graph, i)) };
+        let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale);
+        notes.extend(tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }));
+        match skeleton {
+            Some(skeleton) if i == 0 => plants.push(skeleton),
+            Some(mut skeleton) => {
+                let [x, z] = params.space.beside[i - 1].at;
+                skeleton.nodes.iter_mut().for_each(|n| n.position += glam::Vec3::new(x, 0.0, z));
+                plants.push(skeleton);
+            }
+            None if i == 0 => return Err(GrowError::Nothing),
+            None => notes.push(format!("plant {}: nothing grew", i + 1)),
+        }
+    }
+    let (plant, slim) = shed::shed(&joined(plants).into_plant()?, params.slenderness);
     if slim > 0 {
         let s = if slim == 1 { "" } else { "es" };
         notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
@@ -80,123 +147,42 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
     Ok((plant, notes))
 }
 
-/// Where trees grow: nodes, edges, and how far each node is from the root.
-struct Space {
-    nodes: Nodes,
-    graph: Graph,
-    /// Fewest edges from the root to each node.
-    from_root: Vec<u32>,
+/// One skeleton of several.
+fn joined(skeletons: Vec<Skeleton>) -> Skeleton {
+    let mut all = Skeleton::default();
+    for skeleton in skeletons {
+        let first = all.nodes.len() as u32;
+        all.nodes.extend(skeleton.nodes.into_iter().map(|mut node| {
+            node.parent = node.parent.map(|p| p + first);
+            node
+        }));
+    }
+    all
 }
 
-impl Space {
-    fn new(nodes: Nodes) -> Self {
-        let graph = Graph::yao(&nodes);
-        let from_root = graph.hops(&[nodes.root], u32::MAX);
-        Self { nodes, graph, from_root }
+/// How high each plant reaches in a region of height 1 when it grows alone, the first one's first; 1 where that does not
+/// matter, since a plant that shares its space with nothing is scaled to its height at the end.
+fn heights(params: &GrowParams) -> Vec<f32> {
+    let space = &params.space;
+    if space.beside.is_empty() && space.obstacles.is_empty() {
+        return vec![1.0];
     }
-}
-
-/// One iteration: candidates, paths, the rule, the choice (2015, 3.1.2 to 3.1.4).
-fn extend(
-    structure: &mut Structure,
-    space: &Space,
-    iteration: &GrowIteration,
-    bole: f32,
-    seed: Seed,
-    mut note: impl FnMut(String),
-) {
-    let Space { nodes, graph, .. } = space;
-    let wanted = endpoints::count(&iteration.endpoints) as usize;
-    let candidates = endpoints::candidates(&iteration.endpoints, space, structure, seed);
-    if wanted == 0 {
-        return;
-    }
-    if candidates.is_empty() {
-        note("no node is free where its branches should end".to_owned());
-        return;
-    }
-    // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the search.
-    let chosen = match iteration.keep {
-        EndpointRule::Any => endpoints::spread(&candidates, nodes, wanted, seed),
-        EndpointRule::Lower | EndpointRule::Higher => candidates,
-    };
-    let sources = structure.sources(nodes, iteration.start, bole);
-    let paths = Paths::find(nodes, graph, &sources, &chosen, &iteration.guide, seed);
-    let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
-    if !lost.is_empty() {
-        note(format!("no path leads to {} of {} endpoints", lost.len(), lost.len() + reached.len()));
-    }
-    let height = |n: u32| nodes.at(n).y;
-    let kept = match iteration.keep {
-        EndpointRule::Any => reached,
-        EndpointRule::Lower | EndpointRule::Higher => {
-            let lower = iteration.keep == EndpointRule::Lower;
-            let kept: Vec<u32> = reached
-                .into_iter()
-                .filter(
-                    |&n| if lower { height(n) < height(paths.source(n)) } else { height(n) > height(paths.source(n)) },
-                )
-                .collect();
-            endpoints::spread(&kept, nodes, wanted, seed)
-        }
-    };
-    if kept.len() < wanted {
-        note(format!("{} of {wanted} endpoints found a place", kept.len()));
-    }
-    for end in kept {
-        structure.add(&paths, end);
-    }
-}
-
-/// The ranges that the rest relies on.
-fn check(params: &GrowParams) -> Result<(), GrowError> {
-    let within = |field: &str, value: f32, low: f32, high: f32| {
-        // A NaN is in no range.
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(GrowError::OutOfRange { field: field.to_owned(), value, low, high })
-        }
-    };
-    within("height", params.height, 0.01, 1000.0)?;
-    within("nodes", params.nodes as f32, 16.0, 400_000.0)?;
-    within("width", params.width, 0.02, 20.0)?;
-    within("crookedness", params.crookedness, 0.0, 1.0)?;
-    within("bole", params.bole, 0.0, 1.0)?;
-    within("slenderness", params.slenderness, 50.0, 10_000.0)?;
-    within("tip_radius", params.tip_radius, 0.0, 10.0)?;
-    within("allometry", params.allometry, 0.5, 10.0)?;
-    within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;
-    for (i, iteration) in params.iterations.iter().enumerate() {
-        let at =
-            |name: &str, value: f32, low: f32, high: f32| within(&format!("iterations[{i}].{name}"), value, low, high);
-        let turn = 4.0 * std::f32::consts::PI;
-        let angle = |name: &str, value: f32| at(name, value, -turn, turn);
-        match iteration.guide {
-            Guide::Piecewise { first, then, .. } => angle("guide.first", first).and(angle("guide.then", then))?,
-            Guide::Random { low, high } => angle("guide.low", low).and(angle("guide.high", high))?,
-            Guide::Polar { theta } => angle("guide.theta", theta)?,
-        }
-        if let GuideStart::ByHeight { low, high } = iteration.start {
-            angle("start.low", low).and(angle("start.high", high))?;
-        }
-        match iteration.endpoints {
-            Endpoints::Surface { proportion, .. } => at("endpoints.proportion", proportion, 0.0, 1.0)?,
-            Endpoints::Volume { ref shape, .. } => {
-                let (low, high, radius, hollow) = match *shape {
-                    Volume::Point { height } => (height, height, 0.0, 0.0),
-                    Volume::Ellipsoid { bottom, top, radius, hollow }
-                    | Volume::HalfEllipsoid { bottom, top, radius, hollow } => (bottom, top, radius, hollow),
-                    Volume::Cone { bottom, top, radius } | Volume::Cylinder { bottom, top, radius } => {
-                        (bottom, top, radius, 0.0)
-                    }
-                };
-                at("endpoints.shape.bottom", low, -10.0, 10.0)?;
-                at("endpoints.shape.top", high, -10.0, 10.0)?;
-                at("endpoints.shape.radius", radius, 0.0, 10.0)?;
-                at("endpoints.shape.hollow", hollow, 0.0, 1.0)?;
+    let mut known: Vec<(&GrowParams, f32)> = Vec::new();
+    std::iter::once(params)
+        .chain(space.beside.iter().map(|beside| &beside.params))
+        .map(|params| {
+            // Plants of one species and seed are measured once.
+            if let Some((_, top)) = known.iter().find(|(other, _)| alike(other, params)) {
+                return *top;
             }
-        }
-    }
-    Ok(())
+            let top = growth::height_alone(params);
+            known.push((params, top));
+            top
+        })
+        .collect()
+}
+
+/// Whether two plants reach equally high alone: of one species, whatever their size and seed.
+fn alike(a: &GrowParams, b: &GrowParams) -> bool {
+    (a.nodes, a.width, &a.iterations, a.bole) == (b.nodes, b.width, &b.iterations, b.bole)
 }

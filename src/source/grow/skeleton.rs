@@ -41,8 +41,14 @@ struct Axes {
     radii: Vec<f32>,
 }
 
-/// The skeleton of a structure, as tall as `params` say; none where nothing rises above the ground.
-pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams) -> Option<Skeleton> {
+/// The skeleton of a structure; none where nothing rises above the ground. It is as tall as `params` say, or a height of
+/// the region is `scale` metres.
+pub(super) fn skeleton(
+    structure: &Structure,
+    nodes: &Nodes,
+    params: &GrowParams,
+    scale: Option<f32>,
+) -> Option<Skeleton> {
     let (places, parents) = stems(structure, nodes, params.bole);
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
     axes.smooth(params.crookedness);
@@ -51,7 +57,7 @@ pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams
     if top <= 0.0 {
         return None;
     }
-    let scale = params.height / top;
+    let scale = scale.unwrap_or(params.height / top);
     axes.places.iter_mut().for_each(|p| *p *= scale);
     axes.flare();
     let parent = |i: usize| (axes.parents[i] as usize != i).then_some(axes.parents[i]);
