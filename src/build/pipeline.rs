@@ -13,6 +13,7 @@ use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
+use crate::source::grow;
 
 pub use super::stages::Memory;
 
@@ -73,8 +74,16 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
 fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe {
-            files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+        match &source.recipe {
+            SourceRecipe::Import(params) => {
+                files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Grow(params) => {
+                let field = format!("sources[\"{}\"].species", source.name);
+                files.extend(grow::shape_files(params).into_iter().map(|shape| (shape.file, field.clone())));
+                let field = format!("sources[\"{}\"].obstacles", source.name);
+                files.extend(grow::obstacle_files(params).map(|file| (file.clone(), field.clone())));
+            }
         }
     }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {

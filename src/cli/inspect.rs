@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     if bytes.starts_with(b"glTF") {
         inspected.asset = Some(read_glb(&bytes).map_err(|e| one(e.to_string()))?);
     } else {
-        let (kind, found, notes) = read_plant(&file, &bytes, arguments.seed)?;
+        let (kind, found, notes) = read_plant(&file, &bytes, &folder, arguments.seed)?;
         (inspected.kind, inspected.notes) = (kind, notes);
         inspected.plant = Some(PlantStats::of(&found));
         plant = Some(found);
@@ -67,8 +67,8 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
 }
 
-/// A plant out of any file that holds or describes one.
-fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
+/// A plant out of any file that holds or describes one; a species' shapes are read from `folder`.
+fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
     let text = match std::str::from_utf8(bytes) {
         Err(_) if file.ends_with(".ron") => {
             let message = "it is not UTF-8 text";
@@ -90,7 +90,16 @@ fn read_plant(file: &str, bytes: &[u8], seed: u64) -> Result<(String, Plant, Vec
         }
         let mut params = species(file, text).map_err(Failure::Diagnostics)?;
         params.seed = seed;
-        let (plant, notes) = grow::grow(&params, Seed::new(seed).child("grow"))
+        let mut solids = grow::Solids::new();
+        for shape in grow::shape_files(&params) {
+            let wrong = |why: String| {
+                Failure::Diagnostics(vec![Diagnostic::new(file, format!("can't take endpoints from {}: {why}", shape.file))])
+            };
+            let bytes = folder.read(&shape.file).map_err(wrong)?;
+            let solid = grow::Solid::read(&bytes, shape.reading).map_err(|e| wrong(e.to_string()))?;
+            solids.insert(shape, solid);
+        }
+        let (plant, notes) = grow::grow_in(&params, &solids, Seed::new(seed).child("grow"))
             .map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e.to_string())]))?;
         return Ok(("species".to_owned(), plant, notes));
     }

@@ -16,6 +16,7 @@ mod report;
 mod schema;
 mod set;
 mod species;
+mod surroundings;
 mod syntax;
 mod token;
 

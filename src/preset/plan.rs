@@ -178,32 +178,63 @@ pub struct GrowIteration {
 /// Endpoint placement (3.2.2, 3.2.3).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Endpoints {
-    /// Early: Poisson-disc samples in a volume.
+    /// Early: samples in a volume.
     Volume {
         /// The volume; lengths are shares of the plant's height.
         shape: Volume,
         /// How many.
-        count: u32,
+        count: Count,
+        /// How they are chosen.
+        sampling: Sampling,
     },
-    /// Late: among the nodes exactly `hops` edges from the structure, the outermost share `proportion` by hops from the
-    /// root.
+    /// Late: among the nodes exactly `k` edges from the structure, the outermost share `t` by hops from the root.
     Surface {
         /// k of the paper, 1..=30.
-        hops: u32,
-        /// t of the paper, 0..=1.
-        proportion: f32,
+        k: u32,
+        /// t of the paper, 0..=1: the share of the surface outside the exclusion zone.
+        t: f32,
         /// How many.
         count: u32,
+        /// How they are chosen.
+        sampling: Sampling,
+    },
+}
+
+/// How many endpoints a volume gets (3.2.4).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Count {
+    /// So many.
+    Number(u32),
+    /// So many in a cubic plant height, of what the graph's region holds of the volume.
+    Density(f32),
+}
+
+/// How endpoints are chosen among the nodes where they may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Sampling {
+    /// A Poisson-disc distribution: they keep their distance.
+    Poisson,
+    /// Each node with the same chance: clumps and gaps.
+    Uniform,
+    /// A Poisson-disc distribution in tiers, as the whorls of conifers: in the lowest quarter of every `spacing`, plant
+    /// heights.
+    Whorls {
+        /// From tier to tier.
+        spacing: f32,
     },
 }
 
 /// A volume for early endpoints, upright about the plant's axis; all lengths in plant heights.
+///
+/// `hollow` is 0 for a full volume; 0.8 leaves a shell of a fifth of the radius.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Volume {
-    /// A point on the axis: the tip of a trunk.
+    /// A point: the tip of a trunk.
     Point {
         /// Height.
         height: f32,
+        /// How far off the axis, to a side that the seed chooses.
+        out: f32,
     },
     /// An ellipsoid.
     Ellipsoid {
@@ -213,7 +244,7 @@ pub enum Volume {
         top: f32,
         /// Horizontal radius.
         radius: f32,
-        /// 0 fills it, 0.8 leaves a shell of a fifth of the radius.
+        /// Of distances from the centre.
         hollow: f32,
     },
     /// The upper half of an ellipsoid.
@@ -224,7 +255,7 @@ pub enum Volume {
         top: f32,
         /// Horizontal radius at the flat face.
         radius: f32,
-        /// As for the ellipsoid.
+        /// Of distances from the middle of the flat face.
         hollow: f32,
     },
     /// A cone, tip up.
@@ -235,6 +266,8 @@ pub enum Volume {
         top: f32,
         /// Radius of its base.
         radius: f32,
+        /// Of distances from the axis.
+        hollow: f32,
     },
     /// A cylinder.
     Cylinder {
@@ -244,33 +277,184 @@ pub enum Volume {
         top: f32,
         /// Radius.
         radius: f32,
+        /// Of distances from the axis.
+        hollow: f32,
+    },
+    /// A box, its sides along x and z.
+    Box {
+        /// Height of its lower face.
+        bottom: f32,
+        /// Height of its upper face.
+        top: f32,
+        /// Extent along x.
+        width: f32,
+        /// Extent along z.
+        depth: f32,
+        /// Of distances from the axis.
+        hollow: f32,
+    },
+    /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the file's vertical
+    /// axis on the plant's.
+    Mesh {
+        /// GLB or OBJ file, relative to the preset's folder.
+        file: String,
+        /// Which axis of the file points up; `Detect` is Y.
+        up: UpAxis,
+        /// Height of its lowest point.
+        bottom: f32,
+        /// Height of its highest point.
+        top: f32,
+    },
+    /// The inside of an SVG silhouette revolved about the vertical through the middle of its bounds.
+    Outline {
+        /// SVG file, relative to the preset's folder.
+        file: String,
+        /// Height of its lowest point.
+        bottom: f32,
+        /// Height of its highest point.
+        top: f32,
     },
 }
 
-/// How a guiding vector turns away from its parent node's (3.2.1). Positive angles turn away from the up vector, that
-/// is outwards and down.
+/// How a guiding vector follows from its parent node's (3.2.1). Positive angles turn away from the up vector, that is
+/// outwards and down; radians a hop, and hops are counted from the structure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Guide {
-    /// Eq. 1: `first` for the first `switch` hops from the structure, `then` afterwards; radians a hop.
+    /// The same turn at every hop.
+    Constant {
+        /// α.
+        alpha: f32,
+    },
+    /// Eq. 1: `alpha1` for the first `h0` hops, `alpha2` afterwards.
     Piecewise {
         /// α1.
-        first: f32,
+        alpha1: f32,
         /// α2.
-        then: f32,
+        alpha2: f32,
         /// h0.
-        switch: u32,
+        h0: u32,
     },
-    /// A random angle for each source node, uniform between the two, on the first hop; straight afterwards.
+    /// Eq. 1 with an α1 of its own for each source node, uniform between two angles.
     Random {
-        /// Smallest angle, radians.
+        /// Smallest α1.
         low: f32,
-        /// Largest angle, radians.
+        /// Largest α1.
         high: f32,
+        /// α2.
+        alpha2: f32,
+        /// h0.
+        h0: u32,
     },
     /// Eq. 2: θ·sqrt(β/π), with β the polar angle of the node.
     Polar {
-        /// θ, radians.
+        /// θ.
         theta: f32,
+    },
+    /// One rule for branches that leave the structure below a height, another for those above (Fig. 17b).
+    Split {
+        /// Plant heights.
+        height: f32,
+        /// Below it.
+        lower: Box<Guide>,
+        /// At it and above.
+        upper: Box<Guide>,
+    },
+    /// Vectors set directly (Fig. 8): the weighted sum of some primitives, made a unit vector. Where it vanishes, the
+    /// parent's vector is kept.
+    Field {
+        /// The primitives.
+        parts: Vec<FieldPart>,
+    },
+}
+
+/// One primitive of a field, and where it counts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FieldPart {
+    /// What points where.
+    pub primitive: FieldPrimitive,
+    /// By how much it counts against the others; negative turns it round.
+    pub weight: f32,
+    /// Where it counts.
+    pub region: FieldRegion,
+}
+
+/// Fields of unit vectors; lengths in plant heights. The primitives of Wejchert and Haumann 1991 and those of Fig. 8.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum FieldPrimitive {
+    /// The same everywhere: `lean` radians from upright, to the side at `turn` radians from x towards z.
+    Uniform {
+        /// From upright.
+        lean: f32,
+        /// About the vertical.
+        turn: f32,
+    },
+    /// Round the vertical and up at the angle `rise` from level, radians (Fig. 8a).
+    Helical {
+        /// From level; negative falls.
+        rise: f32,
+    },
+    /// Round a line through a point of the plant's axis (Fig. 8b: about z).
+    Rotational {
+        /// Direction of the line.
+        axis: FieldAxis,
+        /// Height of the point.
+        height: f32,
+    },
+    /// Upwards along spheres around a point of the plant's axis (Fig. 8c).
+    Spherical {
+        /// Height of the point.
+        height: f32,
+    },
+    /// Away from a point of the plant's axis: a source; a sink with a negative weight.
+    Radial {
+        /// Height of the point.
+        height: f32,
+    },
+    /// Level, away from the plant's axis.
+    Outward,
+}
+
+/// An axis of the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum FieldAxis {
+    /// Level.
+    X,
+    /// Up.
+    Y,
+    /// Level.
+    Z,
+}
+
+/// Where a primitive counts; lengths in plant heights. Its weight falls to nothing over the length `soft` outwards from
+/// the rim.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum FieldRegion {
+    /// Everywhere.
+    Everywhere,
+    /// Between two heights.
+    Layer {
+        /// Lower height.
+        bottom: f32,
+        /// Upper height.
+        top: f32,
+        /// Length of the transition.
+        soft: f32,
+    },
+    /// Within a distance of a point of the plant's axis.
+    Ball {
+        /// Height of the point.
+        height: f32,
+        /// The distance.
+        radius: f32,
+        /// Length of the transition.
+        soft: f32,
+    },
+    /// Within a distance of the plant's axis.
+    Core {
+        /// The distance.
+        radius: f32,
+        /// Length of the transition.
+        soft: f32,
     },
 }
 

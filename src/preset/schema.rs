@@ -69,6 +69,7 @@ pub(super) struct Choice {
 }
 
 /// One kind of a choice.
+#[derive(Clone, Copy)]
 pub(super) struct KindOf {
     pub(super) name: &'static str,
     pub(super) form: Form,

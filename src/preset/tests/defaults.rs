@@ -53,10 +53,10 @@ fn what_is_left_out_has_the_documented_default() {
 
 #[test]
 fn species_defaults_are_the_documented_ones() {
-    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
+    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(k: 2, count: 3))])");
     let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, slenderness: 300, iterations: [(
-        endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
-        guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
+        endpoints: Surface(k: 2, t: 1.0, count: 3, sampling: Poisson),
+        guide: Constant(alpha: 0.0), start: Kept, keep: Any,
     )])";
     assert_eq!(short, species("a.ron", full));
     assert!(short.is_ok());

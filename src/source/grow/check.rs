@@ -1,7 +1,9 @@
 //! The ranges that growth relies on, whoever made the parameters.
 
 use super::GrowError;
-use crate::preset::plan::{Endpoints, GrowParams, Guide, GuideStart, Obstacle, Volume};
+use crate::preset::plan::{
+    Count, Endpoints, FieldPrimitive, FieldRegion, GrowParams, Guide, GuideStart, Obstacle, Sampling, Volume,
+};
 
 /// Most plants beside another.
 const MOST_BESIDE: usize = 31;
@@ -19,7 +21,7 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
         }
     };
     within("height", params.height, 0.01, 1000.0)?;
-    within("nodes", params.nodes as f32, 16.0, 400_000.0)?;
+    within("nodes", params.nodes as f32, 16.0, 4_000_000.0)?;
     within("width", params.width, 0.02, 20.0)?;
     within("crookedness", params.crookedness, 0.0, 1.0)?;
     within("bole", params.bole, 0.0, 1.0)?;
@@ -31,35 +33,86 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
     for (i, iteration) in params.iterations.iter().enumerate() {
         let at =
             |name: &str, value: f32, low: f32, high: f32| within(&format!("iterations[{i}].{name}"), value, low, high);
-        let turn = 4.0 * std::f32::consts::PI;
-        let angle = |name: &str, value: f32| at(name, value, -turn, turn);
-        match iteration.guide {
-            Guide::Piecewise { first, then, .. } => angle("guide.first", first).and(angle("guide.then", then))?,
-            Guide::Random { low, high } => angle("guide.low", low).and(angle("guide.high", high))?,
-            Guide::Polar { theta } => angle("guide.theta", theta)?,
-        }
+        guide_within(&iteration.guide, &|name, value, low, high| at(&format!("guide.{name}"), value, low, high), 8)?;
         if let GuideStart::ByHeight { low, high } = iteration.start {
-            angle("start.low", low).and(angle("start.high", high))?;
+            at("start.low", low, -TURN, TURN).and(at("start.high", high, -TURN, TURN))?;
+        }
+        if let Endpoints::Volume { sampling: Sampling::Whorls { spacing }, .. }
+        | Endpoints::Surface { sampling: Sampling::Whorls { spacing }, .. } = iteration.endpoints
+        {
+            at("endpoints.sampling.spacing", spacing, 0.001, 10.0)?;
         }
         match iteration.endpoints {
-            Endpoints::Surface { proportion, .. } => at("endpoints.proportion", proportion, 0.0, 1.0)?,
-            Endpoints::Volume { ref shape, .. } => {
-                let (low, high, radius, hollow) = match *shape {
-                    Volume::Point { height } => (height, height, 0.0, 0.0),
+            Endpoints::Surface { t, .. } => at("endpoints.t", t, 0.0, 1.0)?,
+            Endpoints::Volume { ref shape, count, .. } => {
+                let (low, high, reach, hollow) = match *shape {
+                    Volume::Point { height, out } => (height, height, out, 0.0),
                     Volume::Ellipsoid { bottom, top, radius, hollow }
-                    | Volume::HalfEllipsoid { bottom, top, radius, hollow } => (bottom, top, radius, hollow),
-                    Volume::Cone { bottom, top, radius } | Volume::Cylinder { bottom, top, radius } => {
-                        (bottom, top, radius, 0.0)
-                    }
+                    | Volume::HalfEllipsoid { bottom, top, radius, hollow }
+                    | Volume::Cone { bottom, top, radius, hollow }
+                    | Volume::Cylinder { bottom, top, radius, hollow } => (bottom, top, radius, hollow),
+                    Volume::Box { bottom, top, width, depth, hollow } => (bottom, top, width.max(depth), hollow),
+                    Volume::Mesh { bottom, top, .. } | Volume::Outline { bottom, top, .. } => (bottom, top, 0.0, 0.0),
                 };
                 at("endpoints.shape.bottom", low, -10.0, 10.0)?;
                 at("endpoints.shape.top", high, -10.0, 10.0)?;
-                at("endpoints.shape.radius", radius, 0.0, 10.0)?;
+                at("endpoints.shape.radius", reach, 0.0, 20.0)?;
                 at("endpoints.shape.hollow", hollow, 0.0, 1.0)?;
+                if let Count::Density(density) = count {
+                    at("endpoints.density", density, 0.0, 1e6)?;
+                }
             }
         }
     }
     Ok(())
+}
+
+/// Largest turn, radians.
+const TURN: f32 = 4.0 * std::f32::consts::PI;
+
+/// The ranges of a guide, splits at most `deep` deep.
+fn guide_within(
+    guide: &Guide,
+    at: &dyn Fn(&str, f32, f32, f32) -> Result<(), GrowError>,
+    deep: u32,
+) -> Result<(), GrowError> {
+    let angle = |name: &str, value: f32| at(name, value, -TURN, TURN);
+    match guide {
+        Guide::Constant { alpha } => angle("alpha", *alpha),
+        Guide::Piecewise { alpha1, alpha2, .. } => angle("alpha1", *alpha1).and(angle("alpha2", *alpha2)),
+        Guide::Random { low, high, alpha2, .. } => {
+            angle("low", *low).and(angle("high", *high)).and(angle("alpha2", *alpha2))
+        }
+        Guide::Polar { theta } => angle("theta", *theta),
+        Guide::Split { height, lower, upper } => {
+            at("height", *height, -10.0, 10.0)?;
+            at("how deep splits go", 9.0 - deep as f32, 1.0, 8.0)?;
+            guide_within(lower, at, deep - 1).and_then(|()| guide_within(upper, at, deep - 1))
+        }
+        Guide::Field { parts } => {
+            at("the number of parts", parts.len() as f32, 1.0, 64.0)?;
+            for part in parts {
+                at("weight", part.weight, -1000.0, 1000.0)?;
+                match part.primitive {
+                    FieldPrimitive::Uniform { lean, turn } => angle("lean", lean).and(angle("turn", turn))?,
+                    FieldPrimitive::Helical { rise } => angle("rise", rise)?,
+                    FieldPrimitive::Rotational { height, .. }
+                    | FieldPrimitive::Spherical { height }
+                    | FieldPrimitive::Radial { height } => at("height", height, -10.0, 10.0)?,
+                    FieldPrimitive::Outward => {}
+                }
+                let (low, high, soft) = match part.region {
+                    FieldRegion::Everywhere => (0.0, 0.0, 0.0),
+                    FieldRegion::Layer { bottom, top, soft } => (bottom, top, soft),
+                    FieldRegion::Ball { height, radius, soft } => (height, radius, soft),
+                    FieldRegion::Core { radius, soft } => (0.0, radius, soft),
+                };
+                at("region", low, -10.0, 10.0).and(at("region", high, -10.0, 10.0))?;
+                at("region.soft", soft, 0.0, 10.0)?;
+            }
+            Ok(())
+        }
+    }
 }
 
 /// The ranges of what is around a plant.

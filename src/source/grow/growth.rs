@@ -14,10 +14,11 @@ use glam::Vec3;
 use super::endpoints;
 use super::nodes::Nodes;
 use super::paths::{Party, PathSource, Paths};
+use super::solid::Solids;
 use super::space::{Graph, GraphParams, ObstacleMeshes, Space, follows};
 use super::structure::Structure;
 use crate::base::Seed;
-use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Light};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
 const BEND: f32 = 0.35;
@@ -45,6 +46,11 @@ impl<'a> Tree<'a> {
         Self { params, share, seed, structure: Structure::empty(), notes: Vec::new(), ends: Vec::new() }
     }
 
+    /// Its height over that of the first plant.
+    pub(super) fn share(&self) -> f32 {
+        self.share
+    }
+
     /// The nodes as this plant sees them, which is the `index`-th of its graph.
     pub(super) fn nodes(&self, graph: &Graph, index: usize) -> Nodes {
         graph.space().nodes.seen_from(graph.roots()[index], self.share)
@@ -52,11 +58,14 @@ impl<'a> Tree<'a> {
 }
 
 /// Grows all plants on a graph, the first of which stands at the origin; gives back the graph that they end in.
-pub(super) fn grow_all<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], space: &GrowSpace) -> Cow<'g, Graph> {
+pub(super) fn grow_all<'g>(graph: &'g Graph, trees: &mut [Tree<'_>],
+    space: &GrowSpace,
+    solids: &Solids,
+) -> Cow<'g, Graph> {
     let all = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
     let first = trees[0].params;
     if !follows(first) {
-        run(graph, trees, 0..all, space.light, &[]);
+        run(graph, trees, 0..all, space.light, solids, &[]);
         return Cow::Borrowed(graph);
     }
     // What the last volume iteration leaves is what the graph follows.
@@ -66,19 +75,19 @@ pub(super) fn grow_all<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], space: &Gro
         .map(|t| t.params.iterations.iter().rposition(volume).map_or(1, |last| last + 1))
         .max()
         .unwrap_or(1);
-    run(graph, trees, 0..sketched, space.light, &[]);
+    run(graph, trees, 0..sketched, space.light, solids, &[]);
     let structures: Vec<&Structure> = trees.iter().map(|t| &t.structure).collect();
     let (fine, places) = graph.following(&structures, first.nodes, first.space.detail);
     let ends: Vec<Vec<Vec<u32>>> = trees
         .iter()
         .map(|t| t.ends.iter().map(|ends| ends.iter().map(|&e| places[e as usize]).collect()).collect())
         .collect();
-    run(&fine, trees, 0..all, space.light, &ends);
+    run(&fine, trees, 0..all, space.light, solids, &ends);
     Cow::Owned(fine)
 }
 
 /// How high a plant reaches alone in a region of height 1, on a coarse graph.
-pub(super) fn height_alone(params: &GrowParams) -> f32 {
+pub(super) fn height_alone(params: &GrowParams, solids: &Solids) -> f32 {
     let alone = GrowParams {
         nodes: (params.nodes / 4).max(16),
         space: GrowSpace { detail: 1.0, graph_seed: params.space.graph_seed, ..GrowSpace::default() },
@@ -86,13 +95,13 @@ pub(super) fn height_alone(params: &GrowParams) -> f32 {
     };
     let Ok(graph) = Graph::new(&GraphParams::with_heights(&alone, &[1.0]), &ObstacleMeshes::new()) else { return 1.0 };
     let mut trees = [Tree::new(&alone, 1.0, Seed::new(1))];
-    run(&graph, &mut trees, 0..alone.iterations.len(), Light::default(), &[]);
+    run(&graph, &mut trees, 0..alone.iterations.len(), Light::default(), solids, &[]);
     let top = trees[0].structure.members.iter().fold(0.0_f32, |top, m| top.max(graph.space().nodes.at(m.node).y));
     if top > 0.05 { top } else { 1.0 }
 }
 
 /// Takes some iterations from the root on. `given` are endpoints that stand already, by plant and iteration.
-fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>, light: Light, given: &[Vec<Vec<u32>>]) {
+fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>, light: Light, solids: &Solids, given: &[Vec<Vec<u32>>]) {
     let space = graph.space();
     let views: Vec<Cow<'_, Space>> = trees
         .iter()
@@ -106,7 +115,7 @@ fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>
     }
     for i in iterations {
         let ends = |tree: usize| given.get(tree).and_then(|ends| ends.get(i)).map(Vec::as_slice);
-        pass(trees, &views, i, light, ends);
+        pass(trees, &views, i, light, solids, ends);
     }
 }
 
@@ -127,6 +136,7 @@ fn pass<'a>(
     views: &[Cow<'_, Space>],
     i: usize,
     light: Light,
+    solids: &Solids,
     given: impl Fn(usize) -> Option<&'a [u32]>,
 ) {
     let direction = Vec3::from(light.direction).normalize_or(Vec3::Y);
@@ -146,8 +156,8 @@ fn pass<'a>(
         let (rule, wanted, chosen) = if let Some(ends) = given(t) {
             (EndpointRule::Any, ends.len(), ends.to_vec())
         } else {
-            let wanted = endpoints::count(&endpoints) as usize;
-            let mut candidates = endpoints::candidates(&endpoints, view, &trees[t].structure, seed);
+            let wanted = endpoints::count(&endpoints, solids, params.width) as usize;
+            let mut candidates = endpoints::candidates(&endpoints, solids, view, &trees[t].structure, seed);
             candidates.retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
             if candidates.is_empty() && wanted > 0 {
                 let note = format!("iteration {}: no node is free where its branches should end", i + 1);
@@ -156,15 +166,15 @@ fn pass<'a>(
             // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the
             // search.
             let chosen = match iteration.keep {
-                EndpointRule::Any => endpoints::spread(&candidates, &view.nodes, wanted, seed),
+                EndpointRule::Any => endpoints::choose(&endpoints, &candidates, &view.nodes, wanted, seed),
                 EndpointRule::Lower | EndpointRule::Higher => candidates,
             };
             (iteration.keep, wanted, chosen)
         };
-        let sources = trees[t].structure.sources(&view.nodes, iteration.start, params.bole);
+        let sources = trees[t].structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
         wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, sources, seed });
     }
-    let straight = crate::preset::plan::Guide::Piecewise { first: 0.0, then: 0.0, switch: 1 };
+    let straight = Guide::Constant { alpha: 0.0 };
     let parties: Vec<Party<'_>> = wishes
         .iter()
         .zip(views)
@@ -184,7 +194,7 @@ fn pass<'a>(
     let paths = Paths::find_among(&views[0].graph, &parties, &targets);
     for (t, wish) in wishes.into_iter().enumerate() {
         let (tree, view) = (&mut trees[t], &*views[t]);
-        let Wish { rule, wanted, chosen, seed, .. } = wish;
+        let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;
         let asked = !chosen.is_empty();
         let mut note = |note: String| tree.notes.push(format!("iteration {}: {note}", i + 1));
         let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
@@ -205,7 +215,11 @@ fn pass<'a>(
                     let (end, start) = (height(n), height(paths.source(n)));
                     if lower { end < start } else { end > start }
                 };
-                endpoints::spread(&reached.into_iter().filter(right).collect::<Vec<_>>(), &view.nodes, wanted, seed)
+                let right: Vec<u32> = reached.into_iter().filter(right).collect();
+                match iteration {
+                    Some(iteration) => endpoints::choose(&iteration.endpoints, &right, &view.nodes, wanted, seed),
+                    None => right,
+                }
             }
         };
         if asked && kept.len() < wanted {
@@ -227,8 +241,8 @@ fn closed(structure: &Structure) -> Vec<PathSource> {
 /// Endpoints whose hops are as long as the parameters mean, on a graph that may be finer.
 fn scaled(endpoints: &Endpoints, nodes: &Nodes) -> Endpoints {
     let mut endpoints = endpoints.clone();
-    if let Endpoints::Surface { hops, .. } = &mut endpoints {
-        *hops = (*hops as f32 * nodes.edges_in_a_hop()).round() as u32;
+    if let Endpoints::Surface { k, .. } = &mut endpoints {
+        *k = (*k as f32 * nodes.edges_in_a_hop()).round() as u32;
     }
     endpoints
 }

@@ -5,11 +5,16 @@
 //! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
 //! the chosen ones (`structure`). What remains is to take the graph's crookedness out and give radii (`skeleton`).
 //!
-//! Limits: no two paths share a node without sharing the way to it, so axes never cross, but thick wood may touch. Twigs
-//! and leaves are a later stage's. Time is `n log n` in nodes; memory about 120 bytes a node.
+//! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
+//! plants are (`space`). Wood that overlaps is found and mended at the end (`overlap`).
+//!
+//! Limits: no two paths share a node without sharing the way to it, so axes never cross. Twigs and leaves are a later
+//! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 30 for a pass over it.
 
 mod check;
+mod detail;
 mod endpoints;
+mod field;
 mod frontier;
 mod growth;
 mod grid;
@@ -17,26 +22,37 @@ mod guide;
 mod near;
 mod nodes;
 mod obstacle;
+mod overlap;
 mod paths;
+#[cfg(test)]
+mod promises;
 mod region;
 mod shed;
 mod skeleton;
+mod solid;
 mod space;
 mod structure;
 #[cfg(test)]
 mod tests;
 mod tile;
+mod volume;
 mod yao;
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
+
+use glam::Vec3;
 
 use growth::Tree;
+pub use detail::{Detail, detail};
 pub use obstacle::obstacle_triangles;
+pub use overlap::overlaps;
+pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
 pub use space::{Graph, GraphParams, ObstacleMeshes};
 
 use crate::base::Seed;
 use crate::plant::{Plant, PlantError, Skeleton};
-use crate::preset::plan::{Company, GrowParams};
+use crate::preset::plan::{Company, Endpoints, GrowParams, Obstacle};
 
 /// Why nothing could be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -53,6 +69,9 @@ pub enum GrowError {
         /// Largest allowed.
         high: f32,
     },
+    /// A volume names a file whose shape is not given.
+    #[error("the shape {0} that endpoints are taken from is not there")]
+    Shape(String),
     /// An obstacle names a file whose mesh is not given.
     #[error("the mesh of the obstacle {0} is not there")]
     NoMesh(String),
@@ -78,32 +97,48 @@ pub enum GrowError {
 ///
 /// # Errors
 ///
-/// When a parameter is out of range, nothing grows, or an obstacle is a mesh (see [`grow_among`]).
+/// When a parameter is out of range, nothing grows, or the species needs files (see [`grow_among`]).
 pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
-    grow_among(params, &ObstacleMeshes::new(), seed)
+    grow_in(params, &Solids::new(), seed)
 }
 
-/// As [`grow`], given the meshes of its obstacles.
+/// As [`grow`], for a species whose volumes name files: `solids` holds their shapes.
 ///
 /// # Errors
 ///
-/// When a parameter is out of range, a mesh is not there, or nothing grows.
+/// As for [`grow`], and when a shape is not there.
+pub fn grow_in(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
+    grow_among(params, solids, &ObstacleMeshes::new(), seed)
+}
+
+/// As [`grow_in`], given the meshes of the obstacles.
+///
+/// # Errors
+///
+/// As for [`grow_in`], and when a mesh is not there.
 pub fn grow_among(
     params: &GrowParams,
+    solids: &Solids,
     meshes: &ObstacleMeshes,
     seed: Seed,
 ) -> Result<(Plant, Vec<String>), GrowError> {
-    grow_on(&Graph::new(&GraphParams::of(params)?, meshes)?, params, seed)
+    grow_on(&Graph::new(&GraphParams::of(params, solids)?, meshes)?, params, solids, seed)
 }
 
 /// As [`grow_among`], on a graph that is there already and may have served other plants: the same bytes.
 ///
 /// # Errors
 ///
-/// When a parameter is out of range, the graph is not that of [`GraphParams::of`] these parameters, or nothing grows.
-pub fn grow_on(graph: &Graph, params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
-    check::check(params)?;
-    let tops = heights(params);
+/// When a parameter is out of range, a shape is not there, the graph is not that of [`GraphParams::of`] these parameters,
+/// or nothing grows.
+pub fn grow_on(
+    graph: &Graph,
+    params: &GrowParams,
+    solids: &Solids,
+    seed: Seed,
+) -> Result<(Plant, Vec<String>), GrowError> {
+    checked(params, solids)?;
+    let tops = heights(params, solids);
     if *graph.params() != GraphParams::with_heights(params, &tops) {
         return Err(GrowError::OtherGraph);
     }
@@ -114,7 +149,7 @@ pub fn grow_on(graph: &Graph, params: &GrowParams, seed: Seed) -> Result<(Plant,
         Tree::new(&beside.params, beside.params.height / top / first, seed)
     });
     let mut trees: Vec<Tree<'_>> = std::iter::once(Tree::new(params, 1.0, seed)).chain(beside).collect();
-    let graph = growth::grow_all(graph, &mut trees, &params.space);
+    let graph = growth::grow_all(graph, &mut trees, &params.space, solids);
 
     let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
     let mut notes = Vec::new();
@@ -126,25 +161,67 @@ pub fn grow_on(graph: &Graph, params: &GrowParams, seed: Seed) -> Result<(Plant,
         // A plant that shares its space keeps the scale that neighbours and obstacles have.
         let scale = bound.then(|| tree.params.height / tops[i]);
         let view = if i == 0 { Cow::Borrowed(&graph.space().nodes) } else { Cow::Owned(tree.nodes(&graph, i)) };
-        let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale);
+        let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
+        let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
+        let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale, &barred);
         notes.extend(tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }));
         match skeleton {
             Some(skeleton) if i == 0 => plants.push(skeleton),
             Some(mut skeleton) => {
                 let [x, z] = params.space.beside[i - 1].at;
-                skeleton.nodes.iter_mut().for_each(|n| n.position += glam::Vec3::new(x, 0.0, z));
+                skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
                 plants.push(skeleton);
             }
             None if i == 0 => return Err(GrowError::Nothing),
             None => notes.push(format!("plant {}: nothing grew", i + 1)),
         }
     }
-    let (plant, slim) = shed::shed(&joined(plants).into_plant()?, params.slenderness);
+    let (mut skeleton, mended) = overlap::mend(joined(plants));
+    notes.extend(mended.note());
+    if !bound {
+        // What was dropped or pushed may have been the top.
+        let top = skeleton.nodes.iter().fold(0.0_f32, |top, n| top.max(n.position.y));
+        let scale = if top > 0.0 { params.height / top } else { 1.0 };
+        skeleton.nodes.iter_mut().for_each(|n| n.position *= scale);
+    }
+    let plant = skeleton.into_plant()?;
+    let (plant, slim) =
+        if bound { shed::shed_in_place(&plant, params.slenderness) } else { shed::shed(&plant, params.slenderness) };
     if slim > 0 {
         let s = if slim == 1 { "" } else { "es" };
         notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
     }
     Ok((plant, notes))
+}
+
+/// The files whose shapes a species and its neighbours need, in order and each once.
+#[must_use]
+pub fn shape_files(params: &GrowParams) -> BTreeSet<ShapeFile> {
+    std::iter::once(params)
+        .chain(params.space.beside.iter().map(|beside| &beside.params))
+        .flat_map(|params| &params.iterations)
+        .filter_map(|iteration| match &iteration.endpoints {
+            Endpoints::Volume { shape, .. } => volume::file(shape),
+            Endpoints::Surface { .. } => None,
+        })
+        .collect()
+}
+
+/// The files whose meshes stand in a plant's way, as its parameters name them.
+pub fn obstacle_files(params: &GrowParams) -> impl Iterator<Item = &String> {
+    params.space.obstacles.iter().filter_map(|obstacle| match obstacle {
+        Obstacle::Mesh { file, .. } => Some(file),
+        Obstacle::Box { .. } => None,
+    })
+}
+
+/// Whether parameters are in their ranges and their shapes there.
+fn checked(params: &GrowParams, solids: &Solids) -> Result<(), GrowError> {
+    check::check(params)?;
+    match shape_files(params).into_iter().find(|file| !solids.contains_key(file)) {
+        Some(missing) => Err(GrowError::Shape(missing.file)),
+        None => Ok(()),
+    }
 }
 
 /// One skeleton of several.
@@ -162,7 +239,7 @@ fn joined(skeletons: Vec<Skeleton>) -> Skeleton {
 
 /// How high each plant reaches in a region of height 1 when it grows alone, the first one's first; 1 where that does not
 /// matter, since a plant that shares its space with nothing is scaled to its height at the end.
-fn heights(params: &GrowParams) -> Vec<f32> {
+fn heights(params: &GrowParams, solids: &Solids) -> Vec<f32> {
     let space = &params.space;
     if space.beside.is_empty() && space.obstacles.is_empty() {
         return vec![1.0];
@@ -175,7 +252,7 @@ fn heights(params: &GrowParams) -> Vec<f32> {
             if let Some((_, top)) = known.iter().find(|(other, _)| alike(other, params)) {
                 return *top;
             }
-            let top = growth::height_alone(params);
+            let top = growth::height_alone(params, solids);
             known.push((params, top));
             top
         })

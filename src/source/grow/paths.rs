@@ -154,7 +154,16 @@ impl Paths {
                 // Only sources lean, and only on the first hop.
                 let lean = if hops <= 1 { leans[state.source as usize] } else { 0.0 };
                 let (vector, source) = (state.vector, state.source);
-                let step = Step { vector, edge, position: party.nodes.at(node), hops, source, node, lean };
+                let step = Step {
+                    vector,
+                    edge,
+                    position: party.nodes.at(node),
+                    hops,
+                    source,
+                    source_height: party.nodes.at(source).y,
+                    node,
+                    lean,
+                };
                 let turned = step.turned(party.guide, party.seed);
                 state.vector = towards(vector, turned, share);
                 if party.light != Vec3::ZERO {
@@ -184,6 +193,11 @@ impl Paths {
             }
         }
         paths
+    }
+
+    /// The cost of every node; infinite where no path leads.
+    pub(super) fn into_costs(self) -> Vec<f32> {
+        self.costs
     }
 
     /// Whether a path leads to a node.
@@ -222,7 +236,7 @@ mod tests {
     use super::*;
     use crate::source::grow::obstacle::Obstacles;
 
-    const STRAIGHT: Guide = Guide::Piecewise { first: 0.0, then: 0.0, switch: 1 };
+    const STRAIGHT: Guide = Guide::Constant { alpha: 0.0 };
 
     fn node_at(nodes: &Nodes, p: Vec3) -> u32 {
         nodes.nearest(p)
@@ -251,10 +265,10 @@ mod tests {
         edges[root as usize][..2].copy_from_slice(&[up, side]);
         edges[up as usize][0] = end;
         edges[side as usize][0] = end;
-        let graph = Edges { edges };
+        let graph = Edges::given(edges);
         let source = [PathSource { node: root, vector: Vec3::Y, lean: 0.0, closed: false }];
         // Turning to the horizontal after one hop makes the way across free; the way up from the side costs.
-        let guide = Guide::Piecewise { first: std::f32::consts::FRAC_PI_2, then: 0.0, switch: 1 };
+        let guide = Guide::Piecewise { alpha1: std::f32::consts::FRAC_PI_2, alpha2: 0.0, h0: 1 };
         let paths = Paths::find(&nodes, &graph, &source, &[end], &guide, Seed::new(1));
         assert_eq!(path(&paths, end), [root, up, end]);
         assert!((paths.vector(up) - Vec3::X).length() < 1e-4);

@@ -70,6 +70,11 @@ impl Region {
         bounds
     }
 
+    /// How many times larger than the first plant's column it is.
+    pub(super) fn crowding(&self) -> f32 {
+        (self.volume() / self.columns[0].volume()).max(1.0)
+    }
+
     /// Volume of the columns; what overlaps counts once, by a sample. Obstacles are not taken out, so that one does not
     /// make the graph finer elsewhere.
     pub(super) fn volume(&self) -> f32 {

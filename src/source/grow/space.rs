@@ -14,16 +14,21 @@ use super::GrowError;
 use super::near::Near;
 use super::nodes::Nodes;
 use super::obstacle::{MOST_TRIANGLES, Obstacles, Triangle};
+use super::paths::{Party, PathSource, Paths};
 use super::region::{Column, Region};
+use super::solid::Solids;
 use super::structure::Structure;
 use super::yao::Edges;
 use crate::base::Seed;
-use crate::preset::plan::{GrowParams, Obstacle};
+use crate::preset::plan::{GrowParams, Guide, Obstacle};
 
 /// Share of the nodes that the graph has before it follows a plant.
 const COARSE: f32 = 0.25;
 /// Detail from which a graph follows the plant.
 const FOLLOWS: f32 = 1.05;
+
+/// Most nodes of a graph for several plants.
+const MOST_SHARED: f32 = 1_000_000.0;
 
 /// The triangles of obstacle files, in the files' own units, by the name that the parameters have.
 pub type ObstacleMeshes = std::collections::BTreeMap<String, Vec<[Vec3; 3]>>;
@@ -84,10 +89,10 @@ impl GraphParams {
     ///
     /// # Errors
     ///
-    /// When a parameter is out of range.
-    pub fn of(params: &GrowParams) -> Result<Self, GrowError> {
-        super::check::check(params)?;
-        Ok(Self::with_heights(params, &super::heights(params)))
+    /// When a parameter is out of range or a shape is not there.
+    pub fn of(params: &GrowParams, solids: &Solids) -> Result<Self, GrowError> {
+        super::checked(params, solids)?;
+        Ok(Self::with_heights(params, &super::heights(params, solids)))
     }
 
     /// As [`of`](Self::of), given how high the plants reach in regions of height 1, the first one's first.
@@ -110,14 +115,6 @@ impl GraphParams {
             clearance: if solid { space.clearance / first } else { 0.0 },
             per_metre: if solid { 1.0 / first } else { 0.0 },
         }
-    }
-
-    /// The files whose meshes are obstacles.
-    pub fn files(&self) -> impl Iterator<Item = &String> {
-        self.obstacles.iter().filter_map(|obstacle| match obstacle {
-            Obstacle::Mesh { file, .. } => Some(file),
-            Obstacle::Box { .. } => None,
-        })
     }
 
     fn region(&self, meshes: &ObstacleMeshes) -> Result<Region, GrowError> {
@@ -162,7 +159,7 @@ impl Graph {
     pub fn new(params: &GraphParams, meshes: &ObstacleMeshes) -> Result<Self, GrowError> {
         let region = params.region(meshes)?;
         let seed = Seed::new(params.seed).child("graph");
-        let (nodes, roots) = Nodes::even(&region, params.nodes, seed);
+        let (nodes, roots) = Nodes::even(&region, shared(params.nodes, &region), seed);
         let space = Space::linked(nodes, region.obstacles());
         Ok(Self { params: params.clone(), region, space, roots })
     }
@@ -209,6 +206,23 @@ impl Graph {
         self.space.nodes.root
     }
 
+    /// How far an octant looks for a node, in heights of the first plant.
+    #[must_use]
+    pub fn reach(&self) -> f32 {
+        self.space.nodes.widest * super::yao::REACH
+    }
+
+    /// The least cost of every node from the first plant's root with upright guiding vectors: one whole pass.
+    #[must_use]
+    pub fn costs_from_root(&self) -> Vec<f32> {
+        let sources = [PathSource { node: self.root(), vector: Vec3::Y, lean: 0.0, closed: false }];
+        let guide = Guide::Constant { alpha: 0.0 };
+        let (nodes, seed) = (&self.space.nodes, Seed::new(1));
+        let party = Party { nodes, sources: &sources, guide: &guide, light: Vec3::ZERO, seed };
+        let all: Vec<u32> = (0..nodes.len() as u32).collect();
+        Paths::find_among(&self.space.graph, &[party], &all).into_costs()
+    }
+
     pub(super) fn space(&self) -> &Space {
         &self.space
     }
@@ -237,11 +251,16 @@ impl Graph {
         let near = Near::new(points, low, high, coarse.disc * 0.6);
         let seed = Seed::new(self.params.seed).child("graph");
         let (nodes, places) =
-            Nodes::following(&self.region, coarse, count, detail, seed, |p| near.at(p));
+            Nodes::following(&self.region, coarse, shared(count, &self.region), detail, seed, |p| near.at(p));
         let space = Space::linked(nodes, self.region.obstacles());
         let roots = self.roots.iter().map(|&r| places[r as usize]).collect();
         (Self { params: self.params.clone(), region: self.region.clone(), space, roots }, places)
     }
+}
+
+/// The nodes of a region in which several plants have as many each as one has alone.
+fn shared(count: u32, region: &Region) -> u32 {
+    (count as f32 * region.crowding()).min((count as f32).max(MOST_SHARED)) as u32
 }
 
 /// Whether a plant's graph follows it.

@@ -5,17 +5,29 @@ use glam::Vec3;
 use super::growth::{Tree, grow_all};
 use super::space::Space;
 use super::structure::Structure;
-use super::{Graph, GraphParams, GrowError, ObstacleMeshes, grow};
+use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
 use crate::base::Seed;
 use crate::plant::{Plant, PlantStats};
 use crate::preset::plan::{
-    EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Volume,
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Sampling, Volume,
 };
 use crate::preset::species;
 
 fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
-    let guide = Guide::Piecewise { first, then: 0.0, switch: 1 };
+    let guide = Guide::Piecewise { alpha1: first, alpha2: 0.0, h0: 1 };
     GrowIteration { endpoints, guide, start: GuideStart::Kept, keep: EndpointRule::Any }
+}
+
+fn volume(shape: Volume, count: u32) -> Endpoints {
+    Endpoints::Volume { shape, count: Count::Number(count), sampling: Sampling::Poisson }
+}
+
+fn surface(k: u32, t: f32, count: u32) -> Endpoints {
+    Endpoints::Surface { k, t, count, sampling: Sampling::Poisson }
+}
+
+fn point(height: f32) -> Endpoints {
+    volume(Volume::Point { height, out: 0.0 }, 1)
 }
 
 fn small() -> GrowParams {
@@ -32,9 +44,9 @@ fn small() -> GrowParams {
         slenderness: 10_000.0,
         space: GrowSpace { detail: 1.0, ..GrowSpace::default() },
         iterations: vec![
-            pass(Endpoints::Volume { shape: Volume::Point { height: 0.5 }, count: 1 }, 0.0),
-            pass(Endpoints::Volume { shape: crown, count: 12 }, 0.6),
-            pass(Endpoints::Surface { hops: 2, proportion: 0.7, count: 60 }, 0.5),
+            pass(point(0.5), 0.0),
+            pass(volume(crown, 12), 0.6),
+            pass(surface(2, 0.7, 60), 0.5),
         ],
     }
 }
@@ -71,9 +83,9 @@ fn another_seed_grows_another_tree() {
 
 /// The structure that some parameters grow, on a graph as it stands at the end.
 fn structure(params: &GrowParams) -> (Structure, Graph, Vec<String>) {
-    let graph = Graph::new(&GraphParams::of(params).unwrap(), &ObstacleMeshes::new()).unwrap();
+    let graph = Graph::new(&GraphParams::of(params, &Solids::new()).unwrap(), &ObstacleMeshes::new()).unwrap();
     let mut trees = [Tree::new(params, 1.0, Seed::new(4))];
-    let end = grow_all(&graph, &mut trees, &params.space).into_owned();
+    let end = grow_all(&graph, &mut trees, &params.space, &Solids::new()).into_owned();
     let [tree] = trees;
     (tree.structure, end, tree.notes)
 }
@@ -108,7 +120,7 @@ fn every_endpoint_is_reached_or_told_of() {
 fn more_endpoints_than_room_are_told_of() {
     let mut params = small();
     params.iterations[1].endpoints =
-        Endpoints::Volume { shape: Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1 }, count: 5000 };
+        volume(Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1, hollow: 0.0 }, 5000);
     let (_, notes) = grow(&params, Seed::new(1)).unwrap();
     assert_eq!(notes.len(), 1);
     assert!(notes[0].starts_with("iteration 2: ") && notes[0].contains("of 5000 endpoints"), "{notes:?}");
@@ -130,7 +142,7 @@ fn nothing_forks_below_the_clear_bole() {
 fn many_first_endpoints_make_stems_of_their_own() {
     let mut params = small();
     let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.8, radius: 0.35, hollow: 0.7 };
-    params.iterations = vec![pass(Endpoints::Volume { shape, count: 10 }, 0.1)];
+    params.iterations = vec![pass(volume(shape, 10), 0.1)];
     params.bole = 0.15;
     let plant = grown(&params);
     let stems = plant.chains().iter().filter(|c| c.parent.is_none()).count();
@@ -142,13 +154,14 @@ fn many_first_endpoints_make_stems_of_their_own() {
 fn rules_keep_only_what_lies_lower_or_higher() {
     for (keep, sign) in [(EndpointRule::Lower, -1.0), (EndpointRule::Higher, 1.0)] {
         let mut params = small();
-        params.bole = 0.0;
+        // Limbs leave the trunk above this height, and the crown reaches below it.
+        params.bole = 0.3;
         params.iterations.truncate(1);
         let trunk = structure(&params).0.members.len();
-        params = small();
-        params.bole = 0.0;
+        let crown = Volume::Cylinder { bottom: 0.15, top: 0.7, radius: 0.35, hollow: 0.2 };
+        params.iterations = small().iterations;
+        params.iterations[1] = GrowIteration { keep, ..pass(volume(crown, 12), 0.6) };
         params.iterations.truncate(2);
-        params.iterations[1].keep = keep;
         let (structure, graph, _) = structure(&params);
         let nodes = &graph.space().nodes;
         let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
@@ -187,10 +200,10 @@ fn extremes_end_in_a_plant_or_an_error() {
         |p| p.slenderness = 50.0,
         |p| p.iterations.clear(),
         |p| p.iterations = vec![p.iterations[2].clone(); 20],
-        |p| p.iterations[0].endpoints = Endpoints::Volume { shape: Volume::Point { height: 0.0 }, count: 1 },
-        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: u32::MAX, proportion: 1.0, count: u32::MAX },
-        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: 0, proportion: 0.0, count: 0 },
-        |p| p.iterations[1].guide = Guide::Random { low: -12.0, high: 12.0 },
+        |p| p.iterations[0].endpoints = point(0.0),
+        |p| p.iterations[2].endpoints = surface(u32::MAX, 1.0, u32::MAX),
+        |p| p.iterations[2].endpoints = surface(0, 0.0, 0),
+        |p| p.iterations[1].guide = Guide::Random { low: -12.0, high: 12.0, alpha2: 0.0, h0: 1 },
         |p| p.iterations[1].guide = Guide::Polar { theta: f32::NAN },
     ];
     for (i, change) in changes.iter().enumerate() {
