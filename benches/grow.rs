@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench grow`. Times are a process's own; compare within one run.
 
-#[expect(missing_docs, unreachable_pub, reason = "a module of a benchmark, shared with the figures")]
+#[expect(unreachable_pub, reason = "a module of a benchmark, shared with the figures")]
 mod reference;
 
 use divan::Bencher;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use treewright::plant::PlantStats;
-use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::ImportParams;
 use treewright::source::import::import;
 
 /// The folder of skeletons; none, with a word about it, where the data is absent, which CI does not allow.
@@ -33,7 +33,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn params() -> ImportParams {
-    ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs }
+    ImportParams { file: String::new(), ..ImportParams::default() }
 }
 
 fn inspect(file: &Path) -> Output {

@@ -8,7 +8,7 @@ use treewright::source::grow::{Graph, GraphParams, ObstacleMeshes, Solids, detai
 use crate::{Figure, root, seconds};
 
 #[path = "../../benches/reference/mod.rs"]
-#[expect(missing_docs, unreachable_pub, reason = "a module of a benchmark, shared with the figures")]
+#[expect(unreachable_pub, reason = "a module of a benchmark, shared with the figures")]
 mod reference;
 
 /// A typical result of the paper: 6,000 endpoints in five iterations.
@@ -152,4 +152,5 @@ fn found_overlaps() {
     }
     let how = format!("of {branches} branches of {trees} shipped species lie in others with over 1 % of their surface");
     Figure::new("grow.overlaps", left as f64, "branches", how).goal("0").print();
+    crate::plausibility::print();
 }

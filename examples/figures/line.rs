@@ -8,7 +8,7 @@ use treewright::blend::sample;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{BuildOptions, Builder, Memory, SetFiles, find_presets, load_preset};
 use treewright::plant::PlantStats;
-use treewright::preset::plan::{ImportHeight, ImportParams, MatchParams, UpAxis};
+use treewright::preset::plan::{ImportParams, MatchParams};
 use treewright::relate::fuzzy_family;
 use treewright::source::grow::grow;
 use treewright::source::import::import;
@@ -71,7 +71,7 @@ fn imports(folder: &Path) {
     files.sort();
     let bytes: Vec<(String, Vec<u8>)> =
         files.iter().map(|f| (f.display().to_string(), std::fs::read(f).expect("it can be read"))).collect();
-    let params = ImportParams { file: String::new(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+    let params = ImportParams { file: String::new(), ..ImportParams::default() };
     let all = || bytes.iter().map(|(name, bytes)| import(bytes, name, &params)).collect::<Vec<_>>();
     let results = all();
     let good = results.iter().filter(|r| r.is_ok()).count();

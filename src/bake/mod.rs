@@ -3,6 +3,7 @@
 mod atlas;
 mod bark_art;
 mod bark_height;
+mod card_art;
 mod contact_sheet;
 mod coverage;
 mod dilate;
@@ -24,6 +25,7 @@ mod user_art;
 
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
+pub use card_art::{card_maps, own_bark_maps};
 pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;

@@ -158,7 +158,8 @@ pub fn maps_from_images(
     Ok(maps)
 }
 
-fn decode(bytes: &[u8], file: ArtFile, limits: ArtLimits) -> Result<DynamicImage, ArtError> {
+/// Decodes one picture within limits.
+pub(super) fn decode(bytes: &[u8], file: ArtFile, limits: ArtLimits) -> Result<DynamicImage, ArtError> {
     let too_large = ArtError::TooLarge { file, edge: limits.edge, bytes: limits.bytes };
     let open = || {
         let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?;
@@ -188,7 +189,7 @@ fn error(error: &image::ImageError, file: ArtFile, too_large: &ArtError) -> ArtE
 }
 
 /// Normals of the relief that luminance suggests: bright is high. Gentle, since shadows in a photograph are no relief.
-fn normals_of(pixels: &[[u8; 4]], width: usize, height: usize, purpose: ArtUse) -> Vec<[u8; 3]> {
+pub(super) fn normals_of(pixels: &[[u8; 4]], width: usize, height: usize, purpose: ArtUse) -> Vec<[u8; 3]> {
     let light: Vec<f32> = pixels
         .iter()
         .map(|p| (0.3 * f32::from(p[0]) + 0.59 * f32::from(p[1]) + 0.11 * f32::from(p[2])) / 255.0)

@@ -64,6 +64,12 @@ pub fn ln(x: f32) -> f32 {
     libm::logf(x)
 }
 
+/// Natural logarithm, in double precision.
+#[must_use]
+pub fn ln64(x: f64) -> f64 {
+    libm::log(x)
+}
+
 /// Cube root.
 #[must_use]
 pub fn cbrt(x: f32) -> f32 {

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::Loaded;
 use super::assets::{self, SetParts};
-use super::stages;
+use super::{Loaded, World};
+use super::{blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
-use crate::dress;
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
-use crate::source::grow;
+use crate::source::scene::Files;
+use crate::source::{grow, import};
 
 pub use super::stages::Memory;
 
@@ -30,6 +30,16 @@ pub struct InputFile {
     pub bytes: Vec<u8>,
     /// What it is called in messages.
     pub shown: String,
+    /// Other files that it names: the name in it, and where that lies. Those that are missing have no [`InputFile`].
+    pub names: BTreeMap<String, String>,
+}
+
+impl InputFile {
+    /// The files that it names, as far as they are there.
+    pub(super) fn files<'a>(&self, inputs: &'a Inputs) -> Files<'a> {
+        let found = |(name, path): (&String, &String)| Some((name.clone(), inputs.get(path)?.bytes.as_slice()));
+        self.names.iter().filter_map(found).collect()
+    }
 }
 
 /// The files of a set.
@@ -57,7 +67,7 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         match world.read(&file) {
             Ok(bytes) => {
                 let shown = super::find::shown(&world.path(&file));
-                inputs.insert(file, InputFile { bytes, shown });
+                inputs.insert(file, InputFile { bytes, shown, names: BTreeMap::new() });
             }
             Err(why) => errors.push(
                 Diagnostic::new(preset, format!("can't read {file}: {why}"))
@@ -67,7 +77,57 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
             ),
         }
     }
+    for source in &plan.sources {
+        if let Some(params) = source.recipe.import()
+            && let Some(mut input) = inputs.remove(&params.file)
+        {
+            let result = named_files(&params.file, &mut input, &mut inputs, world);
+            inputs.insert(params.file.clone(), input);
+            errors.extend(result.err().into_iter().flatten());
+        }
+    }
     if errors.is_empty() { Ok(inputs) } else { Err(errors) }
+}
+
+/// Most files that one file may name: more is no tree.
+const MOST_NAMED: usize = 1000;
+
+/// Reads what an imported file names (materials, pictures, buffers), and what those name. What is missing is left to the
+/// importer, which knows whether it can do without; it is remembered by the world, so that it is read once it is there.
+fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &World) -> Result<(), Vec<Diagnostic>> {
+    let mut errors = Vec::new();
+    // An OBJ names its MTL, that its pictures: the third round finds nothing new.
+    for _ in 0..3 {
+        let files = input.files(inputs);
+        let mut names = import::refers(&input.bytes, file, &files);
+        names.retain(|name| !input.names.contains_key(name));
+        if names.is_empty() {
+            break;
+        }
+        if input.names.len() + names.len() > MOST_NAMED {
+            errors.push(Diagnostic::new(&input.shown, format!("it names more than {MOST_NAMED} other files")));
+            break;
+        }
+        for name in names {
+            let Some(path) = preset::beside(file, &name) else {
+                let message = format!("it names the file {name}, which lies outside of the preset's folder");
+                let hint = "keep what a mesh names inside of the preset's folder, or beside the mesh";
+                errors.push(Diagnostic::new(&input.shown, message).with_hint(hint));
+                input.names.insert(name, String::new());
+                continue;
+            };
+            // The mesh itself is not among the inputs here, and no material of its own.
+            if path != file
+                && !inputs.contains_key(&path)
+                && let Ok(bytes) = world.read(&path)
+            {
+                let shown = super::find::shown(&world.path(&path));
+                inputs.insert(path.clone(), InputFile { bytes, shown, names: BTreeMap::new() });
+            }
+            input.names.insert(name, path);
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
 /// The files that a plan names, each with the field that names it.
@@ -77,6 +137,9 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
         match &source.recipe {
             SourceRecipe::Import(params) => {
                 files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Like(like) => {
+                files.push((like.scan.file.clone(), format!("sources[\"{}\"].like", source.name)));
             }
             SourceRecipe::Grow(params) => {
                 let field = format!("sources[\"{}\"].species", source.name);
@@ -136,7 +199,7 @@ pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>>
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
-    plan.sources.len() + 2 * plan.variants.len() + 4
+    plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
 /// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
@@ -156,18 +219,21 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let families = stages::families(plan, &sources)?;
+    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let pictures = &wardrobe.pictures;
+    let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
+    let selected = selections::selected(plan, &blended)?;
+    step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
-    let dressing = stages::dress_params(plan);
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &sources, &families);
-            let plant = dress::dress(&bare, &dressing, seed.child("dress"));
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
+            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
             let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
@@ -177,18 +243,12 @@ pub fn make_set(
         .collect();
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, &pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
-    let notes = stages::source_notes(plan, &sources);
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures: &pictures,
-        notes: &notes,
-    };
+    let mut notes = stages::source_notes(plan, &sources);
+    notes.extend(selected.notes.iter().cloned());
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

@@ -7,13 +7,15 @@ use rayon::prelude::*;
 
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
-use crate::base::{Diagnostic, Key, Note, Seed};
-use crate::blend;
-use crate::plant::Plant;
+use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
+use crate::dress;
+use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, DressParams, GrowParams, LeafArt, MatchParams, Source, SourceRecipe, Variant};
-use crate::relate::{self, Family};
-use crate::source::{grow, import};
+use crate::preset::plan::{
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
+    Wear,
+};
+use crate::source::{estimate, grow, import};
 
 /// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
 #[derive(Debug, Default)]
@@ -65,8 +67,36 @@ impl<T> Kept<T> {
 pub(super) struct SourcePlant {
     /// The plant.
     pub(super) plant: Plant,
+    /// Its own pictures of leaves, by the slots of its leaves.
+    pub(super) leaf_maps: Vec<Maps>,
+    /// Its own bark, where it brings some.
+    pub(super) bark: Option<Maps>,
+    /// Whether the bark is a picture of the source's and no mere colour.
+    pictured: bool,
     /// What was bridged or dropped.
     notes: Vec<String>,
+}
+
+impl SourcePlant {
+    fn grown(plant: Plant, notes: Vec<String>) -> Self {
+        Self { plant, leaf_maps: Vec::new(), bark: None, pictured: false, notes }
+    }
+
+    fn imported(imported: import::Imported) -> Self {
+        let seed = Seed::new(0).child("own art");
+        let import::Imported { plant, art, mut notes, .. } = imported;
+        let ((leaf_maps, of_leaves), (bark, of_bark)) =
+            rayon::join(|| bake::card_maps(&art, seed), || bake::own_bark_maps(&art, seed));
+        notes.extend(of_leaves);
+        notes.extend(of_bark);
+        let pictured = art.bark.is_some_and(|bark| bark.image.is_some());
+        Self { plant, leaf_maps, bark, pictured, notes }
+    }
+
+    /// Whether it brings leaves.
+    fn is_leafy(&self) -> bool {
+        !self.plant.leaves().is_empty() && !self.leaf_maps.is_empty()
+    }
 }
 
 /// What leaves and bark wear.
@@ -77,9 +107,6 @@ pub(super) struct Pictures {
     /// Tiling.
     pub(super) bark: Maps,
 }
-
-/// Two sources in correspondence, by their indices and the weights that matched them.
-pub(super) type Families = Vec<((usize, usize, MatchParams), Family)>;
 
 /// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
 fn remember<T>(
@@ -138,19 +165,53 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
                 let solids = solids(source, params, inputs)?;
                 let graph = graph(source, params, &solids, inputs, memory)?;
                 grow::grow_on(&graph, params, &solids, Seed::new(params.seed).child("grow"))
-                    .map(|(plant, notes)| SourcePlant { plant, notes })
+                    .map(|(plant, notes)| SourcePlant::grown(plant, notes))
                     .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
         }
         SourceRecipe::Import(params) => {
-            let input = &inputs[&params.file];
-            let key = Key::stage("import", 1).params(params).input(Key::of_bytes(&input.bytes)).finish();
-            remember(&memory.sources, MOST_KEPT.0, key, || {
-                import::import(&input.bytes, &input.shown, params)
-                    .map(|imported| SourcePlant { plant: imported.plant, notes: imported.notes })
-            })
+            let key = import_key(Key::stage("import", 3), params, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || imported(params, inputs).map(SourcePlant::imported))
+        }
+        SourceRecipe::Like(like) => {
+            let key = import_key(Key::stage("like", 1).params(like), &like.scan, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || grown_like(source, like, inputs))
         }
     }
+}
+
+/// The key of an imported plant.
+fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key {
+    let input = &inputs[&params.file];
+    let mut key = stage.params(params).input(Key::of_bytes(&input.bytes));
+    for (name, bytes) in &input.files(inputs) {
+        key = key.params(name).input(Key::of_bytes(bytes));
+    }
+    key.finish()
+}
+
+fn imported(params: &ImportParams, inputs: &Inputs) -> Result<import::Imported, Vec<Diagnostic>> {
+    let input = &inputs[&params.file];
+    import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+}
+
+/// A plant grown like a scan.
+fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+    let scan = imported(&like.scan, inputs)?;
+    let wrong = |message: String| {
+        let field = format!("sources[\"{}\"].like", source.name);
+        vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
+    };
+    let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
+    let mut params = estimate.params;
+    params.seed = like.seed;
+    if let ImportHeight::Metres(height) = like.height {
+        params.height = height;
+    }
+    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
+        .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
+    notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));
+    Ok(SourcePlant::grown(plant, notes))
 }
 
 /// Reads the shapes that a species' volumes name.
@@ -307,6 +368,7 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
         .sources
         .par_iter()
         .map(|source| match &source.recipe {
+            SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
             SourceRecipe::Import(_) => one_source(source, inputs, &Memory::default()).map(drop),
             SourceRecipe::Grow(params) => {
                 solids(source, params, inputs)?;
@@ -318,8 +380,117 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
+/// What the trees of a set wear, and how slots count in it.
+#[derive(Clone, Debug)]
+pub(super) struct Wardrobe {
+    /// Pictures of leaves by slot, and the bark.
+    pub(super) pictures: Pictures,
+    /// The sources, their leaves' slots counted in `pictures`.
+    pub(super) plants: Vec<Plant>,
+    /// First slot of the pictures that dressing gives leaves, and how many there are.
+    dressed: (u16, u16),
+    /// Length of a leaf that dressing makes, metres.
+    leaf_size: f32,
+}
+
+/// Decides what leaves and bark wear: the plan's art, or what sources bring.
+///
+/// # Errors
+///
+/// When a source that art is taken from brings none.
+pub(super) fn wardrobe(
+    plan: &Plan,
+    sources: &[Arc<SourcePlant>],
+    pictures: &Pictures,
+) -> Result<Wardrobe, Vec<Diagnostic>> {
+    let lacks = |index: usize, what: &str, field: &str| {
+        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
+        vec![
+            Diagnostic::new("", message)
+                .with_field(field)
+                .with_hint(format!("name a source that is imported from a mesh with {what}")),
+        ]
+    };
+    let bark = match plan.bark_wear {
+        Wear::All => None,
+        Wear::Source(index) => {
+            let bark = sources[index].bark.as_ref();
+            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
+        }
+        Wear::Rest if sources.iter().all(|s| s.bark.is_some()) => {
+            let best = sources.iter().find(|s| s.pictured).or(sources.first());
+            best.and_then(|s| s.bark.as_ref())
+        }
+        Wear::Rest => None,
+    };
+    let bark = bark.unwrap_or(&pictures.bark).clone();
+    // Only what somebody wears takes room in the atlas.
+    let bare = sources.iter().any(|s| !s.is_leafy());
+    let mut leaves: Vec<Maps> = Vec::new();
+    let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
+    let mut leaf_size = dress_params(plan).leaf_size;
+    let dressed = match plan.leaf_wear {
+        Wear::Rest => {
+            for (source, plant) in sources.iter().zip(&mut plants) {
+                let first = leaves.len() as u16;
+                leaves.extend(source.leaf_maps.iter().cloned());
+                *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
+            }
+            let first = leaves.len() as u16;
+            if bare || leaves.is_empty() {
+                leaves.extend(pictures.leaves.iter().cloned());
+            }
+            (first, leaves.len() as u16 - first)
+        }
+        Wear::All => {
+            leaves.clone_from(&pictures.leaves);
+            let count = leaves.len();
+            for plant in &mut plants {
+                let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
+                *plant = std::mem::take(plant).rewear(|i, _| (slot(i), LeafForm::Square));
+            }
+            (0, count as u16)
+        }
+        Wear::Source(index) => {
+            let from = &sources[index];
+            if !from.is_leafy() {
+                return Err(lacks(index, "leaves", "foliage.leaf"));
+            }
+            leaves.clone_from(&from.leaf_maps);
+            let own = from.plant.leaves();
+            // A leaf of another source takes the picture and the form of one of this source's.
+            for (i, plant) in plants.iter_mut().enumerate().filter(|(i, _)| *i != index) {
+                let pick = |k: usize| {
+                    let seed = Seed::new(plan.seed).child("wear").at(i as u64).at(k as u64);
+                    let model = &own[seed.index(own.len())];
+                    (model.slot, model.form)
+                };
+                *plant = std::mem::take(plant).rewear(|k, _| pick(k));
+            }
+            if leaf_size <= 0.0 {
+                leaf_size = own.iter().map(|leaf| leaf.size).sum::<f32>() / own.len() as f32;
+            }
+            (0, leaves.len() as u16)
+        }
+    };
+    let pictures = Pictures { leaves, bark };
+    Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+impl Wardrobe {
+    /// A variant with leaves: those that its sources bring or, where one of them brings none, those of dressing.
+    pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
+        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+            return plant;
+        }
+        let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
+        let first = self.dressed.0;
+        dress::dress(&plant.without_leaves(), &params, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+    }
+}
+
 /// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
-pub(super) fn dress_params(plan: &Plan) -> DressParams {
+fn dress_params(plan: &Plan) -> DressParams {
     let span = match plan.leaf_art {
         LeafArt::Made { shape, .. } => bake::spray_span(shape),
         LeafArt::Files { .. } => 1.0,
@@ -327,58 +498,17 @@ pub(super) fn dress_params(plan: &Plan) -> DressParams {
     DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
 }
 
-/// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Result<Families, Vec<Diagnostic>> {
-    let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
-    for variant in &plan.variants {
-        if let Variant::Blend { from, to, matching, .. } = variant
-            && !pairs.contains(&(*from, *to, *matching))
-        {
-            pairs.push((*from, *to, *matching));
-        }
-    }
-    pairs
-        .into_par_iter()
-        .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(sources[from].plant.clone(), sources[to].plant.clone(), &matching);
-            let family = family.map_err(|error| {
-                let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
-                let message = format!("can't be blended with \"{to}\": {error}");
-                vec![Diagnostic::new("", message).with_field(format!("sources[\"{from}\"]"))]
-            })?;
-            Ok(((from, to, matching), family))
-        })
-        .collect()
-}
-
-/// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Arc<SourcePlant>], families: &Families) -> Plant {
+/// The sources that a variant is made of.
+fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
-        Variant::Source(index) => sources[*index].plant.clone(),
-        Variant::Blend { from, to, matching, batch, progress } => {
-            let pair = (*from, *to, *matching);
-            let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
-            let family = family.expect("families holds every pair that a variant blends");
-            // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
-            let name = |index: usize| plan.sources[index].name.as_str();
-            let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
-            family.blend(&blend::sample(family, 0, 1, seed, *progress))
+        Variant::Source(index) => vec![*index],
+        Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Selected { selection, .. } => {
+            // The candidates of a selection are blends of the same sources.
+            let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
+            first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
         }
     }
-}
-
-/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let recipe = match variant {
-        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
-        Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
-            "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
-        }),
-    };
-    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
-    (recipe, seed)
 }
 
 #[cfg(test)]

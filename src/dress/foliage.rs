@@ -182,5 +182,5 @@ fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressPa
     let spread = params.leaf_spread.clamp(0.0, 0.9);
     let size = wood.leaf * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
-    Leaf { chain: site.chain, location: site.location, orientation, size, slot }
+    Leaf::new(site.chain, site.location, orientation, size, slot)
 }

@@ -151,7 +151,7 @@ fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
             for &i in group {
                 unit_of[i] = units.len() as u32;
                 let pose = scene.posed.leaf(scene.plant, &leaves[i]);
-                let weight = leaves[i].size * leaves[i].size;
+                let weight = leaves[i].size * leaves[i].size * leaves[i].form.width();
                 centre += (pose.position + pose.frame.y * (leaves[i].size * 0.5)) * weight;
                 let side = if normal.dot(pose.frame.z) < 0.0 { -1.0 } else { 1.0 };
                 normal += pose.frame.z * (side * weight);

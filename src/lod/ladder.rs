@@ -128,12 +128,18 @@ fn full_level(plant: &Plant, posed: &crate::plant::Posed, params: &MeshParams) -
     TreeMesh { bark, leaf }
 }
 
-/// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush, and makes four of
-/// every other.
+/// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush, and makes two or
+/// four of every other.
 fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed) -> Vec<u32> {
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     let shown = |(_, leaf): &(usize, &crate::plant::Leaf)| leaf.size > least;
-    plant.leaves().iter().enumerate().filter(shown).flat_map(|(i, _)| [i as u32; 4]).collect()
+    plant
+        .leaves()
+        .iter()
+        .enumerate()
+        .filter(shown)
+        .flat_map(|(i, leaf)| std::iter::repeat_n(i as u32, CardShape::Folded.of(leaf).triangles()))
+        .collect()
 }
 
 /// The full tree at the sizes that were asked for so far.
@@ -219,7 +225,7 @@ mod tests {
             for k in 0..leaves / 40 {
                 let seed = seed.at(10 + k);
                 let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
-                builder.leaf(Leaf { chain: twig, location: seed.at(2).unit(), orientation, size: 0.3, slot: 0 });
+                builder.leaf(Leaf::new(twig, seed.at(2).unit(), orientation, 0.3, 0));
             }
         }
         builder.finish().unwrap()

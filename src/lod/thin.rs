@@ -11,10 +11,6 @@ use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents,
 const LARGEST: f32 = 2.0;
 /// Steps in search of the wood's detail.
 const STEPS: usize = 4;
-/// Triangles of a flat leaf.
-const FLAT: usize = 2;
-/// Triangles of a folded leaf.
-const FOLDED: usize = 4;
 
 /// Adds all of `part` to `mesh`; its vertices take their coordinates from `tile`.
 pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
@@ -39,11 +35,13 @@ pub(super) fn thinned(scene: &Scene<'_>, share: f32, seed: Seed) -> TreeMesh {
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);
     let room = budget.saturating_sub(count(&bark));
-    let leaves = scene.plant.leaves().len();
+    let leaves = scene.plant.leaves();
     // Folded leaves as long as nearly all of them fit.
-    let (shape, each) =
-        if room >= leaves * FOLDED * 4 / 5 { (CardShape::Folded, FOLDED) } else { (CardShape::Flat, FLAT) };
-    let mut leaf = leaf_cards(scene.plant, scene.posed, &kept(scene, room / each, seed), shape);
+    let folded: usize = leaves.iter().map(|leaf| CardShape::Folded.of(leaf).triangles()).sum();
+    let shape = if room >= folded * 4 / 5 { CardShape::Folded } else { CardShape::Flat };
+    let all = if shape == CardShape::Folded { folded } else { leaves.len() * shape.triangles() };
+    let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
+    let mut leaf = leaf_cards(scene.plant, scene.posed, &kept(scene, count, seed), shape);
     let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
@@ -56,7 +54,7 @@ fn kept(scene: &Scene<'_>, count: usize, seed: Seed) -> Vec<LeafCard> {
     order.truncate(count);
     // Vertices stay in the order of the plant.
     order.sort_unstable();
-    let area = |i: &usize| f64::from(leaves[*i].size) * f64::from(leaves[*i].size);
+    let area = |i: &usize| f64::from(leaves[*i].size) * f64::from(leaves[*i].size) * f64::from(leaves[*i].form.width());
     let all: f64 = (0..leaves.len()).map(|i| area(&i)).sum();
     let left: f64 = order.iter().map(area).sum();
     let scale = if left > 0.0 { ((all / left).sqrt() as f32).clamp(1.0, LARGEST) } else { 1.0 };

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 
 use super::{CrownLight, Mesh};
 use crate::base::math;
-use crate::plant::{Plant, Posed};
+use crate::plant::{Leaf, LeafForm, Plant, Posed};
 
 /// How much of a card's normal is the crown's, the rest is its own.
 const CANOPY: f32 = 0.72;
@@ -33,31 +33,40 @@ pub enum CardShape {
     Folded,
 }
 
+impl CardShape {
+    /// The shape of a leaf's card where leaves are drawn in this one: leaves that are flat stay so.
+    #[must_use]
+    pub const fn of(self, leaf: &Leaf) -> Self {
+        match leaf.form {
+            LeafForm::Square => self,
+            LeafForm::Flat(_) => Self::Flat,
+        }
+    }
+
+    /// Triangles of a card.
+    #[must_use]
+    pub const fn triangles(self) -> usize {
+        match self {
+            Self::Flat => 2,
+            Self::Folded => 4,
+        }
+    }
+}
+
 /// A card for each leaf of a plant, at its own size.
 #[must_use]
 pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
     (0..plant.leaves().len()).map(|leaf| LeafCard { leaf, scale: 1.0 }).collect()
 }
 
-/// Meshes leaves: a square as wide as it is long, its picture's base in the middle of the lower edge at the leaf's base;
-/// u, v in 0..=1 of the tile with v = 1 at the base, `tiles` the leaf's slot. A leaf of no size, or that the plant
+/// Meshes leaves: a card as wide as the leaf's form says, its picture's base in the middle of the lower edge at the
+/// leaf's base; flat where the form is, else of `shape`; u, v in 0..=1 of the tile with v = 1 at the base, `tiles` the leaf's slot. A leaf of no size, or that the plant
 /// doesn't have, gives nothing. Linear in cards.
 #[must_use]
 pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: CardShape) -> Mesh {
     let light = CrownLight::of(plant, posed);
     let mut mesh = Mesh::default();
-    let corners: &[(f32, f32)] = match shape {
-        CardShape::Flat => &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
-        CardShape::Folded => &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
-    };
-    let front: &[u32] = match shape {
-        CardShape::Flat => &[0, 1, 2, 0, 2, 3],
-        CardShape::Folded => &[0, 1, 4, 0, 4, 5, 1, 2, 3, 1, 3, 4],
-    };
-    let (sin, cos) = match shape {
-        CardShape::Flat => (0.0, 1.0),
-        CardShape::Folded => math::sin_cos(FOLD),
-    };
+    let fold = math::sin_cos(FOLD);
     // Cards that rounding would crush have no area.
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     for card in leaves {
@@ -66,6 +75,17 @@ pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: Card
         if !(size > least && size.is_finite()) {
             continue;
         }
+        let shape = shape.of(leaf);
+        let corners: &[(f32, f32)] = match shape {
+            CardShape::Flat => &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+            CardShape::Folded => &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
+        };
+        let front: &[u32] = match shape {
+            CardShape::Flat => &[0, 1, 2, 0, 2, 3],
+            CardShape::Folded => &[0, 1, 4, 0, 4, 5, 1, 2, 3, 1, 3, 4],
+        };
+        let (sin, cos) = if shape == CardShape::Flat { (0.0, 1.0) } else { fold };
+        let width = size * leaf.form.width();
         let pose = posed.leaf(plant, leaf);
         let y = pose.frame.y.normalize_or(Vec3::Y);
         let x = pose.frame.x;
@@ -75,7 +95,7 @@ pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: Card
         let side = if z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
         let first = mesh.positions.len() as u32;
         for &(u, v) in corners {
-            let across = (u - 0.5) * size;
+            let across = (u - 0.5) * width;
             // The halves lean away from the front.
             let position = pose.position + x * (across * cos) + y * (v * size) - z * (across.abs() * sin * side);
             let own = (z * (side * cos)

@@ -38,7 +38,7 @@ fn plant(seed: u64, wild: bool) -> Plant {
             let l = s.child("leaf").at(k);
             let orientation = Rotation::about(l.direction(), l.range(0.0, 6.0));
             let size = if wild && k == 0 { 0.0 } else { 0.2 };
-            builder.leaf(Leaf { chain: ChainId(i as u32), location: l.unit(), orientation, size, slot: k as u16 });
+            builder.leaf(Leaf::new(ChainId(i as u32), l.unit(), orientation, size, k as u16));
         }
     }
     builder.finish().unwrap()
@@ -135,7 +135,7 @@ fn bark_goes_round_a_whole_number_of_times() {
 fn a_card_spans_its_picture_from_base_to_tip() {
     let mut builder = PlantBuilder::new();
     let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
-    builder.leaf(Leaf { chain: stem, location: 0.5, orientation: Rotation::IDENTITY, size: 0.4, slot: 7 });
+    builder.leaf(Leaf::new(stem, 0.5, Rotation::IDENTITY, 0.4, 7));
     let plant = builder.finish().unwrap();
     let posed = plant.pose();
     let mesh = leaf_cards(
@@ -173,7 +173,7 @@ fn the_middle_of_a_crown_is_darker_than_its_rim() {
         let s = Seed::new(1).at(i);
         let p = s.direction() * 3.0;
         let id = builder.branch(stem, 0.6, &[Vec3::ZERO, p], &[0.01, 0.005]);
-        builder.leaf(Leaf { chain: id, location: 1.0, orientation: Rotation::IDENTITY, size: 0.1, slot: 0 });
+        builder.leaf(Leaf::new(id, 1.0, Rotation::IDENTITY, 0.1, 0));
     }
     let plant = builder.finish().unwrap();
     let light = CrownLight::of(&plant, &plant.pose());

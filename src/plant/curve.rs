@@ -115,22 +115,6 @@ impl<'a> Curve<'a> {
     }
 }
 
-/// Appends the arc-length parameters of a polyline, as [`Curve::parameters`] gives them, without other allocation.
-pub(crate) fn measure_parameters(points: &[Vec3], out: &mut Vec<f64>) {
-    let start = out.len();
-    let mut length = 0.0_f64;
-    for (i, point) in points.iter().enumerate() {
-        if i > 0 {
-            length += points[i - 1].as_dvec3().distance(point.as_dvec3());
-        }
-        out.push(length);
-    }
-    let last = (points.len().max(2) - 1) as f64;
-    for (i, t) in out[start..].iter_mut().enumerate() {
-        *t = if length > 0.0 { *t / length } else { i as f64 / last };
-    }
-}
-
 /// A value given at each of some parameters (never falling), at `t`, linearly in between.
 pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
     let t = f64::from(t);
@@ -146,7 +130,7 @@ pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
 }
 
 /// The frame at parameter `t` between stations.
-pub(super) fn frame_at(frames: &[Frame; STATIONS + 1], t: f32) -> Frame {
+pub(crate) fn frame_at(frames: &[Frame; STATIONS + 1], t: f32) -> Frame {
     let s = t.clamp(0.0, 1.0) * STATIONS as f32;
     let k = (s as usize).min(STATIONS - 1);
     let tangent = frames[k].y.lerp(frames[k + 1].y, s - k as f32);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{ChainId, Leaf, Plant, PlantBuilder};
+use super::{ChainId, Leaf, LeafForm, Plant, PlantBuilder};
 use crate::base::Rotation;
 
 #[derive(Serialize, Deserialize)]
@@ -23,9 +23,16 @@ struct ChainText {
     points: Vec<(f32, f32, f32, f32)>,
 }
 
-/// Chain, location, orientation (x, y, z, w), size, slot.
+/// Chain, location, orientation (x, y, z, w), size, slot; then offset and form, for leaves that have them.
 #[derive(Serialize, Deserialize)]
-struct LeafText(u32, f32, (f32, f32, f32, f32), f32, u16);
+struct LeafText(
+    u32,
+    f32,
+    (f32, f32, f32, f32),
+    f32,
+    u16,
+    #[serde(default, skip_serializing_if = "Option::is_none")] Option<((f32, f32, f32), LeafForm)>,
+);
 
 /// Writes a plant: one line a chain, floats exact.
 #[must_use]
@@ -47,7 +54,9 @@ pub fn dump(plant: &Plant) -> String {
         .iter()
         .map(|l| {
             let q = l.orientation;
-            LeafText(l.chain.0, l.location, (q.v.x, q.v.y, q.v.z, q.w), l.size, l.slot)
+            let plain = l.offset == Vec3::ZERO && l.form == LeafForm::Square;
+            let more = (!plain).then(|| (l.offset.into(), l.form));
+            LeafText(l.chain.0, l.location, (q.v.x, q.v.y, q.v.z, q.w), l.size, l.slot, more)
         })
         .collect();
     let config = ron::ser::PrettyConfig::new().depth_limit(2).new_line("\n").struct_names(true);
@@ -70,9 +79,32 @@ pub fn undump(text: &str) -> Result<Plant, String> {
             Some(parent) => builder.branch(ChainId(parent), chain.location, &points, &radii),
         };
     }
-    for LeafText(chain, location, q, size, slot) in parsed.leaves {
+    for LeafText(chain, location, q, size, slot, more) in parsed.leaves {
         let orientation = Rotation { v: Vec3::new(q.0, q.1, q.2), w: q.3 };
-        builder.leaf(Leaf { chain: ChainId(chain), location, orientation, size, slot });
+        let (offset, form) = more.unwrap_or_default();
+        builder.leaf(Leaf {
+            offset: offset.into(),
+            form,
+            ..Leaf::new(ChainId(chain), location, orientation, size, slot)
+        });
     }
     builder.finish().map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_off_the_axis_come_back_and_others_are_written_as_before() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.1, 0.05]);
+        let plain = Leaf::new(stem, 0.5, Rotation::IDENTITY, 0.2, 3);
+        builder.leaf(plain);
+        builder.leaf(Leaf { offset: Vec3::new(0.1, 0.0, -0.2), form: LeafForm::Flat(0.5), ..plain });
+        let plant = builder.finish().unwrap();
+        let text = dump(&plant);
+        assert!(text.contains("(0, 0.5, (0.0, 0.0, 0.0, 1.0), 0.2, 3),"), "{text}");
+        assert_eq!(undump(&text).unwrap(), plant);
+    }
 }

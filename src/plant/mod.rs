@@ -8,7 +8,10 @@ mod allometry;
 mod builder;
 mod crown;
 mod curve;
+mod distributions;
 mod dump;
+mod forks;
+mod habit;
 mod order;
 mod pose;
 mod stats;
@@ -17,16 +20,19 @@ mod validate;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use allometry::carried;
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
-pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{measure_parameters, value_at};
+pub(crate) use curve::{frame_at, value_at};
+pub use distributions::{Distribution, distribution_distance};
 pub use dump::{dump, undump};
+pub use forks::MurrayFit;
+pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
-pub use stats::{Distribution, OrderStats, PlantStats};
+pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -72,6 +78,40 @@ pub struct Leaf {
     pub size: f32,
     /// Which leaf picture it wears.
     pub slot: u16,
+    /// From the axis to the leaf's base, metres, in the frame of the chain's axis at `location`: a petiole that has no
+    /// chain of its own. Zero for leaves that stand on the axis.
+    pub offset: Vec3,
+    /// The card that it is drawn as.
+    pub form: LeafForm,
+}
+
+impl Leaf {
+    /// A leaf that stands on the axis and is drawn as a square.
+    #[must_use]
+    pub const fn new(chain: ChainId, location: f32, orientation: Rotation, size: f32, slot: u16) -> Self {
+        Self { chain, location, orientation, size, slot, offset: Vec3::ZERO, form: LeafForm::Square }
+    }
+}
+
+/// The card that a leaf is drawn as.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub enum LeafForm {
+    /// As wide as it is long; folded along its middle where triangles allow.
+    #[default]
+    Square,
+    /// Flat, this many times as wide as it is long: a card that a mesh brought along.
+    Flat(f32),
+}
+
+impl LeafForm {
+    /// Width over length.
+    #[must_use]
+    pub const fn width(self) -> f32 {
+        match self {
+            Self::Square => 1.0,
+            Self::Flat(width) => width,
+        }
+    }
 }
 
 /// A tree or shrub: chains with points and radii, and leaves.
@@ -145,6 +185,15 @@ impl Plant {
     #[must_use]
     pub fn without_leaves(mut self) -> Self {
         self.leaves.clear();
+        self
+    }
+
+    /// The same plant with other slots and forms of its leaves.
+    #[must_use]
+    pub(crate) fn rewear(mut self, wear: impl Fn(usize, &Leaf) -> (u16, LeafForm)) -> Self {
+        for (i, leaf) in self.leaves.iter_mut().enumerate() {
+            (leaf.slot, leaf.form) = wear(i, leaf);
+        }
         self
     }
 

@@ -1,41 +1,15 @@
-//! What `inspect` tells of a plant: chains by order, heights, radii, branching angles, length ratios and the topology
-//! continuity ratio.
+//! What `inspect` tells of a plant: its size, and by order the spread of lengths, radii, branching angles, length and
+//! radius ratios and slenderness; bifurcation ratio, Murray's exponent and the topology continuity ratio.
+//!
+//! Everything is measured on the plant alone, so that a scan, a grown tree and a blend are measured alike. The names and
+//! units of the fields are those of `inspect --json`; fields are added, never renamed.
 
 use glam::Vec3;
 use serde::Serialize;
 
-use super::{ChainId, Curve, Plant, Posed};
+use super::forks::{MurrayFit, bifurcation_ratio, murray, strahler};
+use super::{ChainId, Curve, Distribution, Plant, Posed};
 use crate::base::math;
-
-/// Spread of a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Distribution {
-    /// How many values.
-    pub count: usize,
-    /// Smallest value.
-    pub min: f32,
-    /// 25th percentile.
-    pub lower: f32,
-    /// Median.
-    pub median: f32,
-    /// 75th percentile.
-    pub upper: f32,
-    /// Largest value.
-    pub max: f32,
-}
-
-impl Distribution {
-    /// The spread of some values; all zero when there are none.
-    #[must_use]
-    pub fn of(mut values: Vec<f32>) -> Self {
-        values.sort_by(f32::total_cmp);
-        let at = |q: f32| match values.len() {
-            0 => 0.0,
-            n => values[((n - 1) as f32 * q + 0.5) as usize],
-        };
-        Self { count: values.len(), min: at(0.0), lower: at(0.25), median: at(0.5), upper: at(0.75), max: at(1.0) }
-    }
-}
 
 /// The chains of one order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -52,6 +26,29 @@ pub struct OrderStats {
     pub branching_angle: Distribution,
     /// Chain length over parent length; none for order 1.
     pub length_ratio: Distribution,
+    /// Radius at the chain's base over the parent's where it leaves it; none for order 1.
+    pub radius_ratio: Distribution,
+    /// Chain length over its own base radius.
+    pub slenderness: Distribution,
+}
+
+/// One chain in figures; the rows that [`OrderStats`] sums up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BranchMeasures {
+    /// Gravelius order, from 1.
+    pub order: u16,
+    /// Arc length, metres.
+    pub length: f32,
+    /// Radius at the base, metres.
+    pub base_radius: f32,
+    /// Length over base radius; none for a chain without thickness.
+    pub slenderness: Option<f32>,
+    /// Degrees between the chain's first 15 % and its parent's axis where it leaves; none for a stem.
+    pub branching_angle: Option<f32>,
+    /// Length over the parent's; none for a stem.
+    pub length_ratio: Option<f32>,
+    /// Base radius over the parent's radius there; none for a stem and on a parent without thickness.
+    pub radius_ratio: Option<f32>,
 }
 
 /// A plant in figures.
@@ -75,7 +72,16 @@ pub struct PlantStats {
     pub base_radius: f32,
     /// Share of the branches whose base lies inside its parent's wood (2017 TVCG, Fig. 11), 0..=1; 1 without branches.
     pub topology_continuity: f32,
-    /// By order, from 1.
+    /// Branches that end without bearing another.
+    pub tips: usize,
+    /// How many streams of one Strahler order there are for one of the next (slope of their logarithm over all orders,
+    /// least squares); 0 where nothing forks. Real trees: 3 to 6.
+    pub bifurcation_ratio: f32,
+    /// Streams by Strahler order, from 1, the tips.
+    pub strahler: Vec<usize>,
+    /// Murray's exponent, least squares over all forks; see `plant/forks.rs`.
+    pub murray: MurrayFit,
+    /// By Gravelius order, from 1.
     pub orders: Vec<OrderStats>,
 }
 
@@ -84,26 +90,15 @@ impl PlantStats {
     #[must_use]
     pub fn of(plant: &Plant) -> Self {
         let posed = plant.pose();
-        let lengths: Vec<f32> = plant.chain_ids().map(|id| Curve::new(plant.points(id)).length()).collect();
-        let deepest = plant.chains().iter().map(|c| c.order).max().unwrap_or(0);
-        let orders = (1..=deepest)
-            .map(|order| {
-                let ids: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).order == order).collect();
-                let each =
-                    |f: &dyn Fn(ChainId) -> Option<f32>| Distribution::of(ids.iter().filter_map(|&id| f(id)).collect());
-                OrderStats {
-                    order,
-                    chains: ids.len(),
-                    length: each(&|id| Some(lengths[id.index()])),
-                    base_radius: each(&|id| Some(plant.radii(id)[0])),
-                    branching_angle: each(&|id| branching_angle(plant, &posed, id)),
-                    length_ratio: each(&|id| {
-                        let parent = lengths[plant.chain(id).parent?.index()];
-                        (parent > 0.0).then(|| lengths[id.index()] / parent)
-                    }),
-                }
-            })
-            .collect();
+        let branches = measure(plant, &posed);
+        let children = plant.children();
+        let streams = strahler(plant, &children);
+        let deepest = branches.iter().map(|b| b.order).max().unwrap_or(0);
+        let mut by_order: Vec<Vec<BranchMeasures>> = vec![Vec::new(); usize::from(deepest)];
+        for branch in &branches {
+            by_order[usize::from(branch.order) - 1].push(*branch);
+        }
+        let orders = by_order.iter().zip(1..).map(|(branches, order)| OrderStats::of(order, branches)).collect();
         let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
         for p in posed.positions() {
             (low, high) = (low.min(*p), high.max(*p));
@@ -115,15 +110,65 @@ impl PlantStats {
             chains: plant.chains().len(),
             points: plant.all_points().len(),
             leaves: plant.leaves().len(),
-            wood_length: lengths.iter().sum(),
+            wood_length: branches.iter().map(|b| b.length).sum(),
             base_radius: plant
                 .chain_ids()
                 .filter(|&id| plant.chain(id).parent.is_none())
                 .fold(0.0, |r, id| r.max(plant.radii(id)[0])),
             topology_continuity: topology_continuity(plant, &posed),
+            tips: children.iter().filter(|c| c.is_empty()).count(),
+            bifurcation_ratio: bifurcation_ratio(&streams),
+            strahler: streams,
+            murray: murray(plant, &children),
             orders,
         }
     }
+}
+
+impl OrderStats {
+    /// Sums up the branches of one order.
+    fn of(order: u16, branches: &[BranchMeasures]) -> Self {
+        let each = |f: fn(&BranchMeasures) -> Option<f32>| Distribution::of(branches.iter().filter_map(f).collect());
+        Self {
+            order,
+            chains: branches.len(),
+            length: each(|b| Some(b.length)),
+            base_radius: each(|b| Some(b.base_radius)),
+            branching_angle: each(|b| b.branching_angle),
+            length_ratio: each(|b| b.length_ratio),
+            radius_ratio: each(|b| b.radius_ratio),
+            slenderness: each(|b| b.slenderness),
+        }
+    }
+}
+
+/// Measures every chain, in order of id; linear in points.
+#[must_use]
+pub fn measure_branches(plant: &Plant) -> Vec<BranchMeasures> {
+    measure(plant, &plant.pose())
+}
+
+fn measure(plant: &Plant, posed: &Posed) -> Vec<BranchMeasures> {
+    let lengths: Vec<f32> = plant.chain_ids().map(|id| posed.curve(plant, id).length()).collect();
+    let over = |value: f32, by: f32| (by > 0.0).then(|| value / by);
+    plant
+        .chain_ids()
+        .map(|id| {
+            let chain = plant.chain(id);
+            let (length, base_radius) = (lengths[id.index()], plant.radii(id)[0]);
+            let there =
+                |parent: ChainId| posed.curve(plant, parent).value(plant.radii(parent), f64::from(chain.location));
+            BranchMeasures {
+                order: chain.order,
+                length,
+                base_radius,
+                slenderness: over(length, base_radius),
+                branching_angle: branching_angle(plant, posed, id),
+                length_ratio: chain.parent.and_then(|parent| over(length, lengths[parent.index()])),
+                radius_ratio: chain.parent.and_then(|parent| over(base_radius, there(parent))),
+            }
+        })
+        .collect()
 }
 
 /// Degrees between a chain's first stretch and its parent's direction there.

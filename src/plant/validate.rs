@@ -45,7 +45,7 @@ pub enum PlantError {
 /// - there is at least one chain, the first is a stem, and each has two points or more;
 /// - parents come before children; a stem's order is 1, any other's is its parent's plus one;
 /// - locations lie in 0..=1; the first point of a chain is zero; only stems have an origin;
-/// - coordinates, radii, leaf sizes and orientations are finite, radii and sizes not negative;
+/// - coordinates, radii, leaf sizes, widths, offsets and orientations are finite, radii, sizes and widths not negative;
 /// - every leaf is on a chain.
 pub(super) fn validate(plant: &Plant) -> Result<(), PlantError> {
     if plant.chains.is_empty() {
@@ -93,6 +93,10 @@ pub(super) fn validate(plant: &Plant) -> Result<(), PlantError> {
         }
         if !(leaf.orientation.v.is_finite() && leaf.orientation.w.is_finite()) {
             return Err(PlantError::BadNumber { chain: leaf.chain, what: "leaf orientation" });
+        }
+        let width = leaf.form.width();
+        if !(leaf.offset.is_finite() && width.is_finite() && width >= 0.0) {
+            return Err(PlantError::BadNumber { chain: leaf.chain, what: "leaf offset or width" });
         }
     }
     Ok(())

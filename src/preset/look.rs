@@ -4,8 +4,10 @@
 //! Sizes are those of large leaves of each genus in summer: a card shows a whole spray, and somewhat larger leaves on
 //! fewer cards look the same from where trees are looked at.
 
+use std::collections::BTreeMap;
+
 use super::path::relative;
-use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape};
+use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Wear};
 use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -58,8 +60,8 @@ pub(super) static FOLIAGE: Record = Record {
         Field {
             name: "leaf",
             kind: Kind::WordOrChoice(LEAF_NAMES, &LEAF_FILES),
-            default: Default::Is("\"oak\""),
-            about: "a leaf made by Treewright, or pictures of your own",
+            default: Default::Else("those that sources bring; \"oak\" for the rest"),
+            about: "a leaf made by Treewright, pictures of your own, or a source's leaves, for all leaves of the set",
         },
         Field {
             name: "density",
@@ -122,7 +124,21 @@ pub(super) static FOLIAGE: Record = Record {
 
 static LEAF_FILES: Choice = Choice {
     title: "Leaf pictures",
-    kinds: &[KindOf { name: "Files", form: Form::Fields(&LEAF_FILE_FIELDS), about: "pictures of your own" }],
+    kinds: &[
+        KindOf { name: "Files", form: Form::Fields(&LEAF_FILE_FIELDS), about: "pictures of your own" },
+        KindOf { name: "From", form: Form::One(&FROM), about: "what an imported source brings" },
+    ],
+};
+
+static FROM: Record = Record {
+    title: "From",
+    about: "`From(\"oak\")` or `From(source: \"oak\")`.",
+    fields: &[Field {
+        name: "source",
+        kind: Kind::Text("a source's name"),
+        default: Default::Required,
+        about: "one that is imported from a mesh",
+    }],
 };
 
 static LEAF_FILE_FIELDS: Record = Record {
@@ -154,8 +170,8 @@ pub(super) static BARK: Record = Record {
         Field {
             name: "texture",
             kind: Kind::WordOrChoice(BARK_NAMES, &BARK_FILES),
-            default: BY_LEAF,
-            about: "a bark made by Treewright, or maps of your own",
+            default: Default::Else("the sources' if all bring some, else as the leaf"),
+            about: "a bark made by Treewright, maps of your own, or a source's bark",
         },
         Field {
             name: "tiling",
@@ -175,7 +191,10 @@ pub(super) static BARK: Record = Record {
 
 static BARK_FILES: Choice = Choice {
     title: "Bark maps",
-    kinds: &[KindOf { name: "Files", form: Form::Fields(&BARK_FILE_FIELDS), about: "maps of your own" }],
+    kinds: &[
+        KindOf { name: "Files", form: Form::Fields(&BARK_FILE_FIELDS), about: "maps of your own" },
+        KindOf { name: "From", form: Form::One(&FROM), about: "what an imported source brings" },
+    ],
 };
 
 static BARK_FILE_FIELDS: Record = Record {
@@ -210,67 +229,100 @@ pub(super) fn describe_leaves() -> String {
     out
 }
 
-/// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
-pub(super) fn foliage(fields: &Reader<'_, '_>) -> Option<(DressParams, LeafArt, BarkPattern)> {
-    let item = fields.item("leaf")?;
-    let (art, leaf) = if let Pick::Word(leaf) = fields.pick("leaf", &item)? {
-        let leaf = &LEAVES[leaf];
-        let art = LeafArt::Made {
+/// What `foliage` says.
+pub(super) struct Foliage {
+    /// Twigs and leaves.
+    pub(super) dress: DressParams,
+    /// The leaf's pictures.
+    pub(super) art: LeafArt,
+    /// Which leaves wear them.
+    pub(super) wear: Wear,
+    /// The bark that goes with the leaf.
+    pub(super) bark: BarkPattern,
+}
+
+/// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf. `names` are the sources'.
+pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<Foliage> {
+    let made = |leaf: &LeafKind| {
+        Some(LeafArt::Made {
             shape: leaf.shape,
             color: fields.color("color").or(linear(leaf.color))?,
             variation: fields.number("variation"),
             size: fields.count("resolution"),
-        };
-        (art, leaf)
-    } else {
-        made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf");
-        let art = fields.kind(&LEAF_FILES, &item, |_, files| {
-            Some(LeafArt::Files { color: path(files, "color"), normal: path(files, "normal") })
-        })?;
-        (art, &LEAVES[0])
+        })
     };
-    let made = matches!(art, LeafArt::Made { .. });
+    let (art, wear, leaf) = match fields.item("leaf") {
+        None => (made(&LEAVES[0])?, Wear::Rest, &LEAVES[0]),
+        Some(item) => {
+            if let Pick::Word(leaf) = fields.pick("leaf", &item)? {
+                (made(&LEAVES[leaf])?, Wear::All, &LEAVES[leaf])
+            } else {
+                let (art, wear) = fields.kind(&LEAF_FILES, &item, |kind, inner| {
+                    made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf", kind);
+                    if kind == "From" {
+                        return Some((None, Wear::Source(from(inner, names)?)));
+                    }
+                    let files = LeafArt::Files { color: path(inner, "color"), normal: path(inner, "normal") };
+                    Some((Some(files), Wear::All))
+                })?;
+                (art.map_or_else(|| made(&LEAVES[0]), Some)?, wear, &LEAVES[0])
+            }
+        }
+    };
+    let is_made = matches!(art, LeafArt::Made { .. });
     let dress = DressParams {
         density: fields.number("density"),
         most_leaves: fields.count("most"),
-        leaf_size: fields.number_or("size", leaf.size),
+        leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_spread: fields.number("spread"),
         leaf_angle: fields.number_or("angle", leaf.angle).to_radians(),
         twig_length: fields.number_or("twig", leaf.twig),
         droop: fields.number_or("droop", leaf.droop),
-        pictures: if made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
+        pictures: if is_made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
     };
-    Some((dress, art, leaf.bark))
+    Some(Foliage { dress, art, wear, bark: leaf.bark })
 }
 
-/// The bark's maps and the height of a tile.
-pub(super) fn bark(fields: &Reader<'_, '_>, of_leaf: BarkPattern) -> Option<(BarkArt, f32)> {
+/// The source that a `From` names.
+fn from(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<usize> {
+    let names: Vec<&str> = names.keys().map(String::as_str).collect();
+    fields.reference(&fields.item("source")?, "source", &names)
+}
+
+/// The bark's maps, what wears them, and the height of a tile. `names` are the sources'.
+pub(super) fn bark(
+    fields: &Reader<'_, '_>,
+    of_leaf: BarkPattern,
+    names: &BTreeMap<String, usize>,
+) -> Option<(BarkArt, Wear, f32)> {
     let tiling = fields.number("tiling");
     let made = |pattern: usize| {
         let (pattern, color) = BARKS[pattern];
         let color = fields.color("color").or(linear(color))?;
         Some(BarkArt::Made { pattern, color, size: fields.count("resolution") })
     };
-    let art = match fields.item("texture") {
-        None => made(BARKS.iter().position(|&(pattern, _)| pattern == of_leaf)?),
+    let by_leaf = || made(BARKS.iter().position(|&(pattern, _)| pattern == of_leaf)?);
+    let (art, wear) = match fields.item("texture") {
+        None => (by_leaf()?, if fields.has("color") { Wear::All } else { Wear::Rest }),
         Some(item) => match fields.pick("texture", &item)? {
-            Pick::Word(pattern) => made(pattern),
-            Pick::Kind => {
-                made_only(fields, &["color", "resolution"], "texture");
-                fields.kind(&BARK_FILES, &item, |_, files| {
-                    let (color, normal) = (path(files, "color"), path(files, "normal"));
-                    Some(BarkArt::Files { color, normal, roughness: path(files, "roughness") })
-                })
-            }
+            Pick::Word(pattern) => (made(pattern)?, Wear::All),
+            Pick::Kind => fields.kind(&BARK_FILES, &item, |kind, inner| {
+                made_only(fields, &["color", "resolution"], "texture", kind);
+                if kind == "From" {
+                    return Some((by_leaf()?, Wear::Source(from(inner, names)?)));
+                }
+                let (color, normal) = (path(inner, "color"), path(inner, "normal"));
+                Some((BarkArt::Files { color, normal, roughness: path(inner, "roughness") }, Wear::All))
+            })?,
         },
     };
-    Some((art?, tiling))
+    Some((art, wear, tiling))
 }
 
 /// Reports fields that mean nothing beside the user's own pictures.
-fn made_only(fields: &Reader<'_, '_>, names: &[&str], art: &str) {
+fn made_only(fields: &Reader<'_, '_>, names: &[&str], art: &str, kind: &str) {
     for name in names.iter().filter(|name| fields.has(name)) {
-        fields.fault(name, format!("has no meaning when `{art}` is Files"), "leave it out");
+        fields.fault(name, format!("has no meaning when `{art}` is {kind}"), "leave it out");
     }
 }
 

@@ -73,6 +73,17 @@ pub(super) fn relative(path: &str) -> Result<String, (String, &'static str)> {
     }
 }
 
+/// Where a file lies, seen from the preset's folder, that the file `from` names; none when that is out of bounds.
+///
+/// A designer writes a preset and may name what they like; a mesh comes from anywhere. So what it names may not lie
+/// higher than the preset's folder, or than the mesh itself where that lies above.
+#[must_use]
+pub fn beside(from: &str, name: &str) -> Option<String> {
+    let path = joined(folder(from), name);
+    let climbs = |path: &str| path.split('/').take_while(|part| *part == "..").count();
+    (climbs(&path) <= climbs(from) && !path.starts_with('/')).then_some(path)
+}
+
 /// `path` seen from `folder`, without `.` and inner `..`.
 pub(super) fn joined(folder: &str, path: &str) -> String {
     let mut parts: Vec<&str> = Vec::new();
@@ -143,6 +154,19 @@ mod tests {
             &long,
         ] {
             assert!(relative(path).is_err(), "{path}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_names_nothing_above_the_preset_and_itself() {
+        for (from, name, path) in [
+            ("oak.obj", "oak.mtl", Some("oak.mtl")),
+            ("scans/oak.obj", "../tex/oak.png", Some("tex/oak.png")),
+            ("scans/oak.obj", "../../oak.png", None),
+            ("../scans/oak.obj", "../tex/oak.png", Some("../tex/oak.png")),
+            ("../scans/oak.obj", "../../etc/passwd", None),
+        ] {
+            assert_eq!(beside(from, name).as_deref(), path, "{from} {name}");
         }
     }
 

@@ -15,12 +15,22 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// What blended variants are made of, one for each entry of the preset that blends.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blends: Vec<BlendParams>,
+    /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub selections: Vec<Selection>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
     pub leaf_art: LeafArt,
+    /// Which leaves wear them.
+    pub leaf_wear: Wear,
     /// The maps of the bark.
     pub bark_art: BarkArt,
+    /// Whose bark is worn.
+    pub bark_wear: Wear,
     /// Tubes.
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
@@ -38,6 +48,35 @@ pub struct Source {
     pub name: String,
     /// Where it comes from.
     pub recipe: SourceRecipe,
+    /// Its named parts.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a source, for partial blending.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Part {
+    /// The preset's name for it.
+    pub name: String,
+    /// Which chains are in it.
+    pub region: PartRegion,
+}
+
+/// Which chains a part holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum PartRegion {
+    /// The chain of this number in the source's plant, from 0, and all that it bears.
+    Branch(u32),
+    /// Chains by where they stand.
+    Region {
+        /// Lowest height of a chain's base, as a share of the plant's height 0..=1.
+        low: f32,
+        /// Highest.
+        high: f32,
+        /// The side that tips point to from the plant's axis: radians from the front (+z) towards +x.
+        azimuth: f32,
+        /// How far to both sides of it, radians, 0..=π.
+        within: f32,
+    },
 }
 
 /// How a source comes about.
@@ -47,6 +86,31 @@ pub enum SourceRecipe {
     Grow(GrowParams),
     /// A file.
     Import(ImportParams),
+    /// Guiding-vector synthesis with parameters estimated from a file.
+    Like(LikeParams),
+}
+
+impl SourceRecipe {
+    /// What is imported for it.
+    #[must_use]
+    pub const fn import(&self) -> Option<&ImportParams> {
+        match self {
+            Self::Grow(_) => None,
+            Self::Import(params) => Some(params),
+            Self::Like(like) => Some(&like.scan),
+        }
+    }
+}
+
+/// A plant grown like an imported one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LikeParams {
+    /// The plant to grow like; its height is as the file says.
+    pub scan: ImportParams,
+    /// Address of all randomness of the grown plant.
+    pub seed: u64,
+    /// Height of the grown plant; `AsIs` for that of the scan.
+    pub height: ImportHeight,
 }
 
 /// Parameters of growth, in the words of Xu and Mould 2015.
@@ -64,8 +128,14 @@ pub struct GrowParams {
     pub iterations: Vec<GrowIteration>,
     /// Radius of a branch tip, metres.
     pub tip_radius: f32,
-    /// Exponent of the allometric rule for radii.
+    /// Exponent of the allometric rule for radii, 1..=5.
     pub allometry: f32,
+    /// What a metre of wood adds to what is below it, in tips, 0..=50: 0 leaves branches of even thickness between forks.
+    pub taper: f32,
+    /// How much wider a stem is at the ground than the rule says, as a share of its radius, 0..=3.
+    pub flare: f32,
+    /// Where the flare ends, in radii of the stem, 0.5..=30.
+    pub flare_height: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
     /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths
@@ -296,7 +366,7 @@ pub enum Volume {
     /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the file's vertical
     /// axis on the plant's.
     Mesh {
-        /// GLB or OBJ file, relative to the preset's folder.
+        /// GLB, glTF, OBJ or PLY file, relative to the preset's folder.
         file: String,
         /// Which axis of the file points up; `Detect` is Y.
         up: UpAxis,
@@ -492,6 +562,23 @@ pub struct ImportParams {
     pub up: UpAxis,
     /// Height to scale the plant to.
     pub height: ImportHeight,
+    /// Names of a mesh's materials or parts that are leaves, whatever else says otherwise.
+    pub leaves: Vec<String>,
+    /// Names of a mesh's materials or parts that are wood.
+    pub wood: Vec<String>,
+}
+
+impl Default for ImportParams {
+    /// No file yet; everything by the data.
+    fn default() -> Self {
+        Self {
+            file: String::new(),
+            up: UpAxis::Detect,
+            height: ImportHeight::AsIs,
+            leaves: Vec::new(),
+            wood: Vec::new(),
+        }
+    }
 }
 
 /// Which axis of a file points up.
@@ -519,19 +606,90 @@ pub enum ImportHeight {
 pub enum Variant {
     /// A source as it is; index into the plan's sources.
     Source(usize),
-    /// One tree out of a stochastic blending batch.
+    /// A tree between sources.
     Blend {
-        /// Index of the first source.
-        from: usize,
-        /// Index of the second source.
-        to: usize,
-        /// Weights of the matching cost.
-        matching: MatchParams,
+        /// Index into the plan's blends.
+        blend: usize,
+        /// Which of its trees.
+        tree: BlendTree,
+    },
+    /// One of the kept trees of a selection.
+    Selected {
+        /// Index into the plan's selections.
+        selection: usize,
+        /// Which of its kept trees, from 0.
+        place: usize,
+    },
+}
+
+/// A tree of a blend.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BlendTree {
+    /// One tree out of a stochastic batch.
+    State {
         /// Which batch of the entry; each has a schedule of its own.
         batch: u64,
         /// How far into the batch the tree is taken, 0..=1.
         progress: f32,
+        /// How far its tasks move in a step; 1 is the usual.
+        pace: f32,
     },
+    /// A point of the space that the sources span (4.6).
+    Point {
+        /// A share for each source; they add up to 1.
+        shares: Vec<f32>,
+        /// How far each branch's own shares may stray from them, 0..=1.
+        scatter: f32,
+        /// Address of the straying.
+        draw: u64,
+    },
+}
+
+/// A blend: sources in correspondence, and how trees are taken from between them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlendParams {
+    /// Which entry of the preset's variants it is.
+    pub entry: usize,
+    /// Indices of the sources, in the order of the preset; two for batches.
+    pub of: Vec<usize>,
+    /// Weights of the matching cost.
+    pub matching: MatchParams,
+    /// What becomes of stems without a partner.
+    pub stems: StemRule,
+    /// What is put in correspondence.
+    pub scale: BlendScale,
+    /// Which chains take part.
+    pub only: OnlyParams,
+}
+
+/// What becomes of the stems that one source has more than the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum StemRule {
+    /// They grow and wilt like all chains without a partner.
+    Apart,
+    /// They split from stems of the other, and merge with them.
+    Merge,
+}
+
+/// What is put in correspondence along matched chains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum BlendScale {
+    /// Chains as a whole, by arc length.
+    Chain,
+    /// The growth units between matched branches, each with a time of its own.
+    GrowthUnit,
+}
+
+/// Which chains take part in a blend; all when nothing is asked. Demands of one kind are alternatives, demands of
+/// different kinds must all hold.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OnlyParams {
+    /// Gravelius orders, from and to.
+    pub orders: Vec<(u16, u16)>,
+    /// Heights of a chain's base as shares of the plant's height, from and to, 0..=1.
+    pub heights: Vec<(f32, f32)>,
+    /// Names of parts.
+    pub parts: Vec<String>,
 }
 
 /// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
@@ -545,6 +703,63 @@ pub struct MatchParams {
     pub ratio: f32,
 }
 
+/// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Selection {
+    /// The preset's field that asks for it, as `variants[2]`; errors and notes of later stages name it.
+    pub field: String,
+    /// All that may be kept, in the order in which they take the place of rejected ones.
+    pub candidates: Vec<Variant>,
+    /// How many are kept.
+    pub keep: usize,
+    /// Which of them.
+    pub pick: Pick,
+    /// What makes trees differ.
+    pub scores: ScoreParams,
+    /// What is mended and rejected before.
+    pub filter: FilterParams,
+}
+
+/// Which candidates are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Pick {
+    /// The first that the filter lets through.
+    All,
+    /// One of each cluster of scores.
+    Inspiring,
+    /// Those that are farthest from each other.
+    Diverse {
+        /// Least distance of two of them, 0..=1.
+        apart: f32,
+    },
+    /// Those that are nearest to the sources, each source in turn.
+    Natural,
+}
+
+/// Weights of the difference between two trees (2017 TVCG, 4.5); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScoreParams {
+    /// Shape of the crown.
+    pub crown: f32,
+    /// Share of the trunk that bears the crown.
+    pub ratio: f32,
+    /// Topology: which branch bears which.
+    pub topology: f32,
+}
+
+/// What is mended and rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FilterParams {
+    /// Share of the smaller branch's surface that may lie inside another branch at the coarsest scale, 0..=1; 1 for
+    /// all of it.
+    pub collisions: f32,
+    /// How much more of it from scale to scale, 0..=1.
+    pub rise: f32,
+    /// How far a tree may lie beyond its sources in proportions and in where its wood is, in units of a usual spread,
+    /// 0..=1000; 1000 for any distance.
+    pub botany: f32,
+}
+
 /// Twigs and leaves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DressParams {
@@ -552,7 +767,8 @@ pub struct DressParams {
     pub density: f32,
     /// Most leaves on one plant, whatever the density asks for.
     pub most_leaves: u32,
-    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture.
+    /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture. 0 is as long as the
+    /// leaves of the source that leaves are taken from.
     pub leaf_size: f32,
     /// How much leaf sizes vary about it, 0..=0.9.
     pub leaf_spread: f32,
@@ -564,6 +780,18 @@ pub struct DressParams {
     pub droop: f32,
     /// How many pictures of the leaf there are: slots 0..pictures.
     pub pictures: u16,
+}
+
+/// What wears the art of a plan, beside the art that imported sources bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Wear {
+    /// Everything.
+    All,
+    /// What sources bring their own art for keeps it; the plan's is for the rest. A set has one bark: the sources' if
+    /// all of them bring some.
+    Rest,
+    /// Everything wears what this source brings; index into the plan's sources.
+    Source(usize),
 }
 
 /// The pictures of a leaf.

@@ -64,6 +64,24 @@ pub(super) static SPECIES: Record = Record {
             about: "exponent of the radius rule, parent^x = sum of children^x; larger gives a thinner trunk",
         },
         Field {
+            name: "taper",
+            kind: Kind::Number { low: 0.0, high: 50.0, unit: "tips/m" },
+            default: Default::Is("0.3"),
+            about: "how a branch thins between forks: what a metre of wood counts for below it, in tips",
+        },
+        Field {
+            name: "flare",
+            kind: Kind::Number { low: 0.0, high: 3.0, unit: "radii" },
+            default: Default::Is("0.35"),
+            about: "how much wider a stem is at the ground, where its roots spread",
+        },
+        Field {
+            name: "flare_height",
+            kind: Kind::Number { low: 0.5, high: 30.0, unit: "radii" },
+            default: Default::Is("5.0"),
+            about: "height above the ground where the flare ends, in radii of the stem",
+        },
+        Field {
             name: "crookedness",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("0.3"),
@@ -263,7 +281,7 @@ static MESH: Record = Record {
     fields: &[
         Field {
             name: "file",
-            kind: Kind::Text("the path of a GLB or OBJ file"),
+            kind: Kind::Text("the path of a GLB, glTF, OBJ or PLY file"),
             default: Default::Required,
             about: "a closed mesh; relative to the species file's folder",
         },
@@ -394,7 +412,11 @@ static PRIMITIVE: Choice = Choice {
         KindOf { name: "Helical", form: Form::Fields(&HELICAL), about: "round the axis and up (Fig. 8a)" },
         KindOf { name: "Rotational", form: Form::Fields(&ROTATIONAL), about: "round a line (Fig. 8b)" },
         KindOf { name: "Spherical", form: Form::Fields(&CENTRED), about: "upwards along spheres (Fig. 8c)" },
-        KindOf { name: "Radial", form: Form::Fields(&CENTRED), about: "away from a point; towards it by a negative weight" },
+        KindOf {
+            name: "Radial",
+            form: Form::Fields(&CENTRED),
+            about: "away from a point; towards it by a negative weight",
+        },
         KindOf { name: "Outward", form: Form::Plain, about: "level, away from the axis" },
     ],
 };
@@ -515,6 +537,9 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
             .collect(),
         tip_radius: species.number("tip_radius"),
         allometry: species.number("allometry"),
+        taper: species.number("taper"),
+        flare: species.number("flare"),
+        flare_height: species.number("flare_height"),
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),

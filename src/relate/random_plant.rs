@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::base::{Rotation, Seed};
-use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
+use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder};
 
 /// How odd a random plant is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,13 +69,15 @@ pub(crate) fn random_plant(seed: Seed, most: usize, oddity: Oddity) -> Plant {
     }
     for i in 0..seed.child("leaves").index(30) {
         let s = seed.child("leaf").at(i as u64);
-        builder.leaf(Leaf {
-            chain: ChainId(s.child("chain").index(count) as u32),
-            location: s.child("location").unit(),
-            orientation: Rotation::about(s.direction(), s.child("angle").range(-3.0, 3.0)),
-            size: s.child("size").range(0.0, 0.2),
-            slot: s.child("slot").index(4) as u16,
-        });
+        let leaf = Leaf::new(
+            ChainId(s.child("chain").index(count) as u32),
+            s.child("location").unit(),
+            Rotation::about(s.direction(), s.child("angle").range(-3.0, 3.0)),
+            s.child("size").range(0.0, 0.2),
+            s.child("slot").index(4) as u16,
+        );
+        let own = Leaf { offset: s.child("offset").direction() * 0.05, form: LeafForm::Flat(0.7), ..leaf };
+        builder.leaf(if s.child("own").unit() < 0.3 { own } else { leaf });
     }
     builder.finish().expect("a random plant is a plant")
 }

@@ -119,7 +119,7 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
     let mut builder = PlantBuilder::new();
     let stem = bare(&mut builder);
     let twig = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
-    builder.leaf(Leaf { chain: twig, location: 1.0, orientation: Rotation::IDENTITY, size: 0.3, slot: 2 });
+    builder.leaf(Leaf::new(twig, 1.0, Rotation::IDENTITY, 0.3, 2));
     let b = builder.finish().unwrap();
     let family = fuzzy_family(a, b, &EVEN).unwrap();
     let mut weights = family.corner(1);
@@ -198,7 +198,7 @@ fn a_blended_chain_reaches_as_far_as_its_members_do_on_average() {
 #[test]
 #[expect(clippy::print_stderr, reason = "a skipped test must say so")]
 fn real_plants_blend_back_to_themselves() {
-    use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+    use crate::preset::plan::{ImportHeight, ImportParams};
     let folder = std::env::var("TREEWRIGHT_DATA")
         .map_or_else(|_| std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), Into::into);
     let folder = folder.join("skeleton");
@@ -210,7 +210,7 @@ fn real_plants_blend_back_to_themselves() {
             eprintln!("skipped: {name} is not there");
             return;
         };
-        let params = ImportParams { file: name.into(), up: UpAxis::Detect, height: ImportHeight::Metres(10.0) };
+        let params = ImportParams { file: name.into(), height: ImportHeight::Metres(10.0), ..ImportParams::default() };
         plants.push(crate::source::import::import(&bytes, name, &params).unwrap().plant);
     }
     for (i, a) in plants.iter().enumerate() {

@@ -3,25 +3,28 @@
 //! The `gltf` crate's reader panics on hostile files (a header length below 12, huge or zero accessor counts), so nothing
 //! is handed to it. Here every length, offset, stride, count and index is checked against the bytes that are there before
 //! anything is touched or allocated: what is allocated is bounded by a constant times the size of the file, whatever the
-//! file claims. Quantized positions (`KHR_mesh_quantization`) are read.
+//! file claims. Sparse and quantized attributes (`KHR_mesh_quantization`), base64 in the text and files beside it are
+//! read.
 //!
-//! Limits: JSON of at most 16 MiB; data in other files, in data URIs, in sparse accessors or compressed is counted but
-//! not read; skins, morph targets and animations are ignored.
+//! Limits: what is compressed (Draco, meshopt) is counted but not read; skins, morph targets and animations are ignored.
 //!
 //! Source: glTF 2.0 specification, 3.6, 3.7 and 4.4; MSFT_lod vendor extension.
 
 mod accessor;
+mod budget;
+pub(super) mod buffers;
 mod json;
+pub(super) mod look;
 mod scene;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use accessor::Layout;
-
-/// Most bytes of JSON that are parsed: parsed objects can be 50 times as large as their text.
-const MOST_JSON: usize = 16 << 20;
+use accessor::{Elements, Layout};
+use buffers::Buffers;
 
 /// Why a file can't be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -59,9 +62,14 @@ pub struct GlbInfo<'a> {
     pub extensions_used: Vec<String>,
     /// Extensions without which the file can't be shown right.
     pub extensions_required: Vec<String>,
-    /// The binary chunk; empty when there is none.
+    /// What buffers hold; none for one that is in a file that is missing.
     #[serde(skip)]
-    bin: &'a [u8],
+    buffers: Buffers<'a>,
+    #[serde(skip)]
+    layouts: Vec<Layout>,
+    /// What materials wear and pictures hold.
+    #[serde(skip)]
+    pub(super) look: look::Look,
 }
 
 /// A mesh.
@@ -102,10 +110,14 @@ pub struct PrimitiveInfo {
     pub bounds: Option<[[f32; 3]; 2]>,
     /// glTF's number of the mode; 4 is a list of triangles.
     pub mode: u32,
+    /// Accessors, one for each of `attributes`.
     #[serde(skip)]
-    positions: Layout,
+    accessors: Vec<u32>,
     #[serde(skip)]
-    indices: Option<Layout>,
+    indices: Option<u32>,
+    /// Whether Draco holds the data.
+    #[serde(skip)]
+    draco: bool,
 }
 
 /// A material.
@@ -174,23 +186,37 @@ pub struct LodLevel {
     pub screen_coverage: Option<f32>,
 }
 
-/// Reads a binary glTF file.
+/// Reads a binary glTF file that stands alone.
 ///
 /// # Errors
 ///
 /// When it is no GLB 2.0 file, is cut off, or refers to what isn't there.
 pub fn read_glb(bytes: &[u8]) -> Result<GlbInfo<'_>, GlbError> {
     let (text, bin) = chunks(bytes)?;
-    read(text, bin, true)
+    read(text, bin, true, &BTreeMap::new())
 }
 
-/// Reads the text of a `.gltf` file; what its buffers hold can be counted, not read.
+/// Reads the text of a `.gltf` file; what is in files beside it can be counted, not read.
 ///
 /// # Errors
 ///
 /// When it isn't glTF 2.0, or refers to what isn't there.
 pub fn read_gltf(text: &[u8]) -> Result<GlbInfo<'_>, GlbError> {
-    read(text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text), &[], false)
+    read_with(text, &BTreeMap::new())
+}
+
+/// Reads a glTF file, binary or text, with the files that it names.
+///
+/// # Errors
+///
+/// When it isn't glTF 2.0, or refers to what isn't there. A missing file is an error only once its data is asked for.
+pub fn read_with<'a>(bytes: &'a [u8], files: &BTreeMap<String, &'a [u8]>) -> Result<GlbInfo<'a>, GlbError> {
+    if bytes.starts_with(b"glTF") {
+        let (text, bin) = chunks(bytes)?;
+        read(text, bin, true, files)
+    } else {
+        read(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), &[], false, files)
+    }
 }
 
 impl GlbInfo<'_> {
@@ -200,8 +226,35 @@ impl GlbInfo<'_> {
     ///
     /// When the primitive isn't there, or its data isn't in this file or is compressed.
     pub fn positions(&self, mesh: usize, primitive: usize) -> Result<Vec<[f32; 3]>, GlbError> {
-        let data = self.primitive(mesh, primitive)?.positions.floats(self.bin)?;
-        Ok(data.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+        let elements = self.elements(self.primitive(mesh, primitive)?, "POSITION")?;
+        Ok(elements.map_or_else(Vec::new, |e| (0..e.len()).map(|i| e.get(i)).collect()))
+    }
+
+    /// An attribute's elements; none where the primitive has no such one.
+    fn elements(&self, primitive: &PrimitiveInfo, name: &str) -> Result<Option<Elements<'_>>, GlbError> {
+        if primitive.draco {
+            return Err(GlbError::Unsupported(
+                "its vertex data is compressed by Draco, which is not read: export it uncompressed".into(),
+            ));
+        }
+        let Ok(at) = primitive.attributes.binary_search_by(|a| a.as_str().cmp(name)) else { return Ok(None) };
+        self.layouts[primitive.accessors[at] as usize].elements(&self.buffers).map(Some)
+    }
+
+    /// An attribute of some vertices (all where none are given), its first `N` numbers each, and how many a vertex has.
+    pub(super) fn attribute<const N: usize>(
+        &self,
+        mesh: usize,
+        primitive: usize,
+        name: &str,
+        vertices: Option<&[u32]>,
+    ) -> Result<Option<(Vec<[f32; N]>, usize)>, GlbError> {
+        let Some(elements) = self.elements(self.primitive(mesh, primitive)?, name)? else { return Ok(None) };
+        let numbers = match vertices {
+            Some(vertices) => vertices.iter().map(|&i| elements.get(i as usize)).collect(),
+            None => (0..elements.len()).map(|i| elements.get(i)).collect(),
+        };
+        Ok(Some((numbers, elements.components())))
     }
 
     /// Triangles of a primitive by index into its positions; strips and fans are taken apart, points and lines give none.
@@ -211,9 +264,9 @@ impl GlbInfo<'_> {
     /// As for [`positions`](Self::positions), and when an index is out of range.
     pub fn triangles(&self, mesh: usize, primitive: usize) -> Result<Vec<[u32; 3]>, GlbError> {
         let primitive = self.primitive(mesh, primitive)?;
-        let count = primitive.positions.available(self.bin)?;
-        let indices = match &primitive.indices {
-            Some(layout) => layout.indices(self.bin, count)?,
+        let count = self.elements(primitive, "POSITION")?.map_or(0, |e| e.len());
+        let indices = match primitive.indices {
+            Some(accessor) => self.layouts[accessor as usize].elements(&self.buffers)?.indices(count)?,
             None => (0..u32::try_from(count).map_err(|_| GlbError::Unsupported("too many vertices".into()))?).collect(),
         };
         let strip = |i: usize| {
@@ -248,6 +301,11 @@ impl GlbInfo<'_> {
             }
         }
         all
+    }
+
+    /// Bytes of a buffer, if they are there.
+    pub(super) fn bytes(&self, buffer: usize, start: usize, length: usize) -> Option<&[u8]> {
+        self.buffers.get(buffer)?.as_deref()?.get(start..)?.get(..length)
     }
 
     fn primitive(&self, mesh: usize, primitive: usize) -> Result<&PrimitiveInfo, GlbError> {
@@ -298,15 +356,21 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), GlbError> {
     text.map(|text| (text, bin)).ok_or_else(|| broken("it has no JSON chunk"))
 }
 
-fn read<'a>(text: &[u8], bin: &'a [u8], container: bool) -> Result<GlbInfo<'a>, GlbError> {
-    if text.len() > MOST_JSON {
-        return Err(GlbError::Unsupported(format!("{} bytes of glTF text; at most {MOST_JSON} are read", text.len())));
+fn read<'a>(
+    text: &[u8],
+    bin: &'a [u8],
+    container: bool,
+    files: &BTreeMap<String, &'a [u8]>,
+) -> Result<GlbInfo<'a>, GlbError> {
+    if budget::is_dense(text) {
+        return Err(GlbError::Unsupported("its text holds far more objects than a file of its size should".to_owned()));
     }
     let root: json::Root = serde_json::from_slice(text).map_err(|e| GlbError::Json(e.to_string()))?;
-    if root.asset.version != "2.0" {
+    if root.asset.version.split('.').next() != Some("2") {
         return Err(GlbError::Json(format!("it states glTF version {:?}, not \"2.0\"", root.asset.version)));
     }
-    let layouts = accessor::layouts(&root, bin, container)?;
+    let layouts = accessor::layouts(&root)?;
+    let buffers = buffers::buffers(&root, bin, container, files)?;
     let meshes = root.meshes.iter().enumerate().map(|(i, m)| mesh(i, m, &root, &layouts)).collect::<Result<_, _>>()?;
     let images = root.images.iter().map(|image| self::image(image, &root)).collect::<Result<_, _>>()?;
     Ok(GlbInfo {
@@ -314,38 +378,68 @@ fn read<'a>(text: &[u8], bin: &'a [u8], container: bool) -> Result<GlbInfo<'a>, 
         lods: scene::lods(&root)?,
         meshes,
         images,
+        look: look::Look::of(&root, &buffers)?,
         materials: root.materials.into_iter().map(material).collect(),
         generator: root.asset.generator,
         extensions_used: root.extensions_used,
         extensions_required: root.extensions_required,
-        bin,
+        buffers,
+        layouts,
     })
+}
+
+/// The files that a glTF names, binary or text, as far as its text can be read.
+pub(super) fn named_files(bytes: &[u8]) -> Vec<String> {
+    /// Only what names files.
+    #[derive(serde::Deserialize, Default)]
+    #[serde(default)]
+    struct Names {
+        buffers: Vec<Uri>,
+        images: Vec<Uri>,
+    }
+    #[derive(serde::Deserialize, Default)]
+    #[serde(default)]
+    struct Uri {
+        uri: Option<String>,
+    }
+    let text = if bytes.starts_with(b"glTF") {
+        chunks(bytes).map_or(&[][..], |(text, _)| text)
+    } else {
+        bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+    };
+    if budget::is_dense(text) {
+        return Vec::new();
+    }
+    let names: Names = serde_json::from_slice(text).unwrap_or_default();
+    names.buffers.iter().chain(&names.images).filter_map(|n| buffers::file_name(n.uri.as_deref()?)).collect()
 }
 
 fn mesh(index: usize, mesh: &json::Mesh, root: &json::Root, layouts: &[Layout]) -> Result<MeshInfo, GlbError> {
     let primitive = |(i, p): (usize, &json::Primitive)| {
         let what = |part: &str| format!("mesh {index}, primitive {i}: {part}");
         let of = |accessor: u64, part: &str| {
-            let layout = usize::try_from(accessor).ok().and_then(|a| layouts.get(a));
-            layout
-                .copied()
-                .ok_or_else(|| GlbError::Broken(what(&format!("{part} names accessor {accessor}, which is not there"))))
+            let at = usize::try_from(accessor).ok().filter(|&a| a < layouts.len());
+            at.ok_or_else(|| GlbError::Broken(what(&format!("{part} names accessor {accessor}, which is not there"))))
         };
         let &position = p
             .attributes
             .get("POSITION")
             .ok_or_else(|| GlbError::Unsupported(what("it has no positions (compressed, or none at all)")))?;
-        let positions = of(position, "POSITION")?;
+        let position = of(position, "POSITION")?;
+        let positions = &layouts[position];
         if positions.components != 3 {
             return Err(GlbError::Broken(what("positions are not of three components")));
         }
+        let mut accessors = Vec::new();
         for (name, &accessor) in &p.attributes {
-            if of(accessor, name)?.count != positions.count {
+            let at = of(accessor, name)?;
+            if layouts[at].count != positions.count {
                 return Err(GlbError::Broken(what(&format!("{name} has another count than POSITION"))));
             }
+            accessors.push(at as u32);
         }
         let indices = p.indices.map(|a| of(a, "indices")).transpose()?;
-        let corners = indices.map_or(positions.count, |l| l.count);
+        let corners = indices.map_or(positions.count, |l| layouts[l].count);
         let mode = p.mode.unwrap_or(4);
         if p.material.is_some_and(|m| m >= root.materials.len() as u64) {
             return Err(GlbError::Broken(what("its material is not there")));
@@ -359,10 +453,11 @@ fn mesh(index: usize, mesh: &json::Mesh, root: &json::Root, layouts: &[Layout]) 
                 _ => 0,
             },
             attributes: p.attributes.keys().cloned().collect(),
-            bounds: accessor::bounds(&root.accessors[position as usize], &positions),
+            bounds: accessor::bounds(&root.accessors[position], positions),
             mode,
-            positions,
-            indices,
+            accessors,
+            indices: indices.map(|l| l as u32),
+            draco: p.extensions.draco.is_some(),
         })
     };
     let primitives = mesh.primitives.iter().enumerate().map(primitive).collect::<Result<_, _>>()?;

@@ -1,20 +1,36 @@
 //! Accessors of a glTF file: where their data lies, checked once, and the one way to read it.
 
+use super::buffers::Buffers;
 use super::{GlbError, json};
 
 /// Where an accessor's elements lie, every number checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Layout {
-    /// Elements, as stated. Backed by bytes of the file only if `start` is some.
+    /// Elements, as stated. Backed by bytes of a buffer only if `at` is some.
     pub(super) count: u64,
     /// Numbers an element.
     pub(super) components: usize,
     kind: Kind,
     normalized: bool,
-    /// First byte in the binary chunk; none when the data is elsewhere, sparse or compressed.
-    start: Option<usize>,
+    /// Buffer and first byte in it; none when there are no bytes: all zeros, but for what is sparse.
+    at: Option<(usize, usize)>,
     /// Bytes from one element to the next, at least an element's size.
     stride: usize,
+    /// Elements that replace others.
+    sparse: Option<Sparse>,
+    /// Whether the data is compressed by an extension.
+    compressed: bool,
+}
+
+/// Elements that replace others, in rising order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Sparse {
+    count: usize,
+    kind: Kind,
+    /// Buffer and first byte of the indices.
+    indices: (usize, usize),
+    /// Buffer and first byte of the elements.
+    values: (usize, usize),
 }
 
 /// Component types.
@@ -62,16 +78,8 @@ impl Kind {
     }
 }
 
-/// The layouts of all accessors. With `container` the first buffer without a URI is the binary chunk.
-pub(super) fn layouts(root: &json::Root, bin: &[u8], container: bool) -> Result<Vec<Layout>, GlbError> {
-    if container
-        && let Some(buffer) = root.buffers.first()
-        && buffer.uri.is_none()
-        && buffer.byte_length > bin.len() as u64
-    {
-        let length = buffer.byte_length;
-        return Err(GlbError::Broken(format!("the buffer states {length} bytes, the file has {}", bin.len())));
-    }
+/// The layouts of all accessors.
+pub(super) fn layouts(root: &json::Root) -> Result<Vec<Layout>, GlbError> {
     for (i, view) in root.buffer_views.iter().enumerate() {
         let buffer = usize::try_from(view.buffer).ok().and_then(|b| root.buffers.get(b));
         let end = view.byte_offset.checked_add(view.byte_length);
@@ -80,10 +88,10 @@ pub(super) fn layouts(root: &json::Root, bin: &[u8], container: bool) -> Result<
             _ => return Err(GlbError::Broken(format!("buffer view {i} reaches beyond its buffer"))),
         }
     }
-    root.accessors.iter().enumerate().map(|(i, accessor)| layout(i, accessor, root, container)).collect()
+    root.accessors.iter().enumerate().map(|(i, accessor)| layout(i, accessor, root)).collect()
 }
 
-fn layout(index: usize, accessor: &json::Accessor, root: &json::Root, container: bool) -> Result<Layout, GlbError> {
+fn layout(index: usize, accessor: &json::Accessor, root: &json::Root) -> Result<Layout, GlbError> {
     let broken = |what: &str| GlbError::Broken(format!("accessor {index} {what}"));
     let kind = Kind::of(accessor.component_type).ok_or_else(|| broken("has no known component type"))?;
     let components = match accessor.shape.as_str() {
@@ -99,8 +107,22 @@ fn layout(index: usize, accessor: &json::Accessor, root: &json::Root, container:
         return Err(broken("has no element"));
     }
     let size = kind.size() * components;
-    let mut layout =
-        Layout { count: accessor.count, components, kind, normalized: accessor.normalized, start: None, stride: size };
+    let mut layout = Layout {
+        count: accessor.count,
+        components,
+        kind,
+        normalized: accessor.normalized,
+        at: None,
+        stride: size,
+        sparse: None,
+        compressed: false,
+    };
+    if let Some(sparse) = &accessor.sparse {
+        layout.sparse = Some(
+            self::sparse(sparse, size, accessor.count, root)
+                .ok_or_else(|| broken("has sparse elements that reach beyond their buffer views"))?,
+        );
+    }
     let Some(view) = accessor.buffer_view else { return Ok(layout) };
     let view = usize::try_from(view).ok().and_then(|v| root.buffer_views.get(v));
     let view = view.ok_or_else(|| broken("names a buffer view that is not there"))?;
@@ -116,40 +138,140 @@ fn layout(index: usize, accessor: &json::Accessor, root: &json::Root, container:
         return Err(broken("reaches beyond its buffer view"));
     }
     layout.stride = stride as usize;
-    let embedded = container && view.buffer == 0 && root.buffers.first().is_some_and(|b| b.uri.is_none());
-    if embedded && accessor.sparse.is_none() {
-        // Both lie within the binary chunk, so their sum fits.
-        layout.start = Some((view.byte_offset + accessor.byte_offset) as usize);
-    }
+    layout.compressed = view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some();
+    // Both lie within the buffer, so their sum fits.
+    layout.at = Some((view.buffer as usize, (view.byte_offset + accessor.byte_offset) as usize));
     Ok(layout)
 }
 
-impl Layout {
-    /// The elements, if their data is in `bin`; so a bound on what may be allocated.
-    pub(super) fn available(&self, bin: &[u8]) -> Result<usize, GlbError> {
-        self.elements(bin).map(|elements| elements.len())
+fn sparse(sparse: &json::Sparse, size: usize, of: u64, root: &json::Root) -> Option<Sparse> {
+    let kind = Kind::of(sparse.indices.component_type).filter(|k| matches!(k, Kind::U8 | Kind::U16 | Kind::U32))?;
+    let place = |part: &json::SparsePart, size: usize| {
+        let view = root.buffer_views.get(usize::try_from(part.buffer_view).ok()?)?;
+        let end = sparse.count.checked_mul(size as u64)?.checked_add(part.byte_offset)?;
+        let plain = view.extensions.meshopt.is_none() && view.extensions.khr_meshopt.is_none();
+        (end <= view.byte_length && plain)
+            .then(|| (view.buffer as usize, (view.byte_offset + part.byte_offset) as usize))
+    };
+    (sparse.count >= 1 && sparse.count <= of).then_some(())?;
+    Some(Sparse {
+        count: usize::try_from(sparse.count).ok()?,
+        kind,
+        indices: place(&sparse.indices, kind.size())?,
+        values: place(&sparse.values, size)?,
+    })
+}
+
+/// An accessor with the bytes behind it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Elements<'a> {
+    layout: Layout,
+    /// From the first element on; empty where all are zero.
+    bytes: &'a [u8],
+    /// Indices and values that replace others.
+    sparse: Option<(&'a [u8], &'a [u8])>,
+}
+
+fn little(kind: Kind, b: &[u8]) -> u32 {
+    match kind {
+        Kind::U8 => u32::from(b[0]),
+        Kind::U16 => u32::from(u16::from_le_bytes([b[0], b[1]])),
+        _ => u32::from_le_bytes([b[0], b[1], b[2], b[3]]),
+    }
+}
+
+impl<'a> Elements<'a> {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.layout.count as usize
     }
 
-    /// The elements' bytes, `stride` apart, the last one perhaps cut to its size.
-    fn elements<'a>(&self, bin: &'a [u8]) -> Result<std::slice::Chunks<'a, u8>, GlbError> {
-        let start = self.start.ok_or_else(|| {
-            GlbError::Unsupported("the vertex data is in another file, sparse or compressed, which isn't read".into())
-        })?;
-        let count = self.count as usize;
-        let length = (count - 1) * self.stride + self.kind.size() * self.components;
-        let bytes = bin.get(start..start + length);
-        Ok(bytes.ok_or_else(|| GlbError::Broken("data reaches beyond the file".into()))?.chunks(self.stride))
+    /// Numbers an element.
+    pub(super) fn components(&self) -> usize {
+        self.layout.components
     }
 
-    /// All numbers, element after element; normalized integers as -1..=1 or 0..=1.
-    pub(super) fn floats(&self, bin: &[u8]) -> Result<Vec<f32>, GlbError> {
-        let elements = self.elements(bin)?;
-        let size = self.kind.size();
-        let mut out = Vec::with_capacity(elements.len() * self.components);
-        for element in elements {
-            out.extend(element[..size * self.components].chunks_exact(size).map(|b| self.float(b)));
+    fn raw(&self, i: usize) -> Option<&'a [u8]> {
+        let size = self.layout.kind.size() * self.layout.components;
+        if let Some((indices, values)) = self.sparse {
+            let kind = self.layout.sparse.map_or(Kind::U8, |s| s.kind);
+            let at = |k: usize| little(kind, &indices[k * kind.size()..]) as usize;
+            let (mut low, mut high) = (0, indices.len() / kind.size());
+            while low < high {
+                let middle = usize::midpoint(low, high);
+                if at(middle) < i { low = middle + 1 } else { high = middle }
+            }
+            if low < indices.len() / kind.size() && at(low) == i {
+                return values.get(low * size..(low + 1) * size);
+            }
         }
-        Ok(out)
+        let start = i * self.layout.stride;
+        self.bytes.get(start..start + size)
+    }
+
+    /// An element's first numbers, zeros where it has fewer; normalized integers as -1..=1 or 0..=1.
+    pub(super) fn get<const N: usize>(&self, i: usize) -> [f32; N] {
+        let mut out = [0.0; N];
+        if let Some(raw) = self.raw(i) {
+            let size = self.layout.kind.size();
+            for (value, bytes) in out.iter_mut().zip(raw.chunks_exact(size)) {
+                *value = self.layout.float(bytes);
+            }
+        }
+        out
+    }
+
+    /// All as indices, each below `vertices`.
+    pub(super) fn indices(&self, vertices: usize) -> Result<Vec<u32>, GlbError> {
+        if self.layout.components != 1 {
+            return Err(GlbError::Broken("indices are not single numbers".into()));
+        }
+        let kind = self.layout.kind;
+        if !matches!(kind, Kind::U8 | Kind::U16 | Kind::U32) {
+            return Err(GlbError::Broken("indices are not unsigned integers".into()));
+        }
+        let indices: Vec<u32> = (0..self.len()).map(|i| self.raw(i).map_or(0, |b| little(kind, b))).collect();
+        match indices.iter().find(|&&i| i as usize >= vertices) {
+            Some(i) => Err(GlbError::Broken(format!("index {i} of {vertices} vertices"))),
+            None => Ok(indices),
+        }
+    }
+}
+
+impl Layout {
+    /// The elements with their bytes. The number of elements is then at most that of all bytes.
+    pub(super) fn elements<'a>(&self, buffers: &'a Buffers<'_>) -> Result<Elements<'a>, GlbError> {
+        let missing = || GlbError::Unsupported("the vertex data is in another file, which is missing".into());
+        let beyond = || GlbError::Broken("data reaches beyond the file".into());
+        if self.compressed {
+            return Err(GlbError::Unsupported(
+                "its vertex data is compressed by meshopt, which is not read: export it uncompressed, or unpack it \
+                 with `gltf-transform copy`"
+                    .into(),
+            ));
+        }
+        let of = |(buffer, start): (usize, usize), length: usize| {
+            let bytes = buffers.get(buffer).and_then(|b| b.as_deref()).ok_or_else(missing)?;
+            bytes.get(start..).and_then(|b| b.get(..length)).ok_or_else(beyond)
+        };
+        let count = usize::try_from(self.count).map_err(|_| beyond())?;
+        let size = self.kind.size() * self.components;
+        let bytes = match self.at {
+            Some(at) => of(at, (count - 1) * self.stride + size)?,
+            None => {
+                // Zeros cost no byte of the file, so what may be claimed is bounded by what there is.
+                let total: usize = buffers.iter().flatten().map(|b| b.len()).sum();
+                if count > total || self.sparse.is_none() {
+                    return Err(GlbError::Unsupported("it has vertex data without bytes".into()));
+                }
+                &[]
+            }
+        };
+        let sparse = match self.sparse {
+            Some(s) => Some((of(s.indices, s.count * s.kind.size())?, of(s.values, s.count * size)?)),
+            None => None,
+        };
+        Ok(Elements { layout: *self, bytes, sparse })
     }
 
     fn float(&self, b: &[u8]) -> f32 {
@@ -162,24 +284,6 @@ impl Layout {
             Kind::F32 => return f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
         };
         if self.normalized { (value / self.kind.most()).max(-1.0) } else { value }
-    }
-
-    /// All numbers as indices, each below `vertices`.
-    pub(super) fn indices(&self, bin: &[u8], vertices: usize) -> Result<Vec<u32>, GlbError> {
-        if self.components != 1 {
-            return Err(GlbError::Broken("indices are not single numbers".into()));
-        }
-        let read: fn(&[u8]) -> u32 = match self.kind {
-            Kind::U8 => |b| u32::from(b[0]),
-            Kind::U16 => |b| u32::from(u16::from_le_bytes([b[0], b[1]])),
-            Kind::U32 => |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-            _ => return Err(GlbError::Broken("indices are not unsigned integers".into())),
-        };
-        let indices: Vec<u32> = self.elements(bin)?.map(read).collect();
-        match indices.iter().find(|&&i| i as usize >= vertices) {
-            Some(i) => Err(GlbError::Broken(format!("index {i} of {vertices} vertices"))),
-            None => Ok(indices),
-        }
     }
 }
 

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde::de::IgnoredAny;
 
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "camelCase", default)]
@@ -23,6 +23,7 @@ pub(super) struct Root {
     pub(super) nodes: Vec<Node>,
     pub(super) scene: Option<u64>,
     pub(super) scenes: Vec<Scene>,
+    pub(super) textures: Vec<Texture>,
 }
 
 #[derive(Deserialize, Default)]
@@ -46,7 +47,25 @@ pub(super) struct Accessor {
     pub(super) normalized: bool,
     pub(super) min: Option<Vec<f64>>,
     pub(super) max: Option<Vec<f64>>,
-    pub(super) sparse: Option<serde::de::IgnoredAny>,
+    pub(super) sparse: Option<Box<Sparse>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: u64,
+    pub(super) indices: SparsePart,
+    pub(super) values: SparsePart,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparsePart {
+    pub(super) buffer_view: u64,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    /// Of indices only.
+    #[serde(default)]
+    pub(super) component_type: u32,
 }
 
 #[derive(Deserialize)]
@@ -57,6 +76,17 @@ pub(super) struct View {
     pub(super) byte_offset: u64,
     pub(super) byte_length: u64,
     pub(super) byte_stride: Option<u64>,
+    #[serde(default)]
+    pub(super) extensions: ViewExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub(super) meshopt: Option<IgnoredAny>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    pub(super) khr_meshopt: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -82,6 +112,77 @@ pub(super) struct Material {
     pub(super) alpha_mode: String,
     pub(super) alpha_cutoff: Option<f32>,
     pub(super) double_sided: bool,
+    pub(super) pbr_metallic_roughness: Option<Box<Pbr>>,
+    pub(super) normal_texture: Option<Box<TextureUse>>,
+    pub(super) extensions: MaterialExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Pbr {
+    pub(super) base_color_factor: Option<[f32; 4]>,
+    pub(super) base_color_texture: Option<TextureUse>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) glossiness: Option<Box<Glossiness>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Glossiness {
+    pub(super) diffuse_factor: Option<[f32; 4]>,
+    pub(super) diffuse_texture: Option<TextureUse>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureUse {
+    pub(super) index: u64,
+    #[serde(default)]
+    pub(super) tex_coord: u32,
+    #[serde(default)]
+    pub(super) extensions: TextureUseExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct TextureUseExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    #[serde(default)]
+    pub(super) offset: [f32; 2],
+    #[serde(default)]
+    pub(super) rotation: f32,
+    pub(super) scale: Option<[f32; 2]>,
+    pub(super) tex_coord: Option<u32>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Texture {
+    pub(super) source: Option<u64>,
+    pub(super) extensions: TextureExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub(super) webp: Option<Box<TextureSource>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct TextureSource {
+    pub(super) source: u64,
 }
 
 #[derive(Deserialize, Default)]
@@ -97,6 +198,15 @@ pub(super) struct Primitive {
     pub(super) indices: Option<u64>,
     pub(super) material: Option<u64>,
     pub(super) mode: Option<u32>,
+    #[serde(default)]
+    pub(super) extensions: PrimitiveExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize, Default)]
@@ -105,12 +215,29 @@ pub(super) struct Node {
     pub(super) name: String,
     pub(super) mesh: Option<u64>,
     pub(super) children: Vec<u64>,
-    pub(super) matrix: Option<[f32; 16]>,
+    pub(super) matrix: Option<Box<[f32; 16]>>,
     pub(super) translation: Option<[f32; 3]>,
     pub(super) rotation: Option<[f32; 4]>,
     pub(super) scale: Option<[f32; 3]>,
-    pub(super) extras: Value,
+    pub(super) extras: Extras,
     pub(super) extensions: Extensions,
+}
+
+/// What an application adds to a node: anything, of which only the levels' coverage is kept.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub(super) enum Extras {
+    Known {
+        #[serde(rename = "MSFT_screencoverage")]
+        coverage: Box<[f64]>,
+    },
+    Other(IgnoredAny),
+}
+
+impl Default for Extras {
+    fn default() -> Self {
+        Self::Other(IgnoredAny)
+    }
 }
 
 #[derive(Deserialize, Default)]

@@ -50,8 +50,11 @@ pub(super) fn lods(root: &json::Root) -> Result<Vec<LodInfo>, GlbError> {
     let mut listed = 0_usize;
     for node in &root.nodes {
         let Some(lod) = &node.extensions.msft_lod else { continue };
-        let coverage = node.extras.get("MSFT_screencoverage").and_then(|v| v.as_array());
-        let share = |level: usize| coverage.and_then(|c| c.get(level)).and_then(|v| v.as_f64()).map(|v| v as f32);
+        let coverage: &[f64] = match &node.extras {
+            json::Extras::Known { coverage } => coverage,
+            json::Extras::Other(_) => &[],
+        };
+        let share = |level: usize| coverage.get(level).map(|&v| v as f32);
         let mut levels =
             vec![LodLevel { node: node.name.clone(), mesh: mesh_of(node, root)?, screen_coverage: share(0) }];
         // A node is a level of one other at most; more would let names of a few bytes grow into a large list.
@@ -83,8 +86,8 @@ fn mesh_of(node: &json::Node, root: &json::Root) -> Result<Option<usize>, GlbErr
 
 /// A node's own matrix, column by column: as stated, or scale, then rotation, then translation.
 fn local(node: &json::Node) -> [f32; 16] {
-    if let Some(matrix) = node.matrix {
-        return matrix;
+    if let Some(matrix) = &node.matrix {
+        return **matrix;
     }
     let [tx, ty, tz] = node.translation.unwrap_or_default();
     let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);

@@ -28,6 +28,9 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("slenderness", params.slenderness, 50.0, 10_000.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
     within("allometry", params.allometry, 0.5, 10.0)?;
+    within("taper", params.taper, 0.0, 1000.0)?;
+    within("flare", params.flare, 0.0, 10.0)?;
+    within("flare_height", params.flare_height, 0.0, 100.0)?;
     space(params, &within)?;
     within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;
     for (i, iteration) in params.iterations.iter().enumerate() {

@@ -16,7 +16,8 @@ const VANISHED: f32 = 1e-4;
 
 /// The field's unit vector at a point; none where it vanishes. Lengths in plant heights.
 pub(super) fn vector(parts: &[FieldPart], at: Vec3) -> Option<Vec3> {
-    let sum: Vec3 = parts.iter().map(|part| primitive(part.primitive, at) * (part.weight * share(part.region, at))).sum();
+    let sum: Vec3 =
+        parts.iter().map(|part| primitive(part.primitive, at) * (part.weight * share(part.region, at))).sum();
     let length = sum.length();
     (length > VANISHED).then(|| sum / length)
 }
@@ -104,7 +105,10 @@ mod tests {
         assert!(close(at(about_z, [0.2, 0.5, 0.9]), Vec3::Y));
         assert!(close(at(about_z, [0.0, 0.9, 0.0]), Vec3::NEG_X));
         assert!(close(at(FieldPrimitive::Rotational { axis: FieldAxis::X, height: 0.5 }, [0.0, 0.9, 0.0]), Vec3::Z));
-        assert!(close(at(FieldPrimitive::Rotational { axis: FieldAxis::Y, height: 0.0 }, [1.0, 0.3, 0.0]), Vec3::NEG_Z));
+        assert!(close(
+            at(FieldPrimitive::Rotational { axis: FieldAxis::Y, height: 0.0 }, [1.0, 0.3, 0.0]),
+            Vec3::NEG_Z
+        ));
         assert_eq!(at(about_z, [0.0, 0.5, 0.7]), Vec3::ZERO);
     }
 
@@ -124,7 +128,10 @@ mod tests {
     fn uniform_radial_and_outward_point_where_they_say() {
         let leaning = FieldPrimitive::Uniform { lean: FRAC_PI_2, turn: FRAC_PI_2 };
         assert!(close(at(leaning, [0.0; 3]), Vec3::Z));
-        assert!(close(at(FieldPrimitive::Radial { height: 0.5 }, [0.0, 0.0, 0.5]), Vec3::new(0.0, -1.0, 1.0).normalize()));
+        assert!(close(
+            at(FieldPrimitive::Radial { height: 0.5 }, [0.0, 0.0, 0.5]),
+            Vec3::new(0.0, -1.0, 1.0).normalize()
+        ));
         assert!(close(at(FieldPrimitive::Outward, [3.0, 9.0, 4.0]), Vec3::new(0.6, 0.0, 0.8)));
     }
 

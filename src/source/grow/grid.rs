@@ -96,6 +96,7 @@ impl Grid {
     }
 
     /// The points of a cell, by their places in the sorted order.
+    #[cfg(test)]
     pub(super) fn points(&self, cell: [u32; 3]) -> std::ops::Range<u32> {
         let i = self.lattice.index(cell);
         self.starts[i]..self.starts[i + 1]

@@ -119,6 +119,27 @@ fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>
     }
 }
 
+/// One iteration of one plant, whatever its parameters' own iterations are.
+#[cfg(test)]
+pub(super) fn extend(
+    structure: &mut Structure,
+    space: &Space,
+    solids: &Solids,
+    iteration: &GrowIteration,
+    params: &GrowParams,
+    seed: Seed,
+    note: impl FnMut(String),
+) {
+    let params = GrowParams { iterations: vec![iteration.clone()], ..params.clone() };
+    let mut tree = Tree::new(&params, 1.0, seed);
+    tree.structure = structure.clone();
+    let mut trees = [tree];
+    pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids, |_| None);
+    let [tree] = trees;
+    *structure = tree.structure;
+    tree.notes.into_iter().for_each(note);
+}
+
 /// What a plant takes into a pass.
 struct Wish<'a> {
     iteration: Option<&'a GrowIteration>,

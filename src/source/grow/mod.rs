@@ -3,7 +3,7 @@
 //! A tree is the union of least-cost paths through an irregular graph. Nodes are scattered and linked once (`nodes`,
 //! `yao`); each iteration names places where branches may end (`endpoints`), finds the paths to them from the whole tree
 //! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
-//! the chosen ones (`structure`). What remains is to take the graph's crookedness out and give radii (`skeleton`).
+//! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
 //! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
 //! plants are (`space`). Wood that overlaps is found and mended at the end (`overlap`).
@@ -15,6 +15,8 @@ mod check;
 mod detail;
 mod endpoints;
 mod field;
+#[cfg(test)]
+mod figures;
 mod frontier;
 mod growth;
 mod grid;
@@ -26,6 +28,7 @@ mod overlap;
 mod paths;
 #[cfg(test)]
 mod promises;
+mod radii;
 mod region;
 mod shed;
 mod skeleton;
@@ -37,6 +40,12 @@ mod tests;
 mod tile;
 mod volume;
 mod yao;
+
+#[cfg(test)]
+use growth::extend;
+#[cfg(test)]
+use space::Space;
+
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -176,15 +185,22 @@ pub fn grow_on(
             None => notes.push(format!("plant {}: nothing grew", i + 1)),
         }
     }
-    let (mut skeleton, mended) = overlap::mend(joined(plants));
+    let plant = joined(plants).into_plant()?;
+    // What overlaps is a matter of the final radii; flares stand on the ground, where nothing else is.
+    let thick = radii::with_radii(&plant, &GrowParams { flare: 0.0, ..params.clone() });
+    let (mut skeleton, mended) = overlap::mend(overlap::skeleton_of(&thick));
     notes.extend(mended.note());
-    if !bound {
+    let plant = if mended.found == 0 {
+        plant
+    } else {
         // What was dropped or pushed may have been the top.
         let top = skeleton.nodes.iter().fold(0.0_f32, |top, n| top.max(n.position.y));
-        let scale = if top > 0.0 { params.height / top } else { 1.0 };
-        skeleton.nodes.iter_mut().for_each(|n| n.position *= scale);
-    }
-    let plant = skeleton.into_plant()?;
+        if !bound && top > 0.0 {
+            skeleton.nodes.iter_mut().for_each(|n| n.position *= params.height / top);
+        }
+        skeleton.into_plant()?
+    };
+    let plant = radii::with_radii(&plant, params);
     let (plant, slim) =
         if bound { shed::shed_in_place(&plant, params.slenderness) } else { shed::shed(&plant, params.slenderness) };
     if slim > 0 {

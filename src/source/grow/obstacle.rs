@@ -78,6 +78,7 @@ impl Obstacles {
     }
 
     /// Whether a point is inside of one, without the clearance.
+    #[cfg(test)]
     pub(super) fn hold(&self, p: Vec3) -> bool {
         let within = |&[low, high]: &[Vec3; 2]| p.cmpge(low).all() && p.cmple(high).all();
         self.boxes.iter().any(within) || self.mesh.as_ref().is_some_and(|mesh| mesh.holds(p))

@@ -273,6 +273,15 @@ pub(super) fn mend(mut skeleton: Skeleton) -> (Skeleton, Mended) {
 /// A branch here is an axis that follows the thickest wood, which may be more than one chain.
 #[must_use]
 pub fn overlaps(plant: &Plant) -> usize {
+    let nodes = skeleton_of(plant).nodes;
+    let (axes, capsules) = (Axes::of(&nodes), Capsules::of(&nodes));
+    let hits: Vec<Option<Hit>> =
+        (0..nodes.len()).into_par_iter().with_min_len(256).map(|i| hit(&nodes, &axes, &capsules, i)).collect();
+    shares(&nodes, &axes, &hits).into_iter().filter(|share| *share > LIMIT).count()
+}
+
+/// A plant's points as a skeleton; a branch leaves its parent at the point nearest to its location.
+pub(super) fn skeleton_of(plant: &Plant) -> Skeleton {
     let posed = plant.pose();
     let mut nodes: Vec<SkeletonNode> = Vec::new();
     // Of each chain so far: the node of its first point, whether that one is its parent's, and its points' parameters.
@@ -295,10 +304,7 @@ pub fn overlaps(plant: &Plant) -> usize {
             parent = Some(nodes.len() as u32 - 1);
         }
     }
-    let (axes, capsules) = (Axes::of(&nodes), Capsules::of(&nodes));
-    let hits: Vec<Option<Hit>> =
-        (0..nodes.len()).into_par_iter().with_min_len(256).map(|i| hit(&nodes, &axes, &capsules, i)).collect();
-    shares(&nodes, &axes, &hits).into_iter().filter(|share| *share > LIMIT).count()
+    Skeleton { nodes }
 }
 
 /// The skeleton with every pushed node at its place, its neighbours on the axis part of the way, and what they bear with

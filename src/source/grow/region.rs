@@ -41,6 +41,7 @@ impl Region {
     }
 
     /// The region of one plant, `width` heights wide.
+    #[cfg(test)]
     pub(super) fn cylinder(width: f32) -> Self {
         Self::new(vec![Column { foot: Vec3::ZERO, radius: width * 0.5, height: 1.0 }], Obstacles::default())
     }

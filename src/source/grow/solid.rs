@@ -9,14 +9,15 @@
 //! silhouette count: a ring belongs to it where either half does. Curves are cut into [`PIECES`] straight pieces.
 //!
 //! Limits: [`MOST_TRIANGLES`], [`MOST_SEGMENTS`]. Nothing is read beside the given bytes: pictures in an SVG and
-//! buffers outside a GLB count as absent. Coordinates behind a `rotate()` in an SVG are as exact as the platform's sine.
+//! buffers outside a glTF file count as absent. Coordinates behind a `rotate()` in an SVG are as exact as the platform's sine.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
+use crate::base::Diagnostic;
 use crate::preset::plan::UpAxis;
-use crate::source::glb::{GlbError, read_glb};
+use crate::source::scene;
 
 /// Most triangles of a mesh.
 const MOST_TRIANGLES: usize = 500_000;
@@ -53,12 +54,6 @@ pub enum SolidError {
         /// The limit.
         most: usize,
     },
-}
-
-impl From<GlbError> for SolidError {
-    fn from(error: GlbError) -> Self {
-        Self::Unreadable(error.to_string())
-    }
 }
 
 /// How a file is read as a shape.
@@ -112,14 +107,26 @@ impl Solid {
         }
     }
 
-    /// A closed mesh: GLB by its first bytes, else OBJ. `up` says which axis of the file points up, `Detect` is Y. The
+    /// A closed mesh of any format that [`scene`](crate::source::scene) reads, told by its content. `up` says which axis of the file points up, `Detect` is Y. The
     /// file's vertical axis stays over the origin, so that a crown can lean to one side.
     ///
     /// # Errors
     ///
     /// When it can't be read, is open, flat or too large.
     pub fn from_mesh(bytes: &[u8], up: UpAxis) -> Result<Self, SolidError> {
-        let (mut points, triangles) = if bytes.starts_with(b"glTF") { glb(bytes)? } else { obj(bytes)? };
+        let told = |found: Vec<Diagnostic>| match found.first() {
+            Some(Diagnostic { span: Some(span), message, .. }) => format!("line {}: {message}", span.line),
+            Some(Diagnostic { message, .. }) => message.clone(),
+            None => String::new(),
+        };
+        let scene =
+            scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
+        let (mut points, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
+        for part in scene.parts {
+            let first = points.len() as u32;
+            points.extend(part.positions);
+            triangles.extend(part.triangles.into_iter().map(|t| t.map(|corner| corner + first)));
+        }
         if triangles.len() > MOST_TRIANGLES {
             let (found, what, most) = (triangles.len(), "triangles", MOST_TRIANGLES);
             return Err(SolidError::TooLarge { found, what, most });
@@ -190,71 +197,6 @@ impl Solid {
 
 fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
-}
-
-type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// All triangles of the default scene.
-fn glb(bytes: &[u8]) -> Result<Triangles, SolidError> {
-    let info = read_glb(bytes)?;
-    let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for instance in &info.instances {
-        for (i, primitive) in info.meshes[instance.mesh].primitives.iter().enumerate() {
-            if triangles.len() as u64 + primitive.triangles > MOST_TRIANGLES as u64 {
-                let found = triangles.len() + usize::try_from(primitive.triangles).unwrap_or(usize::MAX / 2);
-                return Err(SolidError::TooLarge { found, what: "triangles", most: MOST_TRIANGLES });
-            }
-            let first = points.len() as u32;
-            let placed = info.positions(instance.mesh, i)?.into_iter().map(|p| Vec3::from(instance.place(p)));
-            points.extend(placed);
-            let corners = info.triangles(instance.mesh, i)?;
-            triangles.extend(corners.into_iter().map(|t| t.map(|corner| corner + first)));
-        }
-    }
-    Ok((points, triangles))
-}
-
-/// Positions and faces of a Wavefront OBJ; faces of more than three corners are fans.
-fn obj(bytes: &[u8]) -> Result<Triangles, SolidError> {
-    let text = std::str::from_utf8(bytes)
-        .map_err(|_| SolidError::Unreadable("neither a GLB nor an OBJ file".to_owned()))?;
-    let (mut points, mut triangles): Triangles = (Vec::new(), Vec::new());
-    for (number, line) in text.lines().enumerate() {
-        let wrong = |what: &str| SolidError::Unreadable(format!("line {}: {what}", number + 1));
-        let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("v") => {
-                let mut coordinate = || words.next().and_then(|w| w.parse::<f32>().ok()).filter(|c| c.is_finite());
-                match (coordinate(), coordinate(), coordinate()) {
-                    (Some(x), Some(y), Some(z)) => points.push(Vec3::new(x, y, z)),
-                    _ => return Err(wrong("`v` needs three numbers")),
-                }
-            }
-            Some("f") => {
-                let mut fan: [Option<u32>; 2] = [None; 2];
-                for word in words {
-                    let index = word.split('/').next().and_then(|w| w.parse::<i64>().ok());
-                    // From 1; negative ones count back from the last.
-                    let index = index.map(|i| if i < 0 { points.len() as i64 + i } else { i - 1 });
-                    let corner = index.and_then(|i| u32::try_from(i).ok()).filter(|&i| (i as usize) < points.len());
-                    let corner = corner.ok_or_else(|| wrong("a face names a vertex that is not there"))?;
-                    match fan {
-                        [None, _] => fan[0] = Some(corner),
-                        [Some(_), None] => fan[1] = Some(corner),
-                        [Some(first), Some(last)] => {
-                            triangles.push([first, last, corner]);
-                            fan[1] = Some(corner);
-                        }
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    if triangles.is_empty() {
-        return Err(SolidError::Unreadable("neither a GLB nor an OBJ file with faces".to_owned()));
-    }
-    Ok((points, triangles))
 }
 
 /// Triangles by the cells of the ground that they cover.
@@ -351,7 +293,9 @@ impl Columns {
         let [a, b, c] = corners.map(|i| self.points[i as usize]);
         let normal = (b - a).cross(c - a);
         // The plane above the point; a triangle on edge covers no ground.
-        inside && normal.y != 0.0 && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
+        inside
+            && normal.y != 0.0
+            && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
     }
 }
 
@@ -469,7 +413,8 @@ mod tests {
                 for k in 0..20_u32 {
                     // Corners, edges, diagonals of the faces: every third point lies on one.
                     let p = Vec3::new(i as f32, j as f32, k as f32) * 0.1 - Vec3::new(0.5, 0.4, 0.5);
-                    let [within, beyond] = [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
+                    let [within, beyond] =
+                        [0.001, -0.001].map(|rim| p.to_array().map(|c| (rim..1.0 - rim).contains(&c)));
                     assert!(within != [true; 3] || cube.holds(p), "{p}");
                     assert!(beyond == [true; 3] || !cube.holds(p), "{p}");
                     inside += u32::from(cube.holds(p));
@@ -482,7 +427,8 @@ mod tests {
     #[test]
     fn up_can_be_z() {
         // A wedge whose thick end is at z = 2.
-        let wedge = "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
+        let wedge =
+            "v 0 0 0\nv 0 0 2\nv 1 0 2\nv 0 1 0\nv 0 1 2\nv 1 1 2\nf 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6";
         let up_z = Solid::from_mesh(wedge.as_bytes(), UpAxis::Z).unwrap();
         assert!(up_z.holds(Vec3::new(0.45, 0.97, -0.25)) && !up_z.holds(Vec3::new(0.45, 0.05, -0.25)));
         assert!(up_z.holds(Vec3::new(0.01, 0.05, -0.25)) && !up_z.holds(Vec3::new(0.01, 0.05, 0.25)));
@@ -494,7 +440,9 @@ mod tests {
         assert_eq!(Solid::from_mesh(open.as_bytes(), UpAxis::Y), Err(SolidError::Open(4)));
         let flat = "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\nf 3 2 1";
         assert_eq!(Solid::from_mesh(flat.as_bytes(), UpAxis::Y), Err(SolidError::Flat));
-        for broken in ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"] {
+        for broken in
+            ["", "v 1 2\n", "v 0 0 0\nf 1 2 3", "f 9999999999999 1 1", "v nan 0 0", "glTF", "\u{1}", "f -1 -1 -1"]
+        {
             let answer = Solid::from_mesh(broken.as_bytes(), UpAxis::Y);
             assert!(matches!(answer, Err(SolidError::Unreadable(_))), "{broken:?}: {answer:?}");
         }
@@ -522,11 +470,13 @@ mod tests {
 
     #[test]
     fn holes_transforms_and_curves_of_outlines_count() {
-        let svg = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
+        let svg =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g transform="translate(5 5) scale(2)">
             <path fill-rule="evenodd" d="M 0 0 H 20 V 20 H 0 Z M 6 6 V 14 H 14 V 6 Z"/></g></svg>"#;
         let ring = Solid::from_outline(svg).unwrap();
         assert!(!ring.holds(Vec3::new(0.1, 0.5, 0.0)) && ring.holds(Vec3::new(0.35, 0.5, 0.0)));
-        let disc = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
+        let disc =
+            br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle cx="50" cy="50" r="10"/></svg>"#;
         let ball = Solid::from_outline(disc).unwrap();
         let hits = (0..1000)
             .filter(|&i| {

@@ -39,15 +39,14 @@ fn small() -> GrowParams {
         width: 0.8,
         tip_radius: 0.01,
         allometry: 2.0,
+        taper: 0.3,
+        flare: 0.35,
+        flare_height: 5.0,
         crookedness: 0.3,
         bole: 0.1,
         slenderness: 10_000.0,
         space: GrowSpace { detail: 1.0, ..GrowSpace::default() },
-        iterations: vec![
-            pass(point(0.5), 0.0),
-            pass(volume(crown, 12), 0.6),
-            pass(surface(2, 0.7, 60), 0.5),
-        ],
+        iterations: vec![pass(point(0.5), 0.0), pass(volume(crown, 12), 0.6), pass(surface(2, 0.7, 60), 0.5)],
     }
 }
 
@@ -185,7 +184,7 @@ fn rules_keep_only_what_lies_lower_or_higher() {
 #[test]
 fn extremes_end_in_a_plant_or_an_error() {
     type Change = fn(&mut GrowParams);
-    let changes: [Change; 19] = [
+    let changes: [Change; 22] = [
         |p| p.nodes = 16,
         |p| p.nodes = 0,
         |p| p.width = 0.02,
@@ -195,6 +194,9 @@ fn extremes_end_in_a_plant_or_an_error() {
         |p| p.height = f32::INFINITY,
         |p| p.tip_radius = 0.0,
         |p| p.allometry = 0.5,
+        |p| p.taper = 1000.0,
+        |p| p.flare = 10.0,
+        |p| p.flare_height = f32::NAN,
         |p| p.crookedness = 1.0,
         |p| p.bole = 1.0,
         |p| p.slenderness = 50.0,

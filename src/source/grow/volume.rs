@@ -149,7 +149,10 @@ mod tests {
         let none = Solids::new();
         for (shape, expected) in [
             (Volume::Ellipsoid { bottom: 0.2, top: 0.8, radius: 0.4, hollow: 0.0 }, 4.0 / 3.0 * PI * 0.3 * 0.16),
-            (Volume::Ellipsoid { bottom: 0.2, top: 0.8, radius: 0.4, hollow: 0.5 }, 4.0 / 3.0 * PI * 0.3 * 0.16 * 0.875),
+            (
+                Volume::Ellipsoid { bottom: 0.2, top: 0.8, radius: 0.4, hollow: 0.5 },
+                4.0 / 3.0 * PI * 0.3 * 0.16 * 0.875,
+            ),
             (Volume::HalfEllipsoid { bottom: 0.2, top: 0.8, radius: 0.4, hollow: 0.0 }, 2.0 / 3.0 * PI * 0.6 * 0.16),
             (Volume::Cone { bottom: 0.1, top: 1.0, radius: 0.3, hollow: 0.0 }, PI * 0.09 * 0.3),
             (Volume::Cylinder { bottom: 0.1, top: 1.0, radius: 0.3, hollow: 0.0 }, PI * 0.09 * 0.9),

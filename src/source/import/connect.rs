@@ -45,6 +45,19 @@ pub(super) struct Joined {
 }
 
 impl Joined {
+    /// In words, for limbs of a mesh: that each of them had to be joined is no news.
+    pub(super) fn note_of_limbs(mut self, limbs: usize, scale: f64, notes: &mut Vec<String>) {
+        if self.roots > 0 {
+            notes.push(format!(
+                "{} of wood, {} of them joined to other wood",
+                count(limbs, "piece", "pieces"),
+                self.roots
+            ));
+        }
+        (self.roots, self.inside) = (0, 0);
+        self.note(scale, notes);
+    }
+
     /// In words; `scale` makes lengths metres.
     pub(super) fn note(&self, scale: f64, notes: &mut Vec<String>) {
         if self.stems > 0 {

@@ -34,7 +34,6 @@ impl Piece {
     pub(super) const NONE: i64 = i64::MIN;
 
     /// A piece of which the file says nothing else.
-    #[cfg(test)]
     pub(super) fn stretch(start: DVec3, end: DVec3, radius: f64) -> Self {
         let none = Self::NONE;
         Self {

@@ -1,0 +1,195 @@
+//! Wood and leaves told apart, and leaves brought to the plant that the wood became.
+//!
+//! 1. [`split`]: pieces of the mesh (`component`) are wood, leaves, fronds, crowns or dropped (`decide`, by names
+//!    in `words` and colours in `tone`).
+//! 2. `card`: every leaf becomes a flat card with base, direction, normal, length, width and the number of its picture;
+//!    leaves that wear the same part of a picture, or have the same outline, share it.
+//! 3. [`attach`]: each card is put on the nearest suitable chain of the plant; crowns are filled with chains and leaves.
+//!
+//! Decisions. Each sheet is one leaf: of two crossed quads each is a leaf of its own, so counts are those of the file and
+//! the look stays. Two cards on top of each other, front and back of one leaf, are one. A leaf that is bent, folded or
+//! cut out as a polygon becomes the flat card that fits it best, with the polygon drawn into its picture. Stalks of leaves
+//! are dropped; the leaf keeps its place by its offset from the axis. Fruit and flowers are dropped and counted.
+
+mod attach;
+mod card;
+mod component;
+mod decide;
+mod fill;
+mod frond;
+mod near;
+mod picture;
+mod tone;
+mod volume;
+mod words;
+
+use glam::Vec3;
+
+use crate::source::scene::{Files, Scene};
+
+pub use attach::attach;
+pub use card::Card;
+pub use picture::{Art, BarkPicture, CardCorner, CardPicture, LeafPicture};
+
+use decide::{Piece, Role};
+
+/// What a preset says about the parts of a mesh: names of materials or parts, whatever their capitals.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Overrides {
+    /// Of leaves.
+    pub leaves: Vec<String>,
+    /// Of wood.
+    pub wood: Vec<String>,
+}
+
+/// The names of `overrides` that no material and no part has.
+#[must_use]
+pub fn unmatched<'a>(scene: &Scene, overrides: &'a Overrides) -> Vec<&'a str> {
+    let there = |wanted: &&str| {
+        let same = |name: &str| name.to_lowercase() == wanted.to_lowercase();
+        scene.materials.iter().any(|m| same(&m.name)) || scene.parts.iter().any(|p| same(&p.name))
+    };
+    overrides.leaves.iter().chain(&overrides.wood).map(String::as_str).filter(|name| !there(name)).collect()
+}
+
+/// A mesh, told apart; in the scene's own unit and axes.
+#[derive(Clone, Debug, Default)]
+pub struct Parts {
+    /// Corners of the wood.
+    pub wood_positions: Vec<Vec3>,
+    /// The wood's triangles.
+    pub wood: Vec<[u32; 3]>,
+    /// One a leaf.
+    pub cards: Vec<Card>,
+    /// Closed volumes to be filled with leaves.
+    pub crowns: Vec<CrownVolume>,
+    /// Pictures of the leaves by slot, and of the bark.
+    pub art: Art,
+    /// What was dropped, joined or guessed, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A closed volume full of leaves.
+#[derive(Clone, Debug, Default)]
+pub struct CrownVolume {
+    /// Corners.
+    pub positions: Vec<Vec3>,
+    /// Triangles, from outside counter-clockwise where the file says so.
+    pub triangles: Vec<[u32; 3]>,
+    /// First of the slots that its leaves wear, and how many there are.
+    pub slots: (u16, u16),
+}
+
+/// Tells wood, leaves and crowns of a mesh apart. `files` holds the pictures that the mesh names. n log n in triangles.
+#[must_use]
+pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
+    let tones = tone::Tones::new(scene, files);
+    let pieces = decide::pieces(scene, &tones, overrides);
+    let mut parts = Parts::default();
+    let count = |role| pieces.iter().filter(|p| p.role == role).count();
+    for (role, what) in [
+        (Role::Stalk, "stalks of leaves were dropped; their leaves keep their places"),
+        (Role::Fruit, "flowers or fruit were dropped"),
+        (Role::Patch, "flat pieces painted on the bark were dropped"),
+    ] {
+        let n = count(role);
+        if n > 0 {
+            parts.notes.push(format!("{n} {what}"));
+        }
+    }
+    let crowns = count(Role::Crown);
+    if crowns > 0 {
+        parts.notes.push(format!("{crowns} closed crowns were filled with branches and leaves"));
+    }
+    let mut gallery = picture::Gallery::new(scene, files);
+    card::cards(scene, &tones, &pieces, &mut gallery, &mut parts);
+    for piece in &pieces {
+        let c = &piece.component;
+        let part = &scene.parts[c.part];
+        let name = part.material.and_then(|m| scene.materials.get(m)).map_or("", |m| m.name.as_str());
+        match piece.role {
+            Role::Wood => {
+                let first = parts.wood_positions.len() as u32;
+                let (positions, triangles) = own(part, c);
+                parts.wood_positions.extend(positions);
+                parts.wood.extend(triangles.iter().map(|t| t.map(|i| i + first)));
+            }
+            Role::Crown => {
+                let (positions, triangles) = own(part, c);
+                let sum = c.triangles.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
+                let color = (sum / c.triangles.len() as f32).to_array();
+                let needles = [part.name.as_str(), name].iter().any(|name| words::is_conifer(name));
+                // Leaves shade each other, the lump of the file does not.
+                let color = color.map(|c| (c * 1.3).min(1.0));
+                let slots = spray_slots(&mut parts.art, color, needles);
+                parts.crowns.push(CrownVolume { positions, triangles, slots });
+            }
+            _ => {}
+        }
+    }
+    parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
+    parts.art.images = gallery.images;
+    parts
+}
+
+/// Pictures of sprays that fill one crown.
+const SPRAYS: u16 = 3;
+/// Most pictures of a plant, so that crowns of all colours of the rainbow fit an atlas.
+const MOST_SLOTS: usize = 64;
+
+/// The slots of sprays of a colour, made if there are none that are alike.
+fn spray_slots(art: &mut Art, color: [f32; 3], needles: bool) -> (u16, u16) {
+    let gap = |leaf: &LeafPicture| match leaf {
+        LeafPicture::Spray { color: other, needles: same } if *same == needles => {
+            Some(color.iter().zip(other).fold(0.0_f32, |gap, (a, b)| gap.max((a - b).abs())))
+        }
+        _ => None,
+    };
+    let found = art.leaves.iter().map(gap).enumerate().filter_map(|(i, gap)| Some((gap?, i)));
+    if let Some((gap, i)) = found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        && (gap < 0.02 || art.leaves.len() >= MOST_SLOTS)
+    {
+        return (i as u16, SPRAYS);
+    }
+    let first = art.leaves.len() as u16;
+    art.leaves.extend((0..SPRAYS).map(|_| LeafPicture::Spray { color, needles }));
+    (first, SPRAYS)
+}
+
+/// A piece's own positions and triangles.
+fn own(part: &crate::source::scene::Part, c: &component::Component) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let mut order: Vec<(u32, u32)> = c.points.iter().enumerate().map(|(k, &i)| (i, k as u32)).collect();
+    order.sort_unstable();
+    let find = |i: u32| order.binary_search_by_key(&i, |o| o.0).map_or(0, |k| order[k].1);
+    let positions = c.points.iter().map(|&i| part.positions[i as usize]).collect();
+    (positions, c.triangles.iter().map(|t| t.map(find)).collect())
+}
+
+/// Points over the surface of all pieces of some roles, about as far apart as a hundredth of what they span; at most
+/// some hundred thousand beyond their corners.
+fn sample(scene: &Scene, pieces: &[Piece], roles: &[Role]) -> Vec<Vec3> {
+    let wanted = || pieces.iter().filter(|p| roles.contains(&p.role)).map(|p| &p.component);
+    let (low, high) = wanted().fold((Vec3::MAX, Vec3::MIN), |(low, high), c| (low.min(c.low), high.max(c.high)));
+    let area: f32 = wanted().map(|c| c.area).sum();
+    let gap = ((high - low).max_element() * 0.01).max((area / 3e5).sqrt());
+    let mut points = Vec::new();
+    for c in wanted() {
+        let positions = &scene.parts[c.part].positions;
+        points.extend(c.points.iter().map(|&i| positions[i as usize]));
+        for t in &c.triangles {
+            let [a, b, c] = t.map(|i| positions[i as usize]);
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let steps = ((longest / gap).ceil().min(200.0) as u32).max(1);
+            for i in 0..=steps {
+                for j in 0..=steps - i {
+                    if (i, j) == (0, 0) || i == steps || j == steps {
+                        continue;
+                    }
+                    let (u, v) = (i as f32 / steps as f32, j as f32 / steps as f32);
+                    points.push(a + (b - a) * u + (c - a) * v);
+                }
+            }
+        }
+    }
+    points
+}

@@ -1,0 +1,159 @@
+//! What imported leaves and bark look like: pictures still encoded, and which part of them a card shows.
+//!
+//! Nothing is drawn here: `bake::card_maps` makes the maps.
+
+use glam::{Vec2, Vec3};
+
+use super::decide::{Piece, Role};
+use super::tone::Tones;
+use crate::source::scene::{Alpha, Files, Scene};
+
+/// The pictures of an imported plant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Art {
+    /// Encoded pictures that leaves and bark name by index.
+    pub images: Vec<Vec<u8>>,
+    /// One for each slot.
+    pub leaves: Vec<LeafPicture>,
+    /// Of the wood; none where the plant brings no colour of its own.
+    pub bark: Option<BarkPicture>,
+}
+
+/// What the leaves of a slot wear.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LeafPicture {
+    /// Part of a picture, or a coloured outline.
+    Card(CardPicture),
+    /// A made spray of leaves: what fills a closed crown.
+    Spray {
+        /// Linear.
+        color: [f32; 3],
+        /// Whether they are needles.
+        needles: bool,
+    },
+}
+
+/// Triangles in a card, each with its part of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CardPicture {
+    /// Width over height of the card.
+    pub width: f32,
+    /// Three corners a triangle.
+    pub triangles: Vec<[CardCorner; 3]>,
+    /// Linear factor of colour and alpha.
+    pub color: [f32; 4],
+    /// Index of the colour picture.
+    pub image: Option<usize>,
+    /// Index of the normal map.
+    pub normal: Option<usize>,
+    /// Index of a picture whose alpha, or where it has none whose brightness, is the alpha.
+    pub alpha: Option<usize>,
+    /// Alpha below which nothing is seen.
+    pub cutoff: f32,
+}
+
+/// A corner of a triangle in a card.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CardCorner {
+    /// Place in the card: x 0..=1 to the right, y 0..=1 down; the base is at the bottom.
+    pub at: Vec2,
+    /// Place in the pictures, v down; repeats beyond 0..=1.
+    pub uv: Vec2,
+    /// Linear colour, a factor.
+    pub color: [f32; 3],
+}
+
+/// What the wood wears.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BarkPicture {
+    /// Linear factor of the colour.
+    pub color: [f32; 3],
+    /// Index of the colour picture, where it tiles.
+    pub image: Option<usize>,
+    /// Index of the normal map.
+    pub normal: Option<usize>,
+}
+
+/// The pictures of a scene that are worn, each once.
+#[derive(Debug)]
+pub(super) struct Gallery<'a> {
+    scene: &'a Scene,
+    files: &'a Files<'a>,
+    /// Those taken, as they are encoded.
+    pub(super) images: Vec<Vec<u8>>,
+    /// Index in the scene, and where it is here.
+    known: Vec<(usize, Option<usize>)>,
+}
+
+impl<'a> Gallery<'a> {
+    pub(super) fn new(scene: &'a Scene, files: &'a Files<'a>) -> Self {
+        Self { scene, files, images: Vec::new(), known: Vec::new() }
+    }
+
+    /// The index of a scene's picture here; none where its file is missing.
+    pub(super) fn add(&mut self, image: Option<usize>) -> Option<usize> {
+        let image = image?;
+        if let Some((_, index)) = self.known.iter().find(|(i, _)| *i == image) {
+            return *index;
+        }
+        let index = self.scene.image_bytes(image, self.files).map(|bytes| {
+            self.images.push(bytes.to_vec());
+            self.images.len() - 1
+        });
+        self.known.push((image, index));
+        index
+    }
+}
+
+/// The bark: of the material that most of the wood wears. Its picture only where it is more than a few texels of a palette
+/// on the wood.
+pub(super) fn bark(
+    scene: &Scene,
+    tones: &Tones<'_>,
+    pieces: &[Piece],
+    gallery: &mut Gallery<'_>,
+) -> Option<BarkPicture> {
+    let wood = || pieces.iter().filter(|p| p.role == Role::Wood).map(|p| &p.component);
+    let mut areas: Vec<(Option<usize>, f32)> = Vec::new();
+    for c in wood() {
+        let material = scene.parts[c.part].material;
+        match areas.iter_mut().find(|(m, _)| *m == material) {
+            Some((_, area)) => *area += c.area,
+            None => areas.push((material, c.area)),
+        }
+    }
+    let (material, _) = *areas.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let of = || wood().filter(|c| scene.parts[c.part].material == material);
+    if !of().any(|c| tones.is_colored(&scene.parts[c.part])) {
+        return None;
+    }
+    // How much of the picture the wood spans, by the mean span of its triangles' coordinates.
+    let (mut spread, mut low, mut high, mut sum, mut area) = (0.0_f32, Vec2::MAX, Vec2::MIN, Vec3::ZERO, 0.0_f32);
+    for c in of() {
+        let part = &scene.parts[c.part];
+        for t in &c.triangles {
+            for &i in t.iter().filter(|_| !part.uvs.is_empty()) {
+                let uv = part.uvs[i as usize];
+                (low, high) = (low.min(uv), high.max(uv));
+            }
+            if !part.uvs.is_empty() {
+                let [a, b, c] = t.map(|i| part.uvs[i as usize]);
+                spread += (a.max(b).max(c) - a.min(b).min(c)).max_element();
+            }
+            sum += tones.of_triangle(part, *t);
+            area += 1.0;
+        }
+    }
+    let described = material.and_then(|m| scene.materials.get(m));
+    // A palette is touched in spots. A picture of the bark is spread over each triangle, and repeats or fills its picture.
+    let size = (high - low).abs();
+    let spans = spread / area.max(1.0) > 0.02 && (size.max_element() > 1.05 || size.min_element() >= 0.4);
+    let opaque = described.is_none_or(|m| m.alpha == Alpha::Opaque);
+    let image = described.filter(|_| spans && opaque).and_then(|m| gallery.add(m.color_image));
+    let normal = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.normal_image));
+    let color = match (image, described) {
+        (Some(_), Some(m)) => [m.color[0], m.color[1], m.color[2]],
+        _ => (sum / area.max(1.0)).to_array(),
+    };
+    Some(BarkPicture { color, image, normal })
+}

@@ -1,0 +1,80 @@
+//! Exact small meshes of every format, and the real ones against their manifest.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::*;
+
+fn text(text: &str, files: &Files<'_>) -> Scene {
+    read(text.as_bytes(), "it", files).unwrap_or_else(|e| panic!("{e:?}"))
+}
+
+const MTL: &str =
+    "newmtl leaf\nKd 0.5 0.5 0.5\nmap_Kd -bm 1.0 -o 0 0 tex\\my leaf.png\nmap_d mask.png\nbump -bm 2 n.png\n";
+
+#[test]
+fn obj_corners_groups_materials_and_negative_indices_are_read() {
+    let obj = "mtllib a b.mtl\no tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvn 0 0 1\n\
+               usemtl leaf\nf 1/1/1 2/2/1 3/2/1 \\\n 4/1/1\ng wood\nusemtl none\nf -4 -3 -2\n";
+    assert_eq!(refers(obj.as_bytes(), &Files::new()), ["a b.mtl"]);
+    let files = Files::from([("a b.mtl".to_owned(), MTL.as_bytes())]);
+    assert_eq!(refers(obj.as_bytes(), &files), ["mask.png", "n.png", "tex/my leaf.png"]);
+    let scene = text(obj, &files);
+    assert_eq!((scene.parts.len(), scene.triangles(), scene.vertices()), (2, 3, 7));
+    let leaf = &scene.parts[0];
+    assert_eq!((leaf.name.as_str(), leaf.triangles.as_slice()), ("tree", [[0, 1, 2], [0, 2, 3]].as_slice()));
+    assert_eq!(leaf.faces, [0, 0]);
+    assert_eq!(leaf.uvs[1], Vec2::new(1.0, 0.75));
+    assert_eq!((leaf.normals[0], scene.parts[1].normals.len()), (Vec3::Z, 0));
+    let material = &scene.materials[leaf.material.unwrap()];
+    assert_eq!((material.name.as_str(), material.alpha), ("leaf", Alpha::Mask(0.5)));
+    let image = |i: Option<usize>| scene.images[i.unwrap()].clone();
+    assert_eq!(image(material.color_image), Image::File("tex/my leaf.png".into()));
+    assert_eq!(image(material.alpha_image), Image::File("mask.png".into()));
+    assert_eq!(image(material.normal_image), Image::File("n.png".into()));
+    assert_eq!(scene.materials[scene.parts[1].material.unwrap()].name, "none");
+    assert!(scene.notes.iter().any(|n| n.contains("1 materials")), "{:?}", scene.notes);
+}
+
+fn files(owned: &BTreeMap<String, Vec<u8>>) -> Files<'_> {
+    owned.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect()
+}
+
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("TREEWRIGHT_DATA")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none(), "the test data is missing");
+    #[expect(clippy::print_stderr, reason = "says what was skipped")]
+    {
+        eprintln!("no test data, skipped");
+    }
+    None
+}
+
+#[test]
+fn every_real_mesh_has_the_triangles_of_its_manifest() {
+    let Some(data) = data() else { return };
+    let manifest = std::fs::read_to_string(data.join("MANIFEST.tsv")).unwrap();
+    let mut count = 0;
+    for line in manifest.lines() {
+        let cells: Vec<&str> = line.split('\t').collect();
+        if cells[3] != "mesh" {
+            continue;
+        }
+        let path = data.join(cells[0]);
+        let bytes = std::fs::read(&path).unwrap();
+        let mut beside: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+        for _ in 0..3 {
+            for name in refers(&bytes, &files(&beside)) {
+                beside.insert(name.clone(), std::fs::read(path.with_file_name(name)).unwrap());
+            }
+        }
+        let scene = read(&bytes, cells[0], &files(&beside)).unwrap_or_else(|e| panic!("{e:?}"));
+        assert_eq!(scene.triangles().to_string(), cells[4], "{}", cells[0]);
+        count += 1;
+    }
+    assert_eq!(count, 16);
+}

@@ -1,0 +1,186 @@
+//! Laplacian contraction: a surface shrinks to its axes, without a change of what is joined to what.
+//!
+//! Au, Tai, Chu, Cohen-Or and Lee 2008, "Skeleton Extraction by Mesh Contraction", section 4. Each round solves
+//! `[W_L L; W_H] V' = [0; W_H V]` in the sense of least squares: `L` draws every vertex to the middle of its neighbours,
+//! `W_H` holds it where it is. `W_L` doubles from round to round; `W_H` of a vertex grows with the square root of how
+//! much the area around it has shrunk, so that what is thin already stays where it is while the trunk goes on. Rounds end
+//! when the area is small enough for the surgery, or don't help any more.
+//!
+//! Differences to the paper. The rows of `L` are divided by their sums: the plain cotangents, which have no unit, grow
+//! without bound in the slivers that every contraction makes, and their squares cost all of a double's digits; divided,
+//! the equations' condition is at most `4 W_L²`. Cotangents are clamped from below ([`FLAT`]), which is what makes
+//! zero-area and obtuse triangles harmless. Both ends of the scale of `W_L` are then pure numbers.
+
+use glam::DVec3;
+
+use super::cholesky::{Factor, Symbolic};
+use super::surface::Surface;
+
+/// `W_L` of the first round.
+const FIRST: f64 = 1.0;
+/// Its factor from one round to the next, `s_L`.
+const STRONGER: f64 = 2.0;
+/// Least cotangent.
+const FLAT: f64 = 0.02;
+/// Largest cotangent.
+const STEEP: f64 = 50.0;
+/// The share of the first area at which rounds end.
+const THIN: f64 = 0.01;
+/// Most rounds.
+const MOST_ROUNDS: usize = 14;
+/// Most that `W_H` grows.
+const MOST_HOLD: f64 = 1e3;
+/// Most multiplications of one factoring: a second's worth.
+const MOST_WORK: f64 = 1.5e9;
+
+/// What each vertex of a surface contracts to; none where the factor would be too large, for a coarser surface is needed.
+pub(super) fn contract(surface: &Surface) -> Option<Vec<DVec3>> {
+    let equations = Equations::new(surface)?;
+    let mut shrunk = surface.clone();
+    let before = surface.area();
+    let shares = surface.shares();
+    let mean = before / surface.positions.len().max(1) as f64;
+    let mut hold = vec![1.0_f64; surface.positions.len()];
+    let mut pull = FIRST;
+    let mut scratch = Factor::default();
+    let mut last = before;
+    for _ in 0..MOST_ROUNDS {
+        equations.round(&mut shrunk, pull, &hold, &mut scratch);
+        let area = shrunk.area();
+        if !(area > before * THIN) || (area > last * 0.97 && area < before * 0.1) {
+            break;
+        }
+        last = area;
+        pull *= STRONGER;
+        // A floor under the areas: a vertex of zero area is held as if it had a little.
+        let floor = mean * 1e-3;
+        for ((hold, &was), now) in hold.iter_mut().zip(&shares).zip(shrunk.shares()) {
+            *hold = ((was + floor) / (now + floor * 1e-6)).sqrt().clamp(1.0, MOST_HOLD);
+        }
+    }
+    Some(shrunk.positions)
+}
+
+/// The normal equations' pattern, which no round changes.
+struct Equations {
+    symbolic: Symbolic,
+    /// The neighbours of each vertex, rising.
+    links: Vec<Vec<u32>>,
+    /// For each vertex, for each pair of its row's columns (itself last, then its neighbours, the second not before the
+    /// first), the slot in the matrix.
+    slots: Vec<u32>,
+    diagonal: Vec<u32>,
+}
+
+impl Equations {
+    fn new(surface: &Surface) -> Option<Self> {
+        let links: Vec<Vec<u32>> =
+            surface.neighbours().into_iter().map(|list| list.into_iter().map(|n| n.0).collect()).collect();
+        let n = links.len();
+        let mut pattern: Vec<Vec<u32>> = Vec::with_capacity(n);
+        let mut entries = 0_usize;
+        for (i, near) in links.iter().enumerate() {
+            let mut row = vec![i as u32];
+            row.extend_from_slice(near);
+            near.iter().for_each(|&k| row.extend_from_slice(&links[k as usize]));
+            row.sort_unstable();
+            row.dedup();
+            entries += row.len();
+            if entries > 64 * n + 200_000 {
+                return None;
+            }
+            pattern.push(row);
+        }
+        let symbolic = Symbolic::new(&pattern)?;
+        if symbolic.work > MOST_WORK {
+            return None;
+        }
+        let mut slots = Vec::new();
+        for (i, near) in links.iter().enumerate() {
+            let columns = || near.iter().copied().chain([i as u32]);
+            for (k, a) in columns().enumerate() {
+                slots.extend(columns().skip(k).map(|b| symbolic.slot(a, b) as u32));
+            }
+        }
+        let diagonal = (0..n as u32).map(|i| symbolic.slot(i, i) as u32).collect();
+        Some(Self { symbolic, links, slots, diagonal })
+    }
+
+    /// One round.
+    fn round(&self, shrunk: &mut Surface, pull: f64, hold: &[f64], scratch: &mut Factor) {
+        let weights = self.weights(shrunk);
+        let mut values = vec![0.0_f64; self.symbolic.entries()];
+        let mut slots = self.slots.iter();
+        let mut row: Vec<f64> = Vec::new();
+        for weights in &weights {
+            let sum: f64 = weights.iter().sum();
+            row.clear();
+            row.extend(weights.iter().map(|w| w / sum * pull));
+            row.push(-pull);
+            for k in 0..row.len() {
+                for &other in &row[k..] {
+                    if let Some(&slot) = slots.next() {
+                        values[slot as usize] += row[k] * other;
+                    }
+                }
+            }
+        }
+        for (&slot, hold) in self.diagonal.iter().zip(hold) {
+            values[slot as usize] += hold * hold;
+        }
+        let mut sides: Vec<[f64; 3]> =
+            shrunk.positions.iter().zip(hold).map(|(&p, h)| (p * (h * h)).to_array()).collect();
+        self.symbolic.solve(&values, &mut sides, scratch);
+        for (p, side) in shrunk.positions.iter_mut().zip(sides) {
+            let to = DVec3::from_array(side);
+            if to.is_finite() {
+                *p = to;
+            }
+        }
+    }
+
+    /// The cotangent weights of each vertex's edges.
+    fn weights(&self, surface: &Surface) -> Vec<Vec<f64>> {
+        let mut weights: Vec<Vec<f64>> = self.links.iter().map(|l| vec![0.0; l.len()]).collect();
+        for &[a, b, c] in &surface.triangles {
+            for [tip, u, v] in [[a, b, c], [b, c, a], [c, a, b]] {
+                let at = surface.positions[tip as usize];
+                let (x, y) = (surface.positions[u as usize] - at, surface.positions[v as usize] - at);
+                let cross = x.cross(y).length();
+                let cotangent = if cross > 0.0 { (x.dot(y) / cross).clamp(FLAT, STEEP) } else { FLAT };
+                for (p, q) in [(u, v), (v, u)] {
+                    if let Ok(k) = self.links[p as usize].binary_search(&q) {
+                        weights[p as usize][k] += cotangent;
+                    }
+                }
+            }
+        }
+        weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shapes;
+    use super::*;
+
+    #[test]
+    fn a_tube_contracts_to_its_axis_and_keeps_most_of_its_length() {
+        for sides in [4, 8, 16] {
+            let path: Vec<DVec3> = (0..40).map(|k| DVec3::Y * 0.1 * f64::from(k)).collect();
+            let surface = shapes::tube(&path, &[0.1; 40], sides);
+            let thin = contract(&surface).unwrap();
+            let off = thin.iter().fold(0.0_f64, |m, p| m.max(DVec3::new(p.x, 0.0, p.z).length()));
+            let (low, high) = thin.iter().fold((9.0_f64, 0.0_f64), |(l, h), p| (l.min(p.y), h.max(p.y)));
+            assert!(off < 0.01, "{sides} {off}");
+            assert!(high - low > 2.9, "{sides} {low} {high}");
+        }
+    }
+
+    #[test]
+    fn flat_and_zero_area_triangles_do_no_harm() {
+        let mut surface = shapes::tube(&[DVec3::ZERO, DVec3::Y, DVec3::Y, DVec3::Y * 2.0], &[0.2, 0.2, 0.2, 0.0], 6);
+        surface.positions[3] = surface.positions[4];
+        assert!(contract(&surface).unwrap().iter().all(|p| p.is_finite() && p.length() < 3.0));
+    }
+}

@@ -1,0 +1,221 @@
+//! Skeletonize: the wood of a mesh becomes a [`Plant`].
+//!
+//! 1. `weld`: vertices at one place become one; flat and double triangles go.
+//! 2. `surface`: pieces of surface that hang together, each an edge-manifold.
+//! 3. Each piece by itself, in parallel: `tube` where it is evidently a swept ring, else `coarsen` if it is large,
+//!    `contract` (Laplacian contraction, Au et al. 2008), `surgery` and `sleeve`: a limb of nodes with radii.
+//! 4. `import/limb`: limbs get their base, and are joined by proximity, direction and radius as the fragments of a
+//!    structure model are; then Gravelius orders.
+//!
+//! Bounded: n log n in vertices and triangles; a piece is contracted at [`MOST_VERTICES`] at most; whatever would take
+//! more than its share of steps gives its longest way for an axis instead, and a note. The same bytes on any platform and
+//! number of threads: plain double precision in one order, pieces collected by index.
+
+mod cholesky;
+mod coarsen;
+mod contract;
+#[cfg(test)]
+mod shapes;
+mod sleeve;
+mod surface;
+mod surgery;
+mod tube;
+mod web;
+mod weld;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::import::limb::{Limb, join};
+use super::scene::Scene;
+use crate::plant::Plant;
+use crate::preset::plan::{ImportHeight, UpAxis};
+use surface::Surface;
+
+/// Most vertices of a piece of surface that is contracted; larger ones are coarsened first.
+pub const MOST_VERTICES: usize = 16_000;
+/// Most pieces of surface: of a soup of loose triangles the largest are taken.
+pub const MOST_PIECES: usize = 100_000;
+/// Least triangles of a piece of wood.
+const LEAST_TRIANGLES: usize = 4;
+
+/// The wood of a tree: triangles, in the file's unit and axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wood {
+    /// Finite.
+    pub positions: Vec<Vec3>,
+    /// Corners by index into `positions`, every index in range; either way round.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Wood {
+    /// All triangles of those parts of a scene for which `is_wood` says so; it gets the part's index.
+    #[must_use]
+    pub fn of(scene: &Scene, is_wood: impl Fn(usize) -> bool) -> Self {
+        let mut wood = Self::default();
+        for (_, part) in scene.parts.iter().enumerate().filter(|(i, _)| is_wood(*i)) {
+            let first = wood.positions.len() as u32;
+            wood.positions.extend_from_slice(&part.positions);
+            wood.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        wood
+    }
+}
+
+/// How axes are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// By rings where a piece is evidently a tube, by contraction elsewhere.
+    #[default]
+    ByPiece,
+    /// By contraction everywhere: slower, for comparison.
+    Contraction,
+}
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkeletonParams {
+    /// Which axis of the file points up.
+    pub up: UpAxis,
+    /// Height to scale the plant to.
+    pub height: ImportHeight,
+    /// How axes are found.
+    pub method: Method,
+}
+
+/// From the file's unit and axes to the plant's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Which of the file's axes points up: `Y` or `Z`.
+    pub up: UpAxis,
+    shift: DVec3,
+    factor: f64,
+}
+
+impl Placement {
+    /// A point of the file, in the plant's metres.
+    #[must_use]
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        ((self.upright(p.as_dvec3()) + self.shift) * self.factor).as_vec3()
+    }
+
+    /// A direction of the file, in the plant's axes; its length stays.
+    #[must_use]
+    pub fn direction(&self, v: Vec3) -> Vec3 {
+        self.upright(v.as_dvec3()).as_vec3()
+    }
+
+    /// What lengths are multiplied with.
+    #[must_use]
+    pub fn scale(&self) -> f32 {
+        self.factor as f32
+    }
+
+    fn upright(&self, p: DVec3) -> DVec3 {
+        if self.up == UpAxis::Z { DVec3::new(p.x, p.z, -p.y) } else { p }
+    }
+}
+
+/// A mesh's plant.
+#[derive(Clone, Debug)]
+pub struct Skeletonized {
+    /// Upright, connected, metres, the main stem's base at the origin, no leaves.
+    pub plant: Plant,
+    /// Where the file's points are in it.
+    pub placement: Placement,
+    /// What was bridged, dropped or guessed, one sentence each with its figures.
+    pub notes: Vec<String>,
+}
+
+/// Why wood makes no plant.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SkeletonError(String);
+
+/// Finds the axes of wood.
+///
+/// # Errors
+///
+/// When no triangle has an area, or nothing rises above the base.
+pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized, SkeletonError> {
+    let mut notes = Vec::new();
+    let pieces = pieces(wood, &mut notes);
+    if pieces.is_empty() {
+        return Err(SkeletonError("there is no wood: no triangle has an area".into()));
+    }
+    let found: Vec<(Option<Limb>, Way)> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
+    let by = |way: Way| found.iter().filter(|f| f.1 == way).count();
+    let total = found.len();
+    let (tubes, sticks, lost) = (by(Way::Tube), by(Way::Stick), found.iter().filter(|f| f.0.is_none()).count());
+    if tubes < total {
+        notes.push(format!("{total} pieces of surface: {tubes} tubes, {} contracted", by(Way::Contracted)));
+    }
+    if sticks > 0 {
+        notes.push(format!("{sticks} pieces of surface without an axis to contract to: taken as straight"));
+    }
+    if lost > 0 {
+        notes.push(format!("{lost} pieces of surface without any length dropped"));
+    }
+    let limbs = found.into_iter().filter_map(|f| f.0).collect();
+    let tree = join(limbs, params.up, params.height, &mut notes).map_err(SkeletonError)?;
+    let placement = Placement { up: tree.up, shift: tree.shift, factor: tree.factor };
+    Ok(Skeletonized { plant: tree.plant, placement, notes })
+}
+
+/// The pieces of surface worth an axis.
+fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
+    let positions: Vec<DVec3> = wood.positions.iter().map(|p| p.as_dvec3()).collect();
+    let welded = weld::weld(&positions, &wood.triangles, 1.0);
+    drop(positions);
+    let mut pieces = surface::surfaces(&welded);
+    let all = pieces.len();
+    pieces.retain(|p| p.triangles.len() >= LEAST_TRIANGLES);
+    pieces.truncate(MOST_PIECES);
+    if pieces.len() < all {
+        notes.push(format!("{} loose pieces of few triangles left out", all - pieces.len()));
+    }
+    pieces
+}
+
+/// How a piece's axis was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Tube,
+    Contracted,
+    Stick,
+}
+
+fn limb(piece: &Surface, method: Method) -> (Option<Limb>, Way) {
+    if method == Method::ByPiece
+        && let Some(limb) = tube::tube(piece)
+    {
+        return (Some(limb), Way::Tube);
+    }
+    match contracted(piece) {
+        Some(limb) if !limb.edges.is_empty() => (Some(limb), Way::Contracted),
+        _ => (sleeve::stick(&piece.positions, &piece.shares()), Way::Stick),
+    }
+}
+
+fn contracted(piece: &Surface) -> Option<Limb> {
+    // Near the origin, where the quadrics of the surgery keep their digits.
+    let middle = piece.positions.iter().sum::<DVec3>() / piece.positions.len().max(1) as f64;
+    let mut piece = piece.clone();
+    piece.positions.iter_mut().for_each(|p| *p -= middle);
+    let mut most = MOST_VERTICES;
+    let (coarse, places) = loop {
+        let coarse = coarsen::coarsen(&piece, most);
+        if let Some(places) = contract::contract(&coarse.surface) {
+            break (coarse, places);
+        }
+        if coarse.surface.positions.len() > most || most < 500 {
+            return None;
+        }
+        most /= 4;
+    };
+    let mut axes = surgery::thin(&coarse.surface, &places)?;
+    axes.home = coarse.home.iter().map(|&h| axes.home[h as usize]).collect();
+    let mut limb = sleeve::limb(&piece, &axes);
+    limb.nodes.iter_mut().for_each(|n| n.position += middle);
+    Some(limb)
+}

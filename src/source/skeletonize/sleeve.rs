@@ -1,0 +1,303 @@
+//! From the surface that collapsed to each node to the node's place and radius.
+//!
+//! Every vertex of the first surface ended in a node: a sleeve around the axis. The node lies in the middle of its
+//! sleeve's area and its radius is the mean distance of the sleeve from the axis (Au et al. 2008, section 6, who take the
+//! sleeve's borders for both; the whole sleeve is steadier where it is cut askew). Then
+//!
+//! - rounds of axes, which a surface with holes gives, are opened where the wood is thinnest;
+//! - a spur that doesn't come out of its parent's wood is the parent's;
+//! - a fork lies on the line of its two thickest axes, not drawn aside by the third one's collar;
+//! - an axis goes on to the end of its surface, of which a contraction always falls short.
+
+use glam::{DMat3, DVec3};
+
+use super::surface::Surface;
+use super::surgery::Axes;
+use super::weld::root;
+use crate::source::import::limb::{Limb, LimbNode};
+
+/// How far a spur must come out of its parent's wood, in the parent's radii from its axis.
+const OUT: f64 = 1.3;
+/// Passes of pruning: a spur on a spur goes with the second.
+const PASSES: usize = 3;
+/// Cosine of the bend up to which a fork is put on its main axis.
+const STRAIGHT: f64 = 0.5;
+/// The part of a sleeve, from its end, that gives an end's radius.
+const END: f64 = 0.25;
+
+/// The limb of some axes.
+pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
+    let mut sleeves = Sleeves::new(surface, axes);
+    sleeves.open_rounds();
+    for _ in 0..PASSES {
+        if !sleeves.prune() {
+            break;
+        }
+    }
+    sleeves.finish()
+}
+
+/// A surface without any axis to speak of: its own longest way.
+pub(super) fn stick(positions: &[DVec3], shares: &[f64]) -> Option<Limb> {
+    let mut square = DMat3::ZERO;
+    let middle = mean(positions.iter().copied().zip(shares.iter().copied()))?;
+    let floor = shares.iter().sum::<f64>() * 1e-6 + f64::MIN_POSITIVE;
+    for (&p, &share) in positions.iter().zip(shares) {
+        let d = p - middle;
+        square += DMat3::from_cols(d * d.x, d * d.y, d * d.z) * (share + floor);
+    }
+    // Power iteration from the longest column: 40 rounds are plenty for a direction.
+    let columns = [square.x_axis, square.y_axis, square.z_axis];
+    let mut along = columns.into_iter().reduce(|a, b| if b.length() > a.length() { b } else { a })?.try_normalize()?;
+    for _ in 0..40 {
+        along = (square * along).try_normalize()?;
+    }
+    let far = |sign: f64| positions.iter().fold(0.0_f64, |m, &p| m.max((p - middle).dot(along) * sign));
+    let (below, above) = (far(-1.0), far(1.0));
+    if !(below + above > 0.0) {
+        return None;
+    }
+    let radius = |sign: f64, reach: f64| {
+        let near = |p: DVec3| (p - middle).dot(along) * sign >= reach * 0.3;
+        let off = |p: DVec3| ((p - middle) - along * (p - middle).dot(along)).length();
+        let (sum, count) = positions.iter().filter(|&&p| near(p)).fold((0.0, 0.0), |(s, c), &p| (s + off(p), c + 1.0));
+        if count > 0.0 { sum / count } else { 0.0 }
+    };
+    let ends = [(middle - along * below, radius(-1.0, below)), (middle + along * above, radius(1.0, above))];
+    Some(Limb::path(&ends))
+}
+
+/// The mean of weighted places; none where there is none.
+fn mean(places: impl Iterator<Item = (DVec3, f64)>) -> Option<DVec3> {
+    let (mut sum, mut weight, mut plain, mut count) = (DVec3::ZERO, 0.0, DVec3::ZERO, 0.0);
+    for (p, w) in places {
+        sum += p * w;
+        weight += w;
+        plain += p;
+        count += 1.0;
+    }
+    if weight > 0.0 {
+        Some(sum / weight)
+    } else if count > 0.0 {
+        Some(plain / count)
+    } else {
+        None
+    }
+}
+
+struct Sleeves<'a> {
+    surface: &'a Surface,
+    shares: Vec<f64>,
+    /// The vertices of each node's sleeve; empty for nodes that are gone.
+    members: Vec<Vec<u32>>,
+    links: Vec<Vec<u32>>,
+    middles: Vec<DVec3>,
+    radii: Vec<f64>,
+}
+
+impl<'a> Sleeves<'a> {
+    fn new(surface: &'a Surface, axes: &Axes) -> Self {
+        let mut members = vec![Vec::new(); axes.count];
+        for (v, &home) in axes.home.iter().enumerate() {
+            members[home as usize].push(v as u32);
+        }
+        let mut links = vec![Vec::new(); axes.count];
+        for &[a, b] in &axes.edges {
+            links[a as usize].push(b);
+            links[b as usize].push(a);
+        }
+        let mut sleeves = Self {
+            surface,
+            shares: surface.shares(),
+            members,
+            links,
+            middles: vec![DVec3::ZERO; axes.count],
+            radii: vec![0.0; axes.count],
+        };
+        (0..axes.count).for_each(|k| sleeves.middle(k));
+        (0..axes.count).for_each(|k| sleeves.radius(k));
+        sleeves
+    }
+
+    fn middle(&mut self, k: usize) {
+        let places = self.members[k].iter().map(|&v| (self.surface.positions[v as usize], self.shares[v as usize]));
+        if let Some(middle) = mean(places) {
+            self.middles[k] = middle;
+        }
+    }
+
+    /// The direction of the axis at a node, from what is beside it.
+    fn along(&self, k: usize) -> Option<DVec3> {
+        let (a, b) = match *self.links[k].as_slice() {
+            [] => return None,
+            [a] => (k as u32, a),
+            [a, b] => (a, b),
+            _ => self.main(k),
+        };
+        (self.middles[b as usize] - self.middles[a as usize]).try_normalize()
+    }
+
+    /// The two neighbours of a fork that carry its main axis: the thickest, and the one of the rest that is thick and in
+    /// line with it.
+    fn main(&self, k: usize) -> (u32, u32) {
+        let links = &self.links[k];
+        let radius = |v: u32| self.radii[v as usize];
+        let first = links.iter().copied().reduce(|a, b| if radius(b) > radius(a) { b } else { a }).unwrap_or(k as u32);
+        let from = (self.middles[k] - self.middles[first as usize]).normalize_or_zero();
+        let worth = |v: u32| {
+            let to = (self.middles[v as usize] - self.middles[k]).normalize_or_zero();
+            radius(v) * (1.2 + from.dot(to))
+        };
+        let rest = links.iter().copied().filter(|&v| v != first);
+        (first, rest.reduce(|a, b| if worth(b) > worth(a) { b } else { a }).unwrap_or(first))
+    }
+
+    fn off(&self, k: usize, along: DVec3, v: u32) -> f64 {
+        let d = self.surface.positions[v as usize] - self.middles[k];
+        (d - along * d.dot(along)).length()
+    }
+
+    fn radius(&mut self, k: usize) {
+        let along = self.along(k).unwrap_or(DVec3::ZERO);
+        let (mut sum, mut weight) = (0.0, 0.0);
+        let floor = self.members[k].iter().map(|&v| self.shares[v as usize]).sum::<f64>() * 1e-3 + f64::MIN_POSITIVE;
+        for &v in &self.members[k] {
+            let share = self.shares[v as usize] + floor;
+            sum += self.off(k, along, v) * share;
+            weight += share;
+        }
+        if weight > 0.0 {
+            self.radii[k] = sum / weight;
+        }
+    }
+
+    /// Keeps a spanning tree, thick wood first.
+    fn open_rounds(&mut self) {
+        let n = self.links.len();
+        let mut edges: Vec<(f64, u32, u32)> = Vec::new();
+        for (a, near) in self.links.iter().enumerate() {
+            let thin = |b: u32| self.radii[a].min(self.radii[b as usize]);
+            edges.extend(near.iter().filter(|&&b| b as usize > a).map(|&b| (thin(b), a as u32, b)));
+        }
+        edges.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut sets: Vec<u32> = (0..n as u32).collect();
+        self.links = vec![Vec::new(); n];
+        for (_, a, b) in edges {
+            let (x, y) = (root(&mut sets, a), root(&mut sets, b));
+            if x != y {
+                sets[x as usize] = y;
+                self.links[a as usize].push(b);
+                self.links[b as usize].push(a);
+            }
+        }
+    }
+
+    /// Gives the sleeves of spurs to the forks that they leave; whether there was any.
+    fn prune(&mut self) -> bool {
+        let ends: Vec<usize> = (0..self.links.len()).filter(|&k| self.links[k].len() == 1).collect();
+        let mut any = false;
+        for end in ends {
+            if self.links[end].len() != 1 {
+                continue;
+            }
+            let mut branch = vec![end];
+            let mut at = self.links[end][0] as usize;
+            let mut length = self.middles[end].distance(self.middles[at]);
+            while self.links[at].len() == 2 && length < self.radii[at] * 4.0 {
+                let before = branch[branch.len() - 1] as u32;
+                let next = if self.links[at][0] == before { self.links[at][1] } else { self.links[at][0] } as usize;
+                length += self.middles[at].distance(self.middles[next]);
+                branch.push(at);
+                at = next;
+            }
+            if self.links[at].len() < 3 {
+                continue;
+            }
+            let (fork, middle) = (self.radii[at], self.middles[at]);
+            let along = self.along(at).unwrap_or(DVec3::ZERO);
+            let out = branch.iter().flat_map(|&k| &self.members[k]).fold(0.0_f64, |m, &v| {
+                let d = self.surface.positions[v as usize] - middle;
+                // Past the fork along its own axis, a stub is no spur but the axis' end.
+                let beyond = (d.dot(along).abs() - fork).max(0.0);
+                m.max((d - along * d.dot(along)).length() + beyond)
+            });
+            if out > fork * OUT {
+                continue;
+            }
+            any = true;
+            let last = branch[branch.len() - 1] as u32;
+            self.links[at].retain(|&n| n != last);
+            for k in branch {
+                let gone = std::mem::take(&mut self.members[k]);
+                self.members[at].extend(gone);
+                self.links[k].clear();
+            }
+            self.middle(at);
+            self.radius(at);
+        }
+        any
+    }
+
+    fn finish(mut self) -> Limb {
+        let n = self.links.len();
+        let forks: Vec<usize> = (0..n).filter(|&k| self.links[k].len() > 2).collect();
+        let placed: Vec<(usize, DVec3, f64)> = forks
+            .iter()
+            .filter_map(|&k| {
+                let (a, b) = self.main(k);
+                let (a, b) = (a as usize, b as usize);
+                let (from, to) = (self.middles[a], self.middles[b]);
+                let bend = (self.middles[k] - from).normalize_or_zero().dot((to - self.middles[k]).normalize_or_zero());
+                if bend < STRAIGHT {
+                    return None;
+                }
+                let way = to - from;
+                let t = ((self.middles[k] - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+                let between = self.radii[a] + (self.radii[b] - self.radii[a]) * t;
+                Some((k, from + way * t, self.radii[k].min(between * 1.1)))
+            })
+            .collect();
+        for (k, middle, radius) in placed {
+            self.middles[k] = middle;
+            self.radii[k] = radius;
+        }
+        let mut name = vec![u32::MAX; n];
+        let mut limb = Limb::default();
+        for k in 0..n {
+            if !self.members[k].is_empty() {
+                name[k] = limb.nodes.len() as u32;
+                limb.nodes.push(LimbNode { position: self.middles[k], radius: self.radii[k] });
+            }
+        }
+        for k in 0..n {
+            let near = self.links[k].iter().filter(|&&b| b as usize > k);
+            limb.edges.extend(near.map(|&b| [name[k], name[b as usize]]));
+        }
+        if limb.nodes.len() == 1 {
+            return stick(&self.surface.positions, &self.shares).unwrap_or(limb);
+        }
+        for k in 0..n {
+            let [before] = *self.links[k].as_slice() else { continue };
+            let Some(along) = (self.middles[k] - self.middles[before as usize]).try_normalize() else { continue };
+            let ahead = |v: u32| (self.surface.positions[v as usize] - self.middles[k]).dot(along);
+            let (low, high) = self.members[k].iter().fold((0.0_f64, 0.0_f64), |(l, h), &v| {
+                let x = ahead(v);
+                (l.min(x), h.max(x))
+            });
+            if high <= self.radii[k] * 0.05 {
+                continue;
+            }
+            let last = high - (high - low) * END;
+            let (mut sum, mut count) = (0.0, 0.0);
+            for &v in self.members[k].iter().filter(|&&v| ahead(v) >= last) {
+                sum += self.off(k, along, v);
+                count += 1.0;
+            }
+            let tip = limb.nodes.len() as u32;
+            let radius = if count > 0.0 { sum / count } else { self.radii[k] };
+            limb.nodes.push(LimbNode { position: self.middles[k] + along * high, radius });
+            limb.edges.push([name[k], tip]);
+        }
+        limb
+    }
+}

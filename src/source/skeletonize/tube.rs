@@ -1,0 +1,226 @@
+//! The fast way: a piece of surface that is evidently a tube gives its axis by its rings.
+//!
+//! Most tools sweep a ring of vertices along each branch. Seen from one end of such a skin, the vertices at one, two,
+//! three edges' distance are its rings, whatever the number of sides and wherever they were cut into triangles. The
+//! test is that alone: every such layer is one closed round of three vertices or more, about equally far from its middle;
+//! the last may be a single vertex, where a cone or a cap ends. No name, order or grid of the file is believed. What
+//! fails the test goes to the contraction. Linear in vertices.
+//!
+//! A ring's middle is the centroid of its outline, so that unequal sides don't draw it aside; its radius the mean
+//! distance of its vertices.
+
+use glam::DVec3;
+
+use super::surface::Surface;
+use crate::source::import::limb::Limb;
+
+/// Most that the distances of a ring's vertices from its middle may scatter, a share of their mean.
+const SCATTER: f64 = 0.4;
+/// Rings of less than this share of the widest are tips, where rounding makes any shape.
+const TIP: f64 = 0.1;
+/// What a point is taken for, a share of the widest ring: an axis has wood everywhere.
+const POINT: f64 = 0.02;
+/// Least length of an axis over its greatest radius: a disc's layers are rings too.
+const SLENDER: f64 = 0.8;
+/// Most apexes of a closed skin from which layers are tried.
+const MOST_APEXES: usize = 4;
+
+/// The axis of a tube, from one end to the other; none when the surface isn't evidently one.
+pub(super) fn tube(surface: &Surface) -> Option<Limb> {
+    let neighbours = surface.neighbours();
+    let loops = open_ends(&neighbours)?;
+    let starts: Vec<Vec<u32>> = if loops.is_empty() { apexes(surface, &neighbours) } else { loops };
+    starts.iter().find_map(|start| axis(surface, &neighbours, start))
+}
+
+/// The vertices of each open end, at most two; none when the border isn't made of that many simple rounds.
+fn open_ends(neighbours: &[Vec<(u32, u32)>]) -> Option<Vec<Vec<u32>>> {
+    let border = |v: u32| neighbours[v as usize].iter().filter(|n| n.1 == 1).map(|n| n.0);
+    let mut seen = vec![false; neighbours.len()];
+    let mut loops = Vec::new();
+    for v in 0..neighbours.len() as u32 {
+        if seen[v as usize] || border(v).next().is_none() {
+            continue;
+        }
+        let mut round = Vec::new();
+        let mut at = v;
+        loop {
+            seen[at as usize] = true;
+            round.push(at);
+            if border(at).count() != 2 {
+                return None;
+            }
+            match border(at).find(|&n| !seen[n as usize]) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        loops.push(round);
+        if loops.len() > 2 {
+            return None;
+        }
+    }
+    Some(loops)
+}
+
+/// Vertices where a closed tube may end: those of most edges, and those farthest apart.
+fn apexes(surface: &Surface, neighbours: &[Vec<(u32, u32)>]) -> Vec<Vec<u32>> {
+    let positions = &surface.positions;
+    let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+    let far = |from: DVec3| {
+        let farther = |a: u32, b: u32| {
+            let distance = |v: u32| positions[v as usize].distance_squared(from);
+            if distance(b) > distance(a) { b } else { a }
+        };
+        (0..positions.len() as u32).reduce(farther)
+    };
+    let Some(first) = far(middle) else { return Vec::new() };
+    let second = far(positions[first as usize]).unwrap_or(first);
+    let mut starts = vec![first, second];
+    let mut by_valence: Vec<u32> = (0..positions.len() as u32).collect();
+    by_valence.sort_by_key(|&v| (std::cmp::Reverse(neighbours[v as usize].len()), v));
+    starts.extend(by_valence.into_iter().take(MOST_APEXES - 2));
+    starts.into_iter().map(|v| vec![v]).collect()
+}
+
+/// The middles of the layers from `start` on, if all are rings.
+fn axis(surface: &Surface, neighbours: &[Vec<(u32, u32)>], start: &[u32]) -> Option<Limb> {
+    let mut depth = vec![u32::MAX; surface.positions.len()];
+    for &v in start {
+        depth[v as usize] = 0;
+    }
+    let mut layer = start.to_vec();
+    let mut nodes: Vec<(DVec3, f64)> = Vec::new();
+    let mut scatter: Vec<f64> = Vec::new();
+    let mut level = 0;
+    let mut reached = 0;
+    while !layer.is_empty() {
+        reached += layer.len();
+        let mut next: Vec<u32> = Vec::new();
+        for &v in &layer {
+            for &(n, _) in &neighbours[v as usize] {
+                if depth[n as usize] == u32::MAX {
+                    depth[n as usize] = level + 1;
+                    next.push(n);
+                }
+            }
+        }
+        let at_end = level == 0 || next.is_empty();
+        let (middle, radius, spread) = ring(surface, neighbours, &depth, &layer, level, at_end)?;
+        nodes.push((middle, radius));
+        scatter.push(spread);
+        layer = next;
+        level += 1;
+    }
+    if reached != surface.positions.len() || nodes.len() < 2 {
+        return None;
+    }
+    let widest = nodes.iter().fold(0.0_f64, |w, n| w.max(n.1));
+    let length: f64 = nodes.windows(2).map(|n| n[0].0.distance(n[1].0)).sum();
+    let round = nodes.iter().zip(&scatter).all(|(n, &s)| n.1 < widest * TIP || s <= SCATTER * n.1);
+    if !round || length < widest * SLENDER {
+        return None;
+    }
+    smooth_caps(&mut nodes);
+    for node in &mut nodes {
+        node.1 = node.1.max(widest * POINT);
+    }
+    Some(Limb::path(&nodes))
+}
+
+/// Middle, mean radius and standard deviation of the radius of a layer that is one closed round, or, at an end, a single
+/// vertex or a round with chords across it.
+fn ring(
+    surface: &Surface,
+    neighbours: &[Vec<(u32, u32)>],
+    depth: &[u32],
+    layer: &[u32],
+    level: u32,
+    at_end: bool,
+) -> Option<(DVec3, f64, f64)> {
+    let positions = &surface.positions;
+    if let [v] = *layer {
+        return at_end.then_some((positions[v as usize], 0.0, 0.0));
+    }
+    if layer.len() < 3 {
+        return None;
+    }
+    let beside = |v: u32| neighbours[v as usize].iter().map(|n| n.0).filter(|&n| depth[n as usize] == level);
+    let simple = layer.iter().all(|&v| beside(v).count() == 2);
+    if !simple && !at_end {
+        return None;
+    }
+    let mut middle = DVec3::ZERO;
+    if simple {
+        // Round the ring once: all of it must be on one round.
+        let (mut from, mut at) = (layer[0], beside(layer[0]).next()?);
+        let mut steps = 1;
+        let mut outline = 0.0;
+        loop {
+            let (a, b) = (positions[from as usize], positions[at as usize]);
+            let length = a.distance(b);
+            middle += (a + b) * (0.5 * length);
+            outline += length;
+            if at == layer[0] {
+                break;
+            }
+            let on = beside(at).find(|&n| n != from)?;
+            (from, at) = (at, on);
+            steps += 1;
+        }
+        if steps != layer.len() {
+            return None;
+        }
+        middle = if outline > 0.0 { middle / outline } else { positions[layer[0] as usize] };
+    } else {
+        middle = layer.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / layer.len() as f64;
+    }
+    let count = layer.len() as f64;
+    let radii = || layer.iter().map(|&v| positions[v as usize].distance(middle));
+    let radius = radii().sum::<f64>() / count;
+    let variance = radii().map(|r| (r - radius) * (r - radius)).sum::<f64>() / count;
+    Some((middle, radius, variance.sqrt()))
+}
+
+/// The middle of a flat cap is no end of the wood: it takes the place and radius of the ring around it.
+fn smooth_caps(nodes: &mut Vec<(DVec3, f64)>) {
+    for _ in 0..2 {
+        let n = nodes.len();
+        if n > 2 {
+            let ((cap, r), (ring, wide)) = (nodes[n - 1], nodes[n - 2]);
+            if r == 0.0 && cap.distance(ring) < wide * 0.3 {
+                nodes.pop();
+            }
+        }
+        nodes.reverse();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shapes;
+    use super::*;
+
+    #[test]
+    fn a_swept_ring_gives_back_its_axis_whatever_its_sides() {
+        for sides in [3, 4, 5, 8, 17] {
+            let path = [DVec3::ZERO, DVec3::Y, DVec3::new(0.3, 2.0, 0.0), DVec3::new(0.5, 3.0, 0.2)];
+            let surface = shapes::tube(&path, &[0.3, 0.25, 0.2, 0.1], sides);
+            let limb = tube(&surface).unwrap();
+            assert_eq!(limb.nodes.len(), 4);
+            let forward = limb.nodes[0].position.length() < 1e-6;
+            for (k, node) in limb.nodes.iter().enumerate() {
+                let k = if forward { k } else { 3 - k };
+                assert!(node.position.distance(path[k]) < 1e-6, "{sides} {k}");
+                assert!((node.radius - [0.3, 0.25, 0.2, 0.1][k]).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn discs_and_forks_are_no_tubes() {
+        let disc = shapes::disc(12, 5);
+        assert!(tube(&disc).is_none());
+        assert!(tube(&shapes::fork()).is_none());
+    }
+}
