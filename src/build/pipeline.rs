@@ -144,6 +144,8 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
             SourceRecipe::Grow(params) => {
                 let field = format!("sources[\"{}\"].species", source.name);
                 files.extend(grow::shape_files(params).into_iter().map(|shape| (shape.file, field.clone())));
+                let field = format!("sources[\"{}\"].obstacles", source.name);
+                files.extend(grow::obstacle_files(params).map(|file| (file.clone(), field.clone())));
             }
         }
     }

@@ -21,11 +21,14 @@ use crate::source::{estimate, grow, import};
 #[derive(Debug, Default)]
 pub struct Memory {
     sources: Mutex<Kept<SourcePlant>>,
+    graphs: Mutex<Kept<grow::Graph>>,
     pictures: Mutex<Kept<Pictures>>,
 }
 
 /// Most sources kept, and most pictures of sets.
 const MOST_KEPT: (usize, usize) = (64, 8);
+/// Most graphs kept: each takes some megabytes.
+const MOST_GRAPHS: usize = 4;
 
 /// Values by key, each with the time of its last use.
 #[derive(Debug)]
@@ -151,13 +154,17 @@ pub(super) fn sources(
 fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<SourcePlant>, Vec<Diagnostic>> {
     match &source.recipe {
         SourceRecipe::Grow(params) => {
-            let mut key = Key::stage("grow", 1).params(params);
+            let mut key = Key::stage("grow", 2).params(params);
             for shape in grow::shape_files(params) {
                 key = key.input(Key::of_bytes(&inputs[&shape.file].bytes));
             }
+            for file in grow::obstacle_files(params) {
+                key = key.input(Key::of_bytes(&inputs[file].bytes));
+            }
             remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
                 let solids = solids(source, params, inputs)?;
-                grow::grow_in(params, &solids, Seed::new(params.seed).child("grow"))
+                let graph = graph(source, params, &solids, inputs, memory)?;
+                grow::grow_on(&graph, params, &solids, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant::grown(plant, notes))
                     .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
@@ -221,10 +228,51 @@ fn solids(source: &Source, params: &GrowParams, inputs: &Inputs) -> Result<grow:
     if errors.is_empty() { Ok(solids.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
+/// The graph that a source grows on, which sources of one species share.
+fn graph(
+    source: &Source,
+    params: &GrowParams,
+    solids: &grow::Solids,
+    inputs: &Inputs,
+    memory: &Memory,
+) -> Result<Arc<grow::Graph>, Vec<Diagnostic>> {
+    let wrong = |error: grow::GrowError| vec![grow_diagnostic(source, &error)];
+    let of = grow::GraphParams::of(params, solids).map_err(wrong)?;
+    let mut key = Key::stage("graph", 1).params(&of);
+    for file in grow::obstacle_files(params) {
+        key = key.input(Key::of_bytes(&inputs[file].bytes));
+    }
+    remember(&memory.graphs, MOST_GRAPHS, key.finish(), || {
+        let meshes = obstacle_meshes(source, params, inputs)?;
+        grow::Graph::new(&of, &meshes).map_err(wrong)
+    })
+}
+
+/// Reads the meshes that stand in a source's way.
+fn obstacle_meshes(
+    source: &Source,
+    params: &GrowParams,
+    inputs: &Inputs,
+) -> Result<grow::ObstacleMeshes, Vec<Diagnostic>> {
+    let read = |file: &String| {
+        let input = &inputs[file];
+        grow::obstacle_triangles(&input.bytes).map(|mesh| (file.clone(), mesh)).map_err(|error| {
+            let message = format!("the obstacle {} can't be read: {error}", input.shown);
+            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].obstacles", source.name))
+        })
+    };
+    let (meshes, errors): (Vec<_>, Vec<_>) = grow::obstacle_files(params).map(read).partition(Result::is_ok);
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    if errors.is_empty() { Ok(meshes.into_iter().flatten().collect()) } else { Err(errors) }
+}
+
 /// What is wrong with a species that did not grow.
 fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     let hint = match error {
         grow::GrowError::OutOfRange { .. } => "the species file that the source names has this field",
+        grow::GrowError::NoMesh(_) | grow::GrowError::BadMesh | grow::GrowError::OtherGraph => {
+            "the source's `obstacles` name it"
+        }
         grow::GrowError::Shape(_) => "the species file that the source names names it in turn",
         grow::GrowError::Nothing | grow::GrowError::Plant(_) => {
             "in the species file, widen the shapes that endpoints are taken from or raise `nodes`"
@@ -322,7 +370,10 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
         .map(|source| match &source.recipe {
             SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
             SourceRecipe::Import(_) => one_source(source, inputs, &Memory::default()).map(drop),
-            SourceRecipe::Grow(params) => solids(source, params, inputs).map(drop),
+            SourceRecipe::Grow(params) => {
+                solids(source, params, inputs)?;
+                obstacle_meshes(source, params, inputs).map(drop)
+            }
         })
         .collect();
     let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().collect();

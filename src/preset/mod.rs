@@ -18,6 +18,7 @@ mod report;
 mod schema;
 mod set;
 mod species;
+mod surroundings;
 mod syntax;
 mod token;
 

@@ -143,6 +143,93 @@ pub struct GrowParams {
     pub bole: f32,
     /// Longest a branch may be in radii of its base, 50..=10000; slimmer ones are shed.
     pub slenderness: f32,
+    /// The graph, and what else is in the space that the plant grows in.
+    pub space: GrowSpace,
+}
+
+/// Where a plant grows: how fine the graph is, light, obstacles and neighbours.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GrowSpace {
+    /// Address of the graph's nodes; has nothing to do with the plant's seed, so that many plants share a graph.
+    pub graph_seed: u64,
+    /// How many times finer than an even graph of as many nodes the graph is near the plant, 1..=4; 1 for an even graph.
+    pub detail: f32,
+    /// Where light comes from.
+    pub light: Light,
+    /// What nothing grows through.
+    pub obstacles: Vec<Obstacle>,
+    /// Air between an obstacle and a branch's axis, metres, 0..=100.
+    pub clearance: f32,
+    /// Plants that grow beside this one and share the space with it.
+    pub beside: Vec<Beside>,
+    /// Whether what grows beside is a part of the plant.
+    pub company: Company,
+}
+
+impl Default for GrowSpace {
+    fn default() -> Self {
+        Self {
+            graph_seed: 1,
+            detail: 2.0,
+            light: Light::default(),
+            obstacles: Vec::new(),
+            clearance: 0.1,
+            beside: Vec::new(),
+            company: Company::LeftOut,
+        }
+    }
+}
+
+/// Light that branches turn to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Light {
+    /// Towards the light; any length but 0.
+    pub direction: [f32; 3],
+    /// 0..=1: 0 for none.
+    pub strength: f32,
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self { direction: [0.0, 1.0, 0.0], strength: 0.0 }
+    }
+}
+
+/// Something solid; metres, from the foot of the plant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Obstacle {
+    /// A box along the axes.
+    Box {
+        /// Smallest corner.
+        low: [f32; 3],
+        /// Largest corner.
+        high: [f32; 3],
+    },
+    /// A closed mesh.
+    Mesh {
+        /// The file, relative to the preset's folder, `/` between folders.
+        file: String,
+        /// Where its origin stands.
+        at: [f32; 3],
+    },
+}
+
+/// A plant beside another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Beside {
+    /// How it grows; its own `space` does not count.
+    pub params: GrowParams,
+    /// Where it stands, metres from the foot of the first: x and z.
+    pub at: [f32; 2],
+}
+
+/// What becomes of plants that grew beside another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Company {
+    /// They only took their share of the space.
+    LeftOut,
+    /// They are parts of the plant, each with a stem of its own.
+    Kept,
 }
 
 /// One pass of shortest paths and the branches that it adds.

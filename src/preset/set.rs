@@ -12,13 +12,15 @@ use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
-    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source,
+    Beside, BlendParams, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, LikeParams, Light, MeshParams,
+    Obstacle, Part, Plan, Selection, Source,
     SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::species::{HEIGHT, seen_from, species};
+use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Value, tree};
 use crate::base::Diagnostic;
 
@@ -82,6 +84,11 @@ static SOURCE: Choice = Choice {
     title: "Sources",
     kinds: &[
         KindOf { name: "Grow", form: Form::Fields(&GROW), about: "a tree grown from a species file, or like a scan" },
+        KindOf {
+            name: "Stand",
+            form: Form::Fields(&STAND),
+            about: "several grown trees that share their space, as one asset",
+        },
         KindOf { name: "Import", form: Form::Fields(&IMPORT), about: "a tree from a scan, a mesh or a skeleton" },
     ],
 };
@@ -120,6 +127,72 @@ static GROW: Record = Record {
             default: Default::Else("none"),
             about: "names for some of its branches, for a blend's `only`",
         },
+        Field { name: "light", kind: Kind::Fields(&LIGHT), default: BY_DEFAULTS, about: "light that branches turn to" },
+        OBSTACLES,
+        CLEARANCE,
+        Field {
+            name: "beside",
+            kind: Kind::Rows { record: &TREE, low: 0, high: 31 },
+            default: Default::Is("[]"),
+            about: "trees that take their share of the space and are then left out",
+        },
+    ],
+};
+
+const OBSTACLES: Field = Field {
+    name: "obstacles",
+    kind: Kind::ListOf { choice: &OBSTACLE, low: 0, high: 256 },
+    default: Default::Is("[]"),
+    about: "what nothing grows through, in metres from the foot of the first tree",
+};
+const CLEARANCE: Field = Field {
+    name: "clearance",
+    kind: Kind::Number { low: 0.0, high: 100.0, unit: "m" },
+    default: Default::Is("0.1"),
+    about: "air between obstacles and branches",
+};
+
+static STAND: Record = Record {
+    title: "Stand",
+    about: "Trees that grow together: crowns meet but don't enter each other. The first stands at the origin.",
+    fields: &[
+        Field {
+            name: "trees",
+            kind: Kind::Rows { record: &TREE, low: 1, high: 32 },
+            default: Default::Required,
+            about: "the trees; places are metres from the first",
+        },
+        Field { name: "light", kind: Kind::Fields(&LIGHT), default: BY_DEFAULTS, about: "light that branches turn to" },
+        OBSTACLES,
+        CLEARANCE,
+        Field {
+            name: "parts",
+            kind: Kind::Named { choice: &PART, low: 0, high: 64 },
+            default: Default::Else("none"),
+            about: "names for some of its branches, for a blend's `only`",
+        },
+    ],
+};
+
+static TREE: Record = Record {
+    title: "Tree in company",
+    about: "One tree of several.",
+    fields: &[
+        Field {
+            name: "species",
+            kind: Kind::Text("the path of a species file"),
+            default: Default::Required,
+            about: "relative to the preset's folder",
+        },
+        surroundings::X,
+        surroundings::Z,
+        Field {
+            name: "seed",
+            kind: Kind::Integer { low: 0, high: u64::MAX, unit: "" },
+            default: Default::Is("1"),
+            about: "another one gives another tree of the species",
+        },
+        Field { name: "height", kind: HEIGHT, default: Default::Else("as the species"), about: "height of this tree" },
     ],
 };
 
@@ -302,6 +375,7 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
             let recipe = match kind {
                 "Grow" if fields.has("like") => like(fields).map(SourceRecipe::Like),
                 "Grow" => grow(fields, files).map(SourceRecipe::Grow),
+                "Stand" => stand(fields, files).map(SourceRecipe::Grow),
                 _ => Some(SourceRecipe::Import(import(fields))),
             };
             Some((recipe?, parts))
@@ -317,6 +391,33 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
 }
 
 fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
+    let params = one_tree(fields, files);
+    let beside = company(fields, "beside", files);
+    let around = around(fields);
+    let mut params = params?;
+    params.space = GrowSpace { beside: beside?, ..around.given(params.space) };
+    in_reach(fields, "beside", &params);
+    Some(params)
+}
+
+fn stand(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
+    let around = around(fields);
+    let mut trees = company(fields, "trees", files)?;
+    if trees.is_empty() {
+        return None;
+    }
+    let first = trees.remove(0);
+    let mut params = first.params;
+    for tree in &mut trees {
+        tree.at = [tree.at[0] - first.at[0], tree.at[1] - first.at[1]];
+    }
+    params.space = GrowSpace { beside: trees, company: Company::Kept, ..around.given(params.space) };
+    in_reach(fields, "trees", &params);
+    Some(params)
+}
+
+/// What a species, a seed and a height make.
+fn one_tree(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
     let seed = fields.integer("seed");
     let height = fields.number_or("height", 0.0);
     if !fields.has("species") {
@@ -332,6 +433,57 @@ fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowPar
     let species = files.get(&path, &item, fields.report())?;
     let height = if fields.has("height") { height } else { species.height };
     Some(GrowParams { seed, height, ..species })
+}
+
+/// The trees of a list; none when one of them is wrong.
+fn company(fields: &Reader<'_, '_>, name: &str, files: &mut SpeciesFiles<'_>) -> Option<Vec<Beside>> {
+    let trees = fields.list(name).into_iter().map(|item| {
+        let tree = Reader::new(fields.report(), &TREE, &item);
+        let at = [tree.number("x"), tree.number("z")];
+        one_tree(&tree, files).map(|params| Beside { params, at })
+    });
+    // All are read before any is missed, so that every error is told.
+    trees.collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Light, obstacles and clearance.
+struct Around {
+    light: Light,
+    obstacles: Vec<Obstacle>,
+    clearance: f32,
+}
+
+impl Around {
+    fn given(self, space: GrowSpace) -> GrowSpace {
+        GrowSpace { light: self.light, obstacles: self.obstacles, clearance: self.clearance, ..space }
+    }
+}
+
+fn around(fields: &Reader<'_, '_>) -> Around {
+    let obstacles = fields.list("obstacles");
+    Around {
+        light: fields.group("light", surroundings::light).unwrap_or_default(),
+        obstacles: obstacles
+            .iter()
+            .filter_map(|item| fields.kind(&OBSTACLE, item, surroundings::obstacle))
+            .collect(),
+        clearance: fields.number("clearance"),
+    }
+}
+
+/// Trees in company are near enough, and near enough in size, to share a graph.
+fn in_reach(fields: &Reader<'_, '_>, name: &str, params: &GrowParams) {
+    for beside in &params.space.beside {
+        let (height, far) = (params.height, beside.at[0].abs().max(beside.at[1].abs()));
+        if far > 4.0 * height {
+            let message = format!("a tree stands {far} m from the first, which is {height} m tall");
+            fields.fault(name, message, "at most four heights of the first; farther ones don't touch it");
+        }
+        if !(height * 0.1..=height * 10.0).contains(&beside.params.height) {
+            let message = format!("a tree is {} m tall, the first {height} m", beside.params.height);
+            fields.fault(name, message, "within a factor of ten of each other");
+        }
+    }
 }
 
 /// A plant grown like a scan, which the import reads upright and at its own height.

@@ -7,7 +7,7 @@
 use super::look::path;
 use super::path::joined;
 use super::plan::{
-    Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams,
+    Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, GrowSpace,
     Guide, GuideStart, Sampling, UpAxis, Volume,
 };
 use super::reader::{Item, Reader};
@@ -31,6 +31,19 @@ pub(super) static SPECIES: Record = Record {
             kind: Kind::Integer { low: 500, high: 400_000, unit: "" },
             default: Default::Is("30000"),
             about: "nodes of the graph; more give finer branches and take longer",
+        },
+        Field {
+            name: "detail",
+            kind: Kind::Number { low: 1.0, high: 4.0, unit: "" },
+            default: Default::Is("2.0"),
+            about: "how many times finer the graph is near the plant than an even one of as many nodes; 1 for an even \
+                    one",
+        },
+        Field {
+            name: "graph_seed",
+            kind: Kind::Integer { low: 0, high: u64::MAX, unit: "" },
+            default: Default::Is("1"),
+            about: "another one gives another graph; plants of a species share theirs, whatever their own seed",
         },
         Field {
             name: "width",
@@ -530,6 +543,11 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),
+        space: GrowSpace {
+            graph_seed: species.integer("graph_seed"),
+            detail: species.number("detail"),
+            ..GrowSpace::default()
+        },
     }
 }
 

@@ -7,10 +7,10 @@
 
 use glam::Vec3;
 
-use super::Space;
 use super::grid::Lattice;
 use super::nodes::Nodes;
 use super::solid::Solids;
+use super::space::Space;
 use super::structure::Structure;
 use super::volume;
 use super::yao::NONE;

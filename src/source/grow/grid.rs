@@ -84,7 +84,19 @@ impl Grid {
         (Self { lattice, starts }, order)
     }
 
+    /// The points of the cells `from..=to` along x, by their places in the sorted order.
+    pub(super) fn row(&self, [from, to]: [u32; 2], y: u32, z: u32) -> std::ops::Range<u32> {
+        let start = self.lattice.index([from, y, z]);
+        self.starts[start]..self.starts[start + (to - from) as usize + 1]
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn bytes(&self) -> usize {
+        self.starts.len() * size_of::<u32>()
+    }
+
     /// The points of a cell, by their places in the sorted order.
+    #[cfg(test)]
     pub(super) fn points(&self, cell: [u32; 3]) -> std::ops::Range<u32> {
         let i = self.lattice.index(cell);
         self.starts[i]..self.starts[i + 1]

@@ -5,42 +5,63 @@
 //! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
 //! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
-//! Limits: no two paths share a node without sharing the way to it, so axes never cross, but thick wood may touch. Twigs
-//! and leaves are a later stage's. Time is `n log n` in nodes; memory about 120 bytes a node.
+//! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
+//! plants are (`space`). Wood that overlaps is found and mended at the end (`overlap`).
+//!
+//! Limits: no two paths share a node without sharing the way to it, so axes never cross. Twigs and leaves are a later
+//! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 30 for a pass over it.
 
+mod check;
+mod detail;
 mod endpoints;
 mod field;
 #[cfg(test)]
 mod figures;
+mod frontier;
+mod growth;
 mod grid;
 mod guide;
+mod near;
 mod nodes;
+mod obstacle;
+mod overlap;
 mod paths;
+#[cfg(test)]
+mod promises;
 mod radii;
+mod region;
 mod shed;
 mod skeleton;
 mod solid;
+mod space;
 mod structure;
 #[cfg(test)]
 mod tests;
+mod tile;
 mod volume;
 mod yao;
 
-pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
+#[cfg(test)]
+use growth::extend;
+#[cfg(test)]
+use space::Space;
 
+
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use nodes::Nodes;
-use paths::Paths;
-use structure::Structure;
-use yao::Graph;
+use glam::Vec3;
+
+use growth::Tree;
+pub use detail::{Detail, detail};
+pub use obstacle::obstacle_triangles;
+pub use overlap::overlaps;
+pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
+pub use space::{Graph, GraphParams, ObstacleMeshes};
 
 use crate::base::Seed;
-use crate::plant::{Plant, PlantError};
-use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, FieldPrimitive, FieldRegion, GrowIteration, GrowParams, Guide, GuideStart,
-    Sampling, Volume,
-};
+use crate::plant::{Plant, PlantError, Skeleton};
+use crate::preset::plan::{Company, Endpoints, GrowParams, Obstacle};
 
 /// Why nothing could be grown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,6 +81,15 @@ pub enum GrowError {
     /// A volume names a file whose shape is not given.
     #[error("the shape {0} that endpoints are taken from is not there")]
     Shape(String),
+    /// An obstacle names a file whose mesh is not given.
+    #[error("the mesh of the obstacle {0} is not there")]
+    NoMesh(String),
+    /// Obstacles have too many triangles, or places that are not finite.
+    #[error("the obstacles' meshes are broken or have more than 500000 triangles")]
+    BadMesh,
+    /// The graph was made from other parameters.
+    #[error("the graph was made for other parameters: number of nodes, width, graph seed, neighbours or obstacles")]
+    OtherGraph,
     /// No iteration added a branch.
     #[error("no branch was reached: every iteration's endpoints lie outside the region or at the root")]
     Nothing,
@@ -70,12 +100,13 @@ pub enum GrowError {
 
 /// Grows a plant: `params.height` metres tall, its root at the origin, without leaves.
 ///
-/// All randomness is addressed below `seed` and `params.seed`. The notes tell of endpoints that were asked for and are
-/// not there; they name iterations from 1.
+/// All randomness is addressed below `seed` and `params.seed`, but for that of the graph, which is addressed by
+/// `params.space.graph_seed` alone. The notes tell of endpoints that were asked for and are not there (they name iterations
+/// from 1), and of branches that were moved or dropped.
 ///
 /// # Errors
 ///
-/// When a parameter is out of range or nothing grows.
+/// When a parameter is out of range, nothing grows, or the species needs files (see [`grow_among`]).
 pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
     grow_in(params, &Solids::new(), seed)
 }
@@ -86,22 +117,92 @@ pub fn grow(params: &GrowParams, seed: Seed) -> Result<(Plant, Vec<String>), Gro
 ///
 /// As for [`grow`], and when a shape is not there.
 pub fn grow_in(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<(Plant, Vec<String>), GrowError> {
-    check(params)?;
-    if let Some(missing) = shape_files(params).into_iter().find(|file| !solids.contains_key(file)) {
-        return Err(GrowError::Shape(missing.file));
+    grow_among(params, solids, &ObstacleMeshes::new(), seed)
+}
+
+/// As [`grow_in`], given the meshes of the obstacles.
+///
+/// # Errors
+///
+/// As for [`grow_in`], and when a mesh is not there.
+pub fn grow_among(
+    params: &GrowParams,
+    solids: &Solids,
+    meshes: &ObstacleMeshes,
+    seed: Seed,
+) -> Result<(Plant, Vec<String>), GrowError> {
+    grow_on(&Graph::new(&GraphParams::of(params, solids)?, meshes)?, params, solids, seed)
+}
+
+/// As [`grow_among`], on a graph that is there already and may have served other plants: the same bytes.
+///
+/// # Errors
+///
+/// When a parameter is out of range, a shape is not there, the graph is not that of [`GraphParams::of`] these parameters,
+/// or nothing grows.
+pub fn grow_on(
+    graph: &Graph,
+    params: &GrowParams,
+    solids: &Solids,
+    seed: Seed,
+) -> Result<(Plant, Vec<String>), GrowError> {
+    checked(params, solids)?;
+    let tops = heights(params, solids);
+    if *graph.params() != GraphParams::with_heights(params, &tops) {
+        return Err(GrowError::OtherGraph);
     }
+    let first = params.height / tops[0];
     let seed = seed.child("grow").at(params.seed);
-    let space = Space::new(Nodes::scatter(params.nodes, params.width, seed));
-    let mut structure = Structure::new(&space.nodes);
+    let beside = params.space.beside.iter().zip(&tops[1..]).enumerate().map(|(i, (beside, top))| {
+        let seed = seed.child("beside").at(i as u64).at(beside.params.seed);
+        Tree::new(&beside.params, beside.params.height / top / first, seed)
+    });
+    let mut trees: Vec<Tree<'_>> = std::iter::once(Tree::new(params, 1.0, seed)).chain(beside).collect();
+    let graph = growth::grow_all(graph, &mut trees, &params.space, solids);
+
+    let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
     let mut notes = Vec::new();
-    for (i, iteration) in params.iterations.iter().enumerate() {
-        extend(&mut structure, &space, solids, iteration, params, seed.child("iteration").at(i as u64), |note| {
-            notes.push(format!("iteration {}: {note}", i + 1));
-        });
+    let mut plants: Vec<Skeleton> = Vec::new();
+    for (i, tree) in trees.iter().enumerate() {
+        if i > 0 && params.space.company == Company::LeftOut {
+            break;
+        }
+        // A plant that shares its space keeps the scale that neighbours and obstacles have.
+        let scale = bound.then(|| tree.params.height / tops[i]);
+        let view = if i == 0 { Cow::Borrowed(&graph.space().nodes) } else { Cow::Owned(tree.nodes(&graph, i)) };
+        let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
+        let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
+        let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale, &barred);
+        notes.extend(tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }));
+        match skeleton {
+            Some(skeleton) if i == 0 => plants.push(skeleton),
+            Some(mut skeleton) => {
+                let [x, z] = params.space.beside[i - 1].at;
+                skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
+                plants.push(skeleton);
+            }
+            None if i == 0 => return Err(GrowError::Nothing),
+            None => notes.push(format!("plant {}: nothing grew", i + 1)),
+        }
     }
-    let skeleton = skeleton::skeleton(&structure, &space.nodes, params);
-    let plant = radii::with_radii(&skeleton.ok_or(GrowError::Nothing)?.into_plant()?, params);
-    let (plant, slim) = shed::shed(&plant, params.slenderness);
+    let plant = joined(plants).into_plant()?;
+    // What overlaps is a matter of the final radii; flares stand on the ground, where nothing else is.
+    let thick = radii::with_radii(&plant, &GrowParams { flare: 0.0, ..params.clone() });
+    let (mut skeleton, mended) = overlap::mend(overlap::skeleton_of(&thick));
+    notes.extend(mended.note());
+    let plant = if mended.found == 0 {
+        plant
+    } else {
+        // What was dropped or pushed may have been the top.
+        let top = skeleton.nodes.iter().fold(0.0_f32, |top, n| top.max(n.position.y));
+        if !bound && top > 0.0 {
+            skeleton.nodes.iter_mut().for_each(|n| n.position *= params.height / top);
+        }
+        skeleton.into_plant()?
+    };
+    let plant = radii::with_radii(&plant, params);
+    let (plant, slim) =
+        if bound { shed::shed_in_place(&plant, params.slenderness) } else { shed::shed(&plant, params.slenderness) };
     if slim > 0 {
         let s = if slim == 1 { "" } else { "es" };
         notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
@@ -109,189 +210,72 @@ pub fn grow_in(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<(Plan
     Ok((plant, notes))
 }
 
-/// The files whose shapes a species needs, in order and each once.
+/// The files whose shapes a species and its neighbours need, in order and each once.
 #[must_use]
 pub fn shape_files(params: &GrowParams) -> BTreeSet<ShapeFile> {
-    let of = |iteration: &GrowIteration| match &iteration.endpoints {
-        Endpoints::Volume { shape, .. } => volume::file(shape),
-        Endpoints::Surface { .. } => None,
-    };
-    params.iterations.iter().filter_map(of).collect()
+    std::iter::once(params)
+        .chain(params.space.beside.iter().map(|beside| &beside.params))
+        .flat_map(|params| &params.iterations)
+        .filter_map(|iteration| match &iteration.endpoints {
+            Endpoints::Volume { shape, .. } => volume::file(shape),
+            Endpoints::Surface { .. } => None,
+        })
+        .collect()
 }
 
-/// Where trees grow: nodes, edges, and how far each node is from the root.
-struct Space {
-    nodes: Nodes,
-    graph: Graph,
-    /// Fewest edges from the root to each node.
-    from_root: Vec<u32>,
+/// The files whose meshes stand in a plant's way, as its parameters name them.
+pub fn obstacle_files(params: &GrowParams) -> impl Iterator<Item = &String> {
+    params.space.obstacles.iter().filter_map(|obstacle| match obstacle {
+        Obstacle::Mesh { file, .. } => Some(file),
+        Obstacle::Box { .. } => None,
+    })
 }
 
-impl Space {
-    fn new(nodes: Nodes) -> Self {
-        let graph = Graph::yao(&nodes);
-        let from_root = graph.hops(&[nodes.root], u32::MAX);
-        Self { nodes, graph, from_root }
-    }
-}
-
-/// One iteration: candidates, paths, the rule, the choice (2015, 3.1.2 to 3.1.4).
-fn extend(
-    structure: &mut Structure,
-    space: &Space,
-    solids: &Solids,
-    iteration: &GrowIteration,
-    params: &GrowParams,
-    seed: Seed,
-    mut note: impl FnMut(String),
-) {
-    let Space { nodes, graph, .. } = space;
-    let endpoints = &iteration.endpoints;
-    let wanted = endpoints::count(endpoints, solids, params.width) as usize;
-    let candidates = endpoints::candidates(endpoints, solids, space, structure, seed);
-    if wanted == 0 {
-        return;
-    }
-    if candidates.is_empty() {
-        note("no node is free where its branches should end".to_owned());
-        return;
-    }
-    // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the search.
-    let chosen = match iteration.keep {
-        EndpointRule::Any => endpoints::choose(endpoints, &candidates, nodes, wanted, seed),
-        EndpointRule::Lower | EndpointRule::Higher => candidates,
-    };
-    let sources = structure.sources(nodes, iteration.start, &iteration.guide, params.bole);
-    let paths = Paths::find(nodes, graph, &sources, &chosen, &iteration.guide, seed);
-    let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
-    if !lost.is_empty() {
-        note(format!("no path leads to {} of {} endpoints", lost.len(), lost.len() + reached.len()));
-    }
-    let height = |n: u32| nodes.at(n).y;
-    let kept = match iteration.keep {
-        EndpointRule::Any => reached,
-        EndpointRule::Lower | EndpointRule::Higher => {
-            let lower = iteration.keep == EndpointRule::Lower;
-            let kept: Vec<u32> = reached
-                .into_iter()
-                .filter(
-                    |&n| if lower { height(n) < height(paths.source(n)) } else { height(n) > height(paths.source(n)) },
-                )
-                .collect();
-            endpoints::choose(endpoints, &kept, nodes, wanted, seed)
-        }
-    };
-    if kept.len() < wanted {
-        note(format!("{} of {wanted} endpoints found a place", kept.len()));
-    }
-    for end in kept {
-        structure.add(&paths, end);
+/// Whether parameters are in their ranges and their shapes there.
+fn checked(params: &GrowParams, solids: &Solids) -> Result<(), GrowError> {
+    check::check(params)?;
+    match shape_files(params).into_iter().find(|file| !solids.contains_key(file)) {
+        Some(missing) => Err(GrowError::Shape(missing.file)),
+        None => Ok(()),
     }
 }
 
-/// The ranges that the rest relies on.
-fn check(params: &GrowParams) -> Result<(), GrowError> {
-    let within = |field: &str, value: f32, low: f32, high: f32| {
-        // A NaN is in no range.
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(GrowError::OutOfRange { field: field.to_owned(), value, low, high })
-        }
-    };
-    within("height", params.height, 0.01, 1000.0)?;
-    within("nodes", params.nodes as f32, 16.0, 400_000.0)?;
-    within("width", params.width, 0.02, 20.0)?;
-    within("crookedness", params.crookedness, 0.0, 1.0)?;
-    within("bole", params.bole, 0.0, 1.0)?;
-    within("slenderness", params.slenderness, 50.0, 10_000.0)?;
-    within("tip_radius", params.tip_radius, 0.0, 10.0)?;
-    within("allometry", params.allometry, 0.5, 10.0)?;
-    within("taper", params.taper, 0.0, 1000.0)?;
-    within("flare", params.flare, 0.0, 10.0)?;
-    within("flare_height", params.flare_height, 0.0, 100.0)?;
-    within("the number of iterations", params.iterations.len() as f32, 1.0, 32.0)?;
-    for (i, iteration) in params.iterations.iter().enumerate() {
-        let at =
-            |name: &str, value: f32, low: f32, high: f32| within(&format!("iterations[{i}].{name}"), value, low, high);
-        guide_within(&iteration.guide, &|name, value, low, high| at(&format!("guide.{name}"), value, low, high), 8)?;
-        if let GuideStart::ByHeight { low, high } = iteration.start {
-            at("start.low", low, -TURN, TURN).and(at("start.high", high, -TURN, TURN))?;
-        }
-        if let Endpoints::Volume { sampling: Sampling::Whorls { spacing }, .. }
-        | Endpoints::Surface { sampling: Sampling::Whorls { spacing }, .. } = iteration.endpoints
-        {
-            at("endpoints.sampling.spacing", spacing, 0.001, 10.0)?;
-        }
-        match iteration.endpoints {
-            Endpoints::Surface { t, .. } => at("endpoints.t", t, 0.0, 1.0)?,
-            Endpoints::Volume { ref shape, count, .. } => {
-                let (low, high, reach, hollow) = match *shape {
-                    Volume::Point { height, out } => (height, height, out, 0.0),
-                    Volume::Ellipsoid { bottom, top, radius, hollow }
-                    | Volume::HalfEllipsoid { bottom, top, radius, hollow }
-                    | Volume::Cone { bottom, top, radius, hollow }
-                    | Volume::Cylinder { bottom, top, radius, hollow } => (bottom, top, radius, hollow),
-                    Volume::Box { bottom, top, width, depth, hollow } => (bottom, top, width.max(depth), hollow),
-                    Volume::Mesh { bottom, top, .. } | Volume::Outline { bottom, top, .. } => (bottom, top, 0.0, 0.0),
-                };
-                at("endpoints.shape.bottom", low, -10.0, 10.0)?;
-                at("endpoints.shape.top", high, -10.0, 10.0)?;
-                at("endpoints.shape.radius", reach, 0.0, 20.0)?;
-                at("endpoints.shape.hollow", hollow, 0.0, 1.0)?;
-                if let Count::Density(density) = count {
-                    at("endpoints.density", density, 0.0, 1e6)?;
-                }
+/// One skeleton of several.
+fn joined(skeletons: Vec<Skeleton>) -> Skeleton {
+    let mut all = Skeleton::default();
+    for skeleton in skeletons {
+        let first = all.nodes.len() as u32;
+        all.nodes.extend(skeleton.nodes.into_iter().map(|mut node| {
+            node.parent = node.parent.map(|p| p + first);
+            node
+        }));
+    }
+    all
+}
+
+/// How high each plant reaches in a region of height 1 when it grows alone, the first one's first; 1 where that does not
+/// matter, since a plant that shares its space with nothing is scaled to its height at the end.
+fn heights(params: &GrowParams, solids: &Solids) -> Vec<f32> {
+    let space = &params.space;
+    if space.beside.is_empty() && space.obstacles.is_empty() {
+        return vec![1.0];
+    }
+    let mut known: Vec<(&GrowParams, f32)> = Vec::new();
+    std::iter::once(params)
+        .chain(space.beside.iter().map(|beside| &beside.params))
+        .map(|params| {
+            // Plants of one species and seed are measured once.
+            if let Some((_, top)) = known.iter().find(|(other, _)| alike(other, params)) {
+                return *top;
             }
-        }
-    }
-    Ok(())
+            let top = growth::height_alone(params, solids);
+            known.push((params, top));
+            top
+        })
+        .collect()
 }
 
-/// Largest turn, radians.
-const TURN: f32 = 4.0 * std::f32::consts::PI;
-
-/// The ranges of a guide, splits at most `deep` deep.
-fn guide_within(
-    guide: &Guide,
-    at: &dyn Fn(&str, f32, f32, f32) -> Result<(), GrowError>,
-    deep: u32,
-) -> Result<(), GrowError> {
-    let angle = |name: &str, value: f32| at(name, value, -TURN, TURN);
-    match guide {
-        Guide::Constant { alpha } => angle("alpha", *alpha),
-        Guide::Piecewise { alpha1, alpha2, .. } => angle("alpha1", *alpha1).and(angle("alpha2", *alpha2)),
-        Guide::Random { low, high, alpha2, .. } => {
-            angle("low", *low).and(angle("high", *high)).and(angle("alpha2", *alpha2))
-        }
-        Guide::Polar { theta } => angle("theta", *theta),
-        Guide::Split { height, lower, upper } => {
-            at("height", *height, -10.0, 10.0)?;
-            at("how deep splits go", 9.0 - deep as f32, 1.0, 8.0)?;
-            guide_within(lower, at, deep - 1).and_then(|()| guide_within(upper, at, deep - 1))
-        }
-        Guide::Field { parts } => {
-            at("the number of parts", parts.len() as f32, 1.0, 64.0)?;
-            for part in parts {
-                at("weight", part.weight, -1000.0, 1000.0)?;
-                match part.primitive {
-                    FieldPrimitive::Uniform { lean, turn } => angle("lean", lean).and(angle("turn", turn))?,
-                    FieldPrimitive::Helical { rise } => angle("rise", rise)?,
-                    FieldPrimitive::Rotational { height, .. }
-                    | FieldPrimitive::Spherical { height }
-                    | FieldPrimitive::Radial { height } => at("height", height, -10.0, 10.0)?,
-                    FieldPrimitive::Outward => {}
-                }
-                let (low, high, soft) = match part.region {
-                    FieldRegion::Everywhere => (0.0, 0.0, 0.0),
-                    FieldRegion::Layer { bottom, top, soft } => (bottom, top, soft),
-                    FieldRegion::Ball { height, radius, soft } => (height, radius, soft),
-                    FieldRegion::Core { radius, soft } => (0.0, radius, soft),
-                };
-                at("region", low, -10.0, 10.0).and(at("region", high, -10.0, 10.0))?;
-                at("region.soft", soft, 0.0, 10.0)?;
-            }
-            Ok(())
-        }
-    }
+/// Whether two plants reach equally high alone: of one species, whatever their size and seed.
+fn alike(a: &GrowParams, b: &GrowParams) -> bool {
+    (a.nodes, a.width, &a.iterations, a.bole) == (b.nodes, b.width, &b.iterations, b.bole)
 }

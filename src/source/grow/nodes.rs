@@ -1,29 +1,29 @@
-//! The graph's nodes: a Poisson-disc distribution in the region where the tree will stand (2015, 3.1.1).
+//! The graph's nodes: a Poisson-disc distribution in the region where the plant will stand (2015, 3.1.1).
 //!
-//! Grid-based dart throwing. A round throws one dart into every cell of a grid three discs wide, in memory order, which
-//! is faster than throwing anywhere; each round shifts the grid by a random amount. Cells as wide as the disc need fewer
-//! rounds, but whoever comes first in a cell decides where its neighbours can lie, and a lattice showed: twice as many
-//! nodes in the upper half of a cell as in the lower. The disc's radius follows from the wanted count: after [`ROUNDS`]
-//! rounds the discs fill a known share of the region ([`FILL`], measured), so the count comes out within a few percent.
+//! They are copied from one cube of points (`tile`). An even graph takes one layer of copies. A graph whose density
+//! follows a plant takes three: a coarse one everywhere, a middle one and a fine one near the plant, and drops what lies
+//! too near to a node of a coarser layer. The count of nodes is given, and how far "near" reaches follows from it.
 //!
-//! Lengths here and in all of `grow` are plant heights: the region is a cylinder of height 1 with the root at the
-//! centre of its foot. A cylinder, since a box of the same width spends a fifth of its nodes in corners that no crown
-//! reaches.
+//! Lengths here and in all of `grow` are plant heights: the region of one plant is a cylinder of height 1 with the root
+//! at the centre of its foot. A cylinder, since a box of the same width spends a fifth of its nodes in corners that no
+//! crown reaches.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::grid::{Grid, Lattice};
-use crate::base::{Seed, math};
+use super::grid::Grid;
+use super::region::Region;
+use super::tile::{Layer, tile};
+use crate::base::Seed;
 
-/// Rounds of darts: eight darts for each cube as wide as the disc.
-const ROUNDS: u64 = 8 * 27;
-/// Edge of the cells of a round, in discs.
-const CELL: f32 = 3.0;
-/// `count · disc³` over the volume of the region after [`ROUNDS`] rounds, the region grown by [`RIM`] discs.
-const FILL: f32 = 0.521;
-/// By how much the region counts as larger on all sides, in discs: nodes at its rim have neighbours on one side only.
-const RIM: f32 = 0.22;
+/// Edge of the cells of the grid, in discs of the finest layer. Measured on even graphs: 1.25 to 1.8 differ by a tenth.
+const CELL: f32 = 1.5;
+/// Nodes of different layers are at least this share of the finer disc apart.
+const APART: f32 = 0.75;
+/// How far the middle layer reaches, over how far the fine one does.
+const MIDDLE: f32 = 2.0;
+/// Mean length of the edges that paths take, in discs; measured.
+const EDGE: f32 = 1.4;
 
 /// The nodes of a graph, as a structure of arrays, in the order of the cells of their grid.
 #[derive(Clone, Debug)]
@@ -34,53 +34,106 @@ pub(super) struct Nodes {
     pub(super) grid: Grid,
     /// The node at the origin.
     pub(super) root: u32,
-    /// No two nodes are closer than this, plant heights.
+    /// No two nodes of the finest layer are closer than this, plant heights.
     pub(super) disc: f32,
+    /// The disc of the coarsest layer.
+    pub(super) widest: f32,
+    /// Length of an edge that counts as one hop, where the graph is finer than its parameters say; 0 where every edge
+    /// does.
+    pub(super) hop: f32,
 }
 
 impl Nodes {
     /// About `count` nodes in a cylinder of diameter `width`, one of them the root at the origin.
+    #[cfg(test)]
     pub(super) fn scatter(count: u32, width: f32, seed: Seed) -> Self {
-        let disc = disc_radius(count, width);
-        let radius = width * 0.5;
-        let mut darts = Darts::new(disc, radius);
-        darts.throw(Vec3::ZERO);
-        let seed = seed.child("nodes");
-        let inside = |p: Vec3| p.x * p.x + p.z * p.z <= radius * radius && p.y >= 0.0 && p.y <= 1.0;
-        for round in 0..ROUNDS {
-            let seed = seed.at(round);
-            let shift = seed.child("shift");
-            let shift = Vec3::new(shift.at(0).unit(), shift.at(1).unit(), shift.at(2).unit()) * (CELL * disc);
-            let lattice = Lattice::covering(
-                Vec3::new(-radius, 0.0, -radius) - shift,
-                Vec3::new(radius, 1.0, radius),
-                CELL * disc,
-            );
-            let [across, layers, rows] = lattice.size;
-            // Nearly all darts hit a disc that lies there already; that much is found out in parallel. Those that don't
-            // may still hit each other, and are thrown in their order.
-            let free = (0..layers * rows).into_par_iter().with_min_len(8).map(|row| {
-                let throw = |x: u32| {
-                    let seed = seed.at(u64::from(row) * u64::from(across) + u64::from(x));
-                    let jitter = Vec3::new(seed.at(0).unit(), seed.at(1).unit(), seed.at(2).unit());
-                    let cell = Vec3::new(x as f32, (row / rows) as f32, (row % rows) as f32);
-                    lattice.low + (cell + jitter) * lattice.edge
-                };
-                (0..across).map(throw).filter(|&p| inside(p) && darts.fits(p)).collect::<Vec<Vec3>>()
-            });
-            for point in free.collect::<Vec<_>>().into_iter().flatten() {
-                darts.throw(point);
-            }
+        Self::even(&Region::cylinder(width), count, seed).0
+    }
+
+    /// About `count` nodes spread evenly in a region; and which of them are the roots of its plants.
+    pub(super) fn even(region: &Region, count: u32, seed: Seed) -> (Self, Vec<u32>) {
+        let edge = tile().edge(count as f32 / region.volume());
+        let layer = Layer::new(edge, seed.child("nodes"));
+        let (low, high) = region.bounds();
+        let mut points = region.roots();
+        let roots = points.len();
+        let square = layer.disc * layer.disc;
+        let (inside, feet) = (|p: Vec3| region.holds(p).then_some(()), points.clone());
+        let free = |p: &Vec3| feet.iter().all(|foot| foot.distance_squared(*p) >= square);
+        points.extend(layer.points(low, high, inside).into_iter().map(|(p, ())| p).filter(free));
+        let (nodes, places) = Self::placed(&points, layer.disc, layer.disc);
+        (nodes, places[..roots].to_vec())
+    }
+
+    /// As [`even`](Self::even) with `count` nodes in all, but `detail` times finer than those would be evenly spread
+    /// where `distance` is small, and no finer than `coarse`, whose nodes are all kept, where it is great. The second
+    /// value says where each node of `coarse` is now.
+    pub(super) fn following(
+        region: &Region,
+        coarse: &Self,
+        count: u32,
+        detail: f32,
+        seed: Seed,
+        distance: impl Fn(Vec3) -> f32 + Sync,
+    ) -> (Self, Vec<u32>) {
+        let seed = seed.child("following");
+        let density = count as f32 / region.volume();
+        let fine = Layer::new(tile().edge(density) / detail, seed.child("fine"));
+        let ratio = (coarse.disc / fine.disc).sqrt().max(1.0);
+        let middle = Layer::new(fine.edge * ratio, seed.child("middle"));
+        let reach = reach(coarse, count, density * region.volume() * detail * detail * detail, ratio, &distance);
+        let mut points = coarse.positions.clone();
+        let (low, high) = region.bounds();
+        for (layer, most) in [(&middle, reach * MIDDLE), (&fine, reach)] {
+            // Where the plant is everywhere, coarse layers would fill the gaps of the fine one.
+            let added = layer.points(low, high, |p| (distance(p) <= most && region.holds(p)).then_some(()));
+            let (held, order) = Grid::sort(&points, layer.disc);
+            let sorted: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
+            let square = (layer.disc * APART) * (layer.disc * APART);
+            let free = |p: &Vec3| {
+                let [from, to] = held.lattice.around(held.lattice.cell(*p));
+                (from[1]..=to[1]).all(|y| {
+                    (from[2]..=to[2]).all(|z| {
+                        let row = held.row([from[0], to[0]], y, z);
+                        sorted[row.start as usize..row.end as usize].iter().all(|q| q.distance_squared(*p) >= square)
+                    })
+                })
+            };
+            let added: Vec<Vec3> = added.into_par_iter().map(|(p, ())| p).filter(free).collect();
+            points.extend(added);
         }
-        Self::from_positions(darts.points, disc)
+        let (mut nodes, places) = Self::placed(&points, fine.disc, coarse.widest);
+        nodes.root = places[coarse.root as usize];
+        nodes.hop = EDGE * fine.disc * detail;
+        (nodes, places)
     }
 
     /// Nodes at given places, the first of them the root; they are put in the order of a grid's cells.
+    #[cfg(test)]
     pub(super) fn from_positions(points: Vec<Vec3>, disc: f32) -> Self {
-        let (grid, order) = Grid::sort(&points, disc * 1.25);
+        Self::placed(&points, disc, disc).0
+    }
+
+    /// As [`from_positions`](Self::from_positions); and where each point is now.
+    fn placed(points: &[Vec3], disc: f32, widest: f32) -> (Self, Vec<u32>) {
+        let (grid, order) = Grid::sort(points, disc * CELL);
         let positions: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
-        let root = order.iter().position(|&i| i == 0).unwrap_or(0) as u32;
-        Self { positions, grid, root, disc }
+        let mut places = vec![0; points.len()];
+        for (place, &i) in order.iter().enumerate() {
+            places[i as usize] = place as u32;
+        }
+        let root = places.first().copied().unwrap_or(0);
+        (Self { positions, grid, root, disc, widest, hop: 0.0 }, places)
+    }
+
+    /// How many edges near a plant make a hop.
+    pub(super) fn edges_in_a_hop(&self) -> f32 {
+        if self.hop > 0.0 { self.hop / (EDGE * self.disc) } else { 1.0 }
+    }
+
+    /// Bytes of its arrays.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(self.positions.as_slice()) + self.grid.bytes()
     }
 
     /// How many.
@@ -104,83 +157,40 @@ impl Nodes {
         }
         best.1
     }
+
+    /// The nodes as a plant sees them whose foot is at `foot` and which is `share` as tall as the first.
+    pub(super) fn seen_from(&self, root: u32, share: f32) -> Self {
+        let foot = self.at(root);
+        let mut seen = self.clone();
+        seen.positions.iter_mut().for_each(|p| *p = (*p - foot) / share);
+        seen.grid.lattice.low = (seen.grid.lattice.low - foot) / share;
+        seen.grid.lattice.edge /= share;
+        Self { root, disc: self.disc / share, widest: self.widest / share, hop: self.hop / share, ..seen }
+    }
 }
 
-/// The disc radius with which about `count` nodes fit the cylinder.
-fn disc_radius(count: u32, width: f32) -> f32 {
-    let mut disc = 0.0;
-    // The rim depends on the disc: a few rounds settle it, since it is a small share.
-    for _ in 0..12 {
-        let (radius, height) = (width * 0.5 + RIM * disc, 1.0 + 2.0 * RIM * disc);
-        let volume = std::f32::consts::PI * radius * radius * height;
-        disc = math::cbrt(FILL * volume / count.max(1) as f32);
-    }
-    disc
-}
-
-/// Points no two of which are closer than a disc's radius.
-struct Darts {
-    points: Vec<Vec3>,
-    lattice: Lattice,
-    /// The last point of each cell.
-    last: Vec<u32>,
-    /// The point before it in the same cell.
-    before: Vec<u32>,
-    square: f32,
-}
-
-impl Darts {
-    fn new(disc: f32, radius: f32) -> Self {
-        let lattice = Lattice::covering(Vec3::new(-radius, 0.0, -radius), Vec3::new(radius, 1.0, radius), disc);
-        Self {
-            points: Vec::new(),
-            last: vec![u32::MAX; lattice.cells()],
-            lattice,
-            before: Vec::new(),
-            square: disc * disc,
+/// How far the fine layer may reach so that all layers together have about `count` nodes: each coarse node stands for its
+/// share of the region. `fine` is how many nodes the fine layer would have everywhere.
+fn reach(coarse: &Nodes, count: u32, fine: f32, ratio: f32, distance: &(impl Fn(Vec3) -> f32 + Sync)) -> f32 {
+    let mut distances: Vec<f32> = coarse.positions.par_iter().map(|p| distance(*p)).collect();
+    distances.sort_unstable_by(f32::total_cmp);
+    let all = distances.len() as f32;
+    let (per_fine, per_middle) = (fine / all - 1.0, fine / (ratio * ratio * ratio) / all - 1.0);
+    let nodes = |reach: f32| {
+        let within = |most: f32| distances.partition_point(|d| *d <= most) as f32;
+        let near = within(reach);
+        all + near * per_fine + (within(reach * MIDDLE) - near) * per_middle
+    };
+    let (mut low, mut high) = (0.0, distances.last().copied().unwrap_or(0.0));
+    for _ in 0..24 {
+        let middle = (low + high) * 0.5;
+        if nodes(middle) <= count as f32 {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
-
-    /// Keeps a point unless one lies within the disc around it.
-    fn throw(&mut self, point: Vec3) {
-        if self.fits(point) {
-            let cell = self.lattice.index(self.lattice.cell(point));
-            self.before.push(self.last[cell]);
-            self.last[cell] = self.points.len() as u32;
-            self.points.push(point);
-        }
-    }
-
-    /// Whether no point lies within the disc around this one.
-    fn fits(&self, point: Vec3) -> bool {
-        let here = self.lattice.cell(point);
-        // Most darts of the later rounds are refused by a point of their own cell or one beside it.
-        if self.refuses(here, point) {
-            return false;
-        }
-        let [low, high] = self.lattice.around(here);
-        for y in low[1]..=high[1] {
-            for z in low[2]..=high[2] {
-                for x in low[0]..=high[0] {
-                    if self.refuses([x, y, z], point) {
-                        return false;
-                    }
-                }
-            }
-        }
-        true
-    }
-
-    fn refuses(&self, cell: [u32; 3], point: Vec3) -> bool {
-        let mut i = self.last[self.lattice.index(cell)];
-        while i != u32::MAX {
-            if self.points[i as usize].distance_squared(point) < self.square {
-                return true;
-            }
-            i = self.before[i as usize];
-        }
-        false
-    }
+    low
 }
 
 #[cfg(test)]
@@ -209,15 +219,23 @@ mod tests {
     }
 
     #[test]
-    fn no_lattice_shows_in_the_nodes() {
-        let nodes = Nodes::scatter(20_000, 1.0, Seed::new(8));
-        // Fractions of a coordinate by the disc are even: a lattice would crowd some bins.
-        let mut bins = [0_u32; 8];
-        for p in &nodes.positions {
-            let f = (p.y / nodes.disc).fract();
-            bins[((f * 8.0) as usize).min(7)] += 1;
+    fn nodes_that_follow_a_line_are_as_many_as_asked_and_finer_near_it() {
+        let region = Region::cylinder(1.0);
+        let (even, _) = Nodes::even(&region, 12_000, Seed::new(5));
+        let (coarse, _) = Nodes::even(&region, 4000, Seed::new(5));
+        let off_axis = |p: Vec3| Vec3::new(p.x, 0.0, p.z).length();
+        let (nodes, places) = Nodes::following(&region, &coarse, 12_000, 2.0, Seed::new(5), off_axis);
+        assert!((nodes.len() as f32 / 12_000.0 - 1.0).abs() < 0.15, "{}", nodes.len());
+        assert!((nodes.disc * 2.0 / even.disc - 1.0).abs() < 1e-3);
+        for (i, &place) in places.iter().take(coarse.len()).enumerate() {
+            assert_eq!(nodes.at(place), coarse.at(i as u32));
         }
-        let mean = nodes.len() as f32 / 8.0;
-        assert!(bins.iter().all(|&b| (b as f32 / mean - 1.0).abs() < 0.12), "{bins:?}");
+        assert_eq!(nodes.at(nodes.root), Vec3::ZERO);
+        let near = |nodes: &Nodes| nodes.positions.iter().filter(|p| off_axis(**p) < 0.08).count() as f32;
+        assert!(near(&nodes) > near(&even) * 6.5, "{} and {}", near(&nodes), near(&even));
+        for (i, a) in nodes.positions.iter().enumerate().step_by(37) {
+            let near = nodes.positions.iter().enumerate();
+            assert!(near.filter(|(j, b)| *j != i && a.distance(**b) < nodes.disc * APART * 0.999).count() == 0);
+        }
     }
 }

@@ -6,22 +6,28 @@
 //! twigs leave nearly at right angles and curl.
 //!
 //! A weight depends on the path to its node, so this is no shortest-path problem of one fixed graph; but every weight is
-//! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Costs are
-//! compared as bits (they are never negative) with the node's index after them, so equal costs have one order.
-
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+//! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Equal costs
+//! come in the order of their nodes.
+//!
+//! Plants that share a graph would share their ways too, the trunk first. So every plant has whims: a node is a little
+//! dearer or cheaper to it ([`WHIM`]) than to the next.
+//!
+//! Several plants grow in one pass. A node belongs to the plant that reaches it at the least cost, so each keeps to its
+//! own part of the space as crowns in a stand do, and no two ever share a node.
 
 use glam::Vec3;
 
+use super::frontier::Frontier;
 use super::guide::Step;
 use super::nodes::Nodes;
-use super::yao::{Graph, NONE};
+use super::yao::{Edges, NONE};
 use crate::base::Seed;
 use crate::preset::plan::Guide;
 
 /// What a unit of length costs on a path that follows its guiding vectors.
 const LENGTH: f32 = 0.2;
+/// By how much a node of a plant's own may be dearer or cheaper than what the paper says, as a share.
+const WHIM: f32 = 0.15;
 
 /// A node of the structure so far, with the guiding vector it starts with.
 #[derive(Clone, Copy, Debug)]
@@ -36,118 +42,172 @@ pub(super) struct PathSource {
     pub(super) closed: bool,
 }
 
-/// What the algorithm knows of a node.
+/// What the algorithm knows of a finalized node.
 #[derive(Clone, Copy, Debug)]
 struct State {
-    cost: f32,
-    /// The node before it; itself at a source.
-    before: u32,
     /// Where its path leaves the structure.
     source: u32,
-    /// Edges from there.
-    hops: u32,
+    /// Edges from there, in hops.
+    hops: f32,
     vector: Vec3,
-    finalized: bool,
+}
+
+/// One plant's part in a pass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Party<'a> {
+    /// The nodes as this plant sees them: its root at the origin, itself one high.
+    pub(super) nodes: &'a Nodes,
+    /// The nodes of its structure; no two parties have one in common.
+    pub(super) sources: &'a [PathSource],
+    /// How its guiding vectors turn.
+    pub(super) guide: &'a Guide,
+    /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
+    pub(super) light: Vec3,
+    /// Address of its randomness.
+    pub(super) seed: Seed,
 }
 
 /// The least-cost paths of one pass.
 #[derive(Clone, Debug)]
 pub(super) struct Paths {
+    costs: Vec<f32>,
+    /// The node before each; itself at a source, [`NONE`] where nothing leads.
+    before: Vec<u32>,
+    finalized: Vec<bool>,
     states: Vec<State>,
 }
 
 impl Paths {
-    /// Finds the paths from `sources` to all `targets`, and stops when every target that can be reached is.
-    ///
-    /// `n log n` in the nodes finalized until then.
+    /// Finds the paths of one plant, see [`find_among`](Self::find_among).
+    #[cfg(test)]
     pub(super) fn find(
         nodes: &Nodes,
-        graph: &Graph,
+        graph: &Edges,
         sources: &[PathSource],
         targets: &[u32],
         guide: &Guide,
         seed: Seed,
     ) -> Self {
-        let blank =
-            State { cost: f32::INFINITY, before: NONE, source: NONE, hops: 0, vector: Vec3::Y, finalized: false };
-        let mut states = vec![blank; nodes.len()];
-        let mut frontier = BinaryHeap::with_capacity(sources.len() + 1024);
-        let mut leans = vec![0.0_f32; nodes.len()];
-        for &PathSource { node, vector, lean, closed } in sources {
-            leans[node as usize] = lean;
-            states[node as usize] = State { cost: 0.0, before: node, source: node, vector, finalized: closed, ..blank };
-            if !closed {
-                frontier.push(Reverse(key(0.0, node)));
+        let party = Party { nodes, sources, guide, light: Vec3::ZERO, seed };
+        Self::find_among(graph, &[party], targets)
+    }
+
+    /// Finds the paths from the sources of all parties to all targets, and stops when every target that can be reached
+    /// is. A node belongs to the party that reaches it at the least cost, in lengths of the first. At most 255 parties.
+    ///
+    /// `n log n` in the nodes finalized until then.
+    pub(super) fn find_among(
+        graph: &Edges,
+        parties: &[Party<'_>],
+        targets: &[u32],
+    ) -> Self {
+        let count = graph.edges.len();
+        let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
+        let mut paths = Self {
+            costs: vec![f32::INFINITY; count],
+            before: vec![NONE; count],
+            finalized: vec![false; count],
+            states: vec![blank; count],
+        };
+        let Some(first) = parties.first() else { return paths };
+        let mut frontier = Frontier::default();
+        let mut leans = vec![0.0_f32; count];
+        // Which party a source belongs to.
+        let mut owners = vec![0_u8; count];
+        for (p, party) in parties.iter().enumerate() {
+            for &PathSource { node, vector, lean, closed } in party.sources {
+                let i = node as usize;
+                leans[i] = lean;
+                owners[i] = p as u8;
+                paths.costs[i] = 0.0;
+                paths.before[i] = node;
+                paths.states[i] = State { source: node, hops: 0.0, vector };
+                paths.finalized[i] = closed;
+                if !closed {
+                    frontier.push(0.0, node);
+                }
             }
         }
-        let mut wanted = vec![false; nodes.len()];
+        let mut wanted = vec![false; count];
         for &t in targets {
             wanted[t as usize] = true;
         }
         let mut missing = wanted.iter().filter(|&&w| w).count();
-        while let Some(Reverse(top)) = frontier.pop() {
-            let node = top as u32;
-            let state = states[node as usize];
-            if state.finalized {
+        let whims: Vec<Seed> = parties.iter().map(|party| party.seed.child("whim")).collect();
+        while let Some(node) = frontier.pop() {
+            let i = node as usize;
+            if paths.finalized[i] {
                 continue;
             }
-            let here = nodes.at(node);
-            let mut vector = state.vector;
-            if state.before != node {
-                let edge = (here - nodes.at(state.before)).normalize_or(Vec3::Y);
-                // Only sources lean.
-                let lean = leans[state.before as usize];
+            let (here, before) = (first.nodes.at(node), paths.before[i]);
+            if before != node {
+                let mut state = paths.states[before as usize];
+                let owner = usize::from(owners[state.source as usize]);
+                let party = &parties[owner];
+                let from = first.nodes.at(before);
+                let length = here.distance(from);
+                let edge = ((here - from) / length.max(f32::MIN_POSITIVE)).normalize_or(Vec3::Y);
+                // Where the graph is finer than its parameters say, an edge is a part of a hop.
+                let share = if first.nodes.hop > 0.0 { (length / first.nodes.hop).min(1.0) } else { 1.0 };
+                state.hops += share;
+                let hops = (state.hops - 1e-3).ceil() as u32;
+                // Only sources lean, and only on the first hop.
+                let lean = if hops <= 1 { leans[state.source as usize] } else { 0.0 };
+                let (vector, source) = (state.vector, state.source);
                 let step = Step {
                     vector,
                     edge,
-                    position: here,
-                    hops: state.hops,
-                    source: state.source,
-                    source_height: nodes.at(state.source).y,
+                    position: party.nodes.at(node),
+                    hops,
+                    source,
+                    source_height: party.nodes.at(source).y,
                     node,
                     lean,
                 };
-                vector = step.turned(guide, seed);
+                let turned = step.turned(party.guide, party.seed);
+                state.vector = towards(vector, turned, share);
+                if party.light != Vec3::ZERO {
+                    state.vector = (state.vector + party.light * share).normalize_or(state.vector);
+                }
+                paths.states[i] = state;
             }
-            states[node as usize].vector = vector;
-            states[node as usize].finalized = true;
-            if wanted[node as usize] {
+            paths.finalized[i] = true;
+            if wanted[i] {
                 missing -= 1;
                 if missing == 0 {
                     break;
                 }
             }
+            let State { vector, source, .. } = paths.states[i];
+            let whim = whims[usize::from(owners[source as usize])];
             for target in graph.leaving(node) {
-                let next = &mut states[target as usize];
-                if next.finalized {
-                    continue;
-                }
-                let cost = state.cost + weight(nodes.at(target) - here, vector);
-                if cost < next.cost {
-                    // Until the node is finalized, its vector is that of the node before it.
-                    *next = State {
-                        cost,
-                        before: node,
-                        source: state.source,
-                        hops: state.hops + 1,
-                        vector,
-                        finalized: false,
-                    };
-                    frontier.push(Reverse(key(cost, target)));
+                // A finalized node costs no more than this one, so it is never improved.
+                let cost = paths.costs[i]
+                    + weight(first.nodes.at(target) - here, vector)
+                        * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
+                if cost < paths.costs[target as usize] {
+                    paths.costs[target as usize] = cost;
+                    paths.before[target as usize] = node;
+                    frontier.push(cost, target);
                 }
             }
         }
-        Self { states }
+        paths
+    }
+
+    /// The cost of every node; infinite where no path leads.
+    pub(super) fn into_costs(self) -> Vec<f32> {
+        self.costs
     }
 
     /// Whether a path leads to a node.
     pub(super) fn reached(&self, node: u32) -> bool {
-        self.states[node as usize].finalized
+        self.finalized[node as usize]
     }
 
     /// The node before this one on its path; itself in the structure.
     pub(super) fn before(&self, node: u32) -> u32 {
-        self.states[node as usize].before
+        self.before[node as usize]
     }
 
     /// Where a node's path leaves the structure.
@@ -161,19 +221,20 @@ impl Paths {
     }
 }
 
+/// The unit vector a share of the way from one to another.
+fn towards(from: Vec3, to: Vec3, share: f32) -> Vec3 {
+    if share >= 1.0 { to } else { from.lerp(to, share).normalize_or(from) }
+}
+
 /// `d (1 + LENGTH - e·v)`, with rounding kept from going below zero.
 fn weight(edge: Vec3, vector: Vec3) -> f32 {
     (edge.length() * (1.0 + LENGTH) - edge.dot(vector)).max(0.0)
 }
 
-/// Orders by cost, then by node.
-fn key(cost: f32, node: u32) -> u64 {
-    u64::from(cost.to_bits()) << 32 | u64::from(node)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::grow::obstacle::Obstacles;
 
     const STRAIGHT: Guide = Guide::Constant { alpha: 0.0 };
 
@@ -204,7 +265,7 @@ mod tests {
         edges[root as usize][..2].copy_from_slice(&[up, side]);
         edges[up as usize][0] = end;
         edges[side as usize][0] = end;
-        let graph = Graph { edges };
+        let graph = Edges::given(edges);
         let source = [PathSource { node: root, vector: Vec3::Y, lean: 0.0, closed: false }];
         // Turning to the horizontal after one hop makes the way across free; the way up from the side costs.
         let guide = Guide::Piecewise { alpha1: std::f32::consts::FRAC_PI_2, alpha2: 0.0, h0: 1 };
@@ -217,7 +278,7 @@ mod tests {
     #[test]
     fn what_no_edge_leads_to_is_not_reached() {
         let nodes = Nodes::from_positions(vec![Vec3::ZERO, Vec3::Y, Vec3::Y * 9.0], 1.0);
-        let graph = Graph::yao(&nodes);
+        let graph = Edges::yao(&nodes, &Obstacles::default());
         let far = node_at(&nodes, Vec3::Y * 9.0);
         let source = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
         let paths = Paths::find(&nodes, &graph, &source, &[far], &STRAIGHT, Seed::new(1));
@@ -227,7 +288,7 @@ mod tests {
     #[test]
     fn costs_are_those_of_bellman_and_ford_where_vectors_do_not_turn() {
         let nodes = Nodes::scatter(400, 0.8, Seed::new(6));
-        let graph = Graph::yao(&nodes);
+        let graph = Edges::yao(&nodes, &Obstacles::default());
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
         let source = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
         let paths = Paths::find(&nodes, &graph, &source, &all, &STRAIGHT, Seed::new(1));
@@ -238,7 +299,8 @@ mod tests {
             changed = false;
             for i in 0..nodes.len() as u32 {
                 for j in graph.leaving(i) {
-                    let cost = costs[i as usize] + weight(nodes.at(j) - nodes.at(i), Vec3::Y);
+                    let whim = 1.0 + WHIM * (2.0 * Seed::new(1).child("whim").at(u64::from(j)).unit() - 1.0);
+                    let cost = costs[i as usize] + weight(nodes.at(j) - nodes.at(i), Vec3::Y) * whim;
                     if cost < costs[j as usize] {
                         costs[j as usize] = cost;
                         changed = true;
@@ -246,7 +308,6 @@ mod tests {
                 }
             }
         }
-        let found: Vec<f32> = paths.states.iter().map(|s| s.cost).collect();
-        assert_eq!(found, costs);
+        assert_eq!(paths.costs, costs);
     }
 }

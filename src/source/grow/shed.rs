@@ -22,6 +22,11 @@ pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     (rest, slim)
 }
 
+/// As [`shed`], but not scaled: for plants among obstacles and neighbours, whose scale is fixed.
+pub(super) fn shed_in_place(plant: &Plant, slenderness: f32) -> (Plant, usize) {
+    without(plant, slenderness, 1.0)
+}
+
 fn without(plant: &Plant, slenderness: f32, scale: f32) -> (Plant, usize) {
     let mut builder = PlantBuilder::new();
     let mut kept: Vec<Option<ChainId>> = Vec::with_capacity(plant.chains().len());

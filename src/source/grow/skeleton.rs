@@ -3,7 +3,10 @@
 //! Paths through an irregular graph are visibly crooked; the paper names it as the one difference to other methods
 //! (2015, 4). Here every node is drawn towards the middle of its neighbours along the axis it lies on, a few times; a
 //! fork lies on its thickest axis, and the branches follow it. Tips and the root stay. Then each edge gets a midpoint on
-//! the smooth curve through its neighbours, since the graph is coarse (fifty edges from the ground to the top).
+//! the smooth curve through its neighbours where the graph is coarse (fifty edges from the ground to the top).
+//!
+//! Smoothing moves axes off their nodes, which alone keep them apart. So the finished skeleton is checked as it is, capsule
+//! against capsule, and mended (`overlap`).
 
 use glam::Vec3;
 
@@ -21,6 +24,8 @@ const PASSES: u32 = 6;
 const STIFF: f32 = 0.2;
 /// Over how many nodes, far before near.
 const STRIDES: [usize; 4] = [12, 6, 3, 1];
+/// Edges a hop from which edges need no midpoints.
+const FINE: f32 = 1.5;
 /// A fork below the clear bole becomes two stems where the thinner branch bears at least this share of the tips of the
 /// thicker.
 const STEM: f32 = 0.1;
@@ -36,17 +41,28 @@ struct Axes {
     radii: Vec<f32>,
 }
 
-/// The skeleton of a structure, as tall as `params` say; none where nothing rises above the ground.
-pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams) -> Option<Skeleton> {
+/// The skeleton of a structure; none where nothing rises above the ground. It is as tall as `params` say, or a height of
+/// the region is `scale` metres. `barred` says whether an obstacle is between two places; smoothing leads through none.
+pub(super) fn skeleton(
+    structure: &Structure,
+    nodes: &Nodes,
+    params: &GrowParams,
+    scale: Option<f32>,
+    barred: &dyn Fn(Vec3, Vec3) -> bool,
+) -> Option<Skeleton> {
     let (places, parents) = stems(structure, nodes, params.bole);
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
-    axes.smooth(params.crookedness);
-    let mut axes = axes.refined();
+    let fine = nodes.edges_in_a_hop();
+    let paths = axes.places.clone();
+    axes.smooth(params.crookedness, fine);
+    axes.kept_clear(&paths, barred);
+    // A graph that follows the plant is fine enough as it is.
+    let mut axes = if fine < FINE { axes.refined(barred) } else { axes };
     let top = axes.places.iter().fold(0.0_f32, |t, p| t.max(p.y));
     if top <= 0.0 {
         return None;
     }
-    let scale = params.height / top;
+    let scale = scale.unwrap_or(params.height / top);
     axes.places.iter_mut().for_each(|p| *p *= scale);
     let parent = |i: usize| (axes.parents[i] as usize != i).then_some(axes.parents[i]);
     let node = |i: usize| SkeletonNode { position: axes.places[i], radius: axes.radii[i], parent: parent(i) };
@@ -114,10 +130,14 @@ impl Axes {
     /// Draws nodes towards the middle of their neighbours along their axis: not at all for a crookedness of 1, half the
     /// way each time for 0. Radii are drawn likewise but never across a fork into a thinner branch, so that steps at
     /// forks become tapers.
-    fn smooth(&mut self, crookedness: f32) {
+    ///
+    /// Where the graph is `fine` times finer than its parameters say, the same lengths of wood are smoothed, and so the
+    /// same shapes are left.
+    fn smooth(&mut self, crookedness: f32, fine: f32) {
         let share = 0.5 * (1.0 - crookedness);
-        self.straighten(share);
-        for _ in 0..PASSES {
+        self.straighten(share, fine);
+        // Lengths of wood over which passes smooth go with the root of their number.
+        for _ in 0..(PASSES as f32 * fine * fine).round() as u32 {
             let before = self.places.clone();
             for i in 0..before.len() {
                 if self.heavy[i] != NONE && self.parents[i] as usize != i {
@@ -126,7 +146,7 @@ impl Axes {
                 }
             }
         }
-        for _ in 0..3 {
+        for _ in 0..(3.0 * fine * fine).round() as u32 {
             let before = self.radii.clone();
             for i in 0..before.len() {
                 let (parent, heavy) = (self.parents[i] as usize, self.heavy[i]);
@@ -137,14 +157,32 @@ impl Axes {
         }
     }
 
+    /// Puts nodes back to their places on `paths` where smoothing led through an obstacle; paths lead through none.
+    fn kept_clear(&mut self, paths: &[Vec3], barred: &dyn Fn(Vec3, Vec3) -> bool) {
+        // A node that is put back may bar its neighbour: the number of nodes that are back grows until nothing is barred.
+        let mut changed = true;
+        while changed {
+            changed = false;
+            for i in 0..paths.len() {
+                let parent = self.parents[i] as usize;
+                let back = self.places[i] == paths[i] && self.places[parent] == paths[parent];
+                if parent != i && !back && barred(self.places[parent], self.places[i]) {
+                    (self.places[parent], self.places[i]) = (paths[parent], paths[i]);
+                    changed = true;
+                }
+            }
+        }
+    }
+
     /// Takes the long sway out of thick wood, which neighbours alone hardly feel: a path of forty nodes wanders as a
     /// whole. Nodes are drawn towards the middle between those [`STRIDES`] further down and up their axis, in the measure
     /// of their thickness; what they bear moves with them.
-    fn straighten(&mut self, share: f32) {
+    fn straighten(&mut self, share: f32, fine: f32) {
         let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
         let stiff: Vec<usize> = (0..self.places.len()).filter(|&i| self.radii[i] >= thickest * STIFF).collect();
         let mut places = self.places.clone();
         for stride in STRIDES {
+            let stride = (stride as f32 * fine).round() as usize;
             let spans: Vec<(usize, usize)> = stiff.iter().map(|&i| self.span(i, stride)).collect();
             for _ in 0..PASSES {
                 let before = places.clone();
@@ -182,7 +220,7 @@ impl Axes {
 
     /// The same tree with a node in the middle of each edge, on the cubic through the four nodes along the axis
     /// (Catmull-Rom at one half).
-    fn refined(&self) -> Self {
+    fn refined(&self, barred: &dyn Fn(Vec3, Vec3) -> bool) -> Self {
         let count = self.places.len();
         let mut refined = Self {
             places: Vec::with_capacity(count * 2),
@@ -205,7 +243,9 @@ impl Axes {
                 } else {
                     self.radii[i]
                 };
-                refined.places.push((a + b) * 0.5625 - (before + after) * 0.0625);
+                let curved = (a + b) * 0.5625 - (before + after) * 0.0625;
+                let straight = (a + b) * 0.5;
+                refined.places.push(if barred(a, curved) || barred(curved, b) { straight } else { curved });
                 refined.parents.push(fine[parent]);
                 refined.radii.push(radius);
             }

@@ -36,6 +36,11 @@ impl Structure {
         Self { members: vec![Member { node: nodes.root, parent: 0, vector: Vec3::Y }], places }
     }
 
+    /// Of a plant that is yet to grow.
+    pub(super) fn empty() -> Self {
+        Self { members: Vec::new(), places: Vec::new() }
+    }
+
     /// Whether a graph node belongs to it.
     pub(super) fn holds(&self, node: u32) -> bool {
         self.places[node as usize] != NONE

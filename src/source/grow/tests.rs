@@ -2,15 +2,16 @@
 
 use glam::Vec3;
 
-use super::{GrowError, Solids, Space, extend, grow};
+use super::growth::{Tree, grow_all};
+use super::space::Space;
+use super::structure::Structure;
+use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
 use crate::base::Seed;
 use crate::plant::{Plant, PlantStats};
 use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Sampling, Volume,
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Sampling, Volume,
 };
 use crate::preset::species;
-use crate::source::grow::nodes::Nodes;
-use crate::source::grow::structure::Structure;
 
 fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
     let guide = Guide::Piecewise { alpha1: first, alpha2: 0.0, h0: 1 };
@@ -44,6 +45,7 @@ fn small() -> GrowParams {
         crookedness: 0.3,
         bole: 0.1,
         slenderness: 10_000.0,
+        space: GrowSpace { detail: 1.0, ..GrowSpace::default() },
         iterations: vec![pass(point(0.5), 0.0), pass(volume(crown, 12), 0.6), pass(surface(2, 0.7, 60), 0.5)],
     }
 }
@@ -78,29 +80,38 @@ fn another_seed_grows_another_tree() {
     assert_ne!(grow(&small(), Seed::new(8)).unwrap().0, grown(&small()));
 }
 
+/// The structure that some parameters grow, on a graph as it stands at the end.
+fn structure(params: &GrowParams) -> (Structure, Graph, Vec<String>) {
+    let graph = Graph::new(&GraphParams::of(params, &Solids::new()).unwrap(), &ObstacleMeshes::new()).unwrap();
+    let mut trees = [Tree::new(params, 1.0, Seed::new(4))];
+    let end = grow_all(&graph, &mut trees, &params.space, &Solids::new()).into_owned();
+    let [tree] = trees;
+    (tree.structure, end, tree.notes)
+}
+
 #[test]
 fn every_endpoint_is_reached_or_told_of() {
-    let params = small();
-    let nodes = Nodes::scatter(params.nodes, params.width, Seed::new(3));
-    let space = Space::new(nodes);
-    let Space { nodes, graph, .. } = &space;
-    let mut structure = Structure::new(nodes);
-    let mut notes = Vec::new();
-    let mut before = 0;
-    for iteration in &params.iterations {
-        extend(&mut structure, &space, &Solids::new(), iteration, &params, Seed::new(4), |note| notes.push(note));
-        assert!(structure.members.len() > before);
-        before = structure.members.len();
-    }
-    assert!(notes.is_empty(), "{notes:?}");
-    // A tree: every member once, after its parent, one edge of the graph away.
-    let mut seen = vec![false; nodes.len()];
-    for (i, member) in structure.members.iter().enumerate() {
-        assert!(!std::mem::replace(&mut seen[member.node as usize], true));
-        assert!(i == 0 || (member.parent as usize) < i);
-        let parent = structure.members[member.parent as usize].node;
-        assert!(i == 0 || graph.leaving(parent).any(|n| n == member.node));
-        assert!((member.vector.length() - 1.0).abs() < 1e-4);
+    for detail in [1.0, 2.0] {
+        let mut params = small();
+        params.space.detail = detail;
+        let (structure, graph, notes) = structure(&params);
+        let Space { nodes, graph, .. } = graph.space();
+        assert!(notes.is_empty(), "{notes:?}");
+        let tips = 1 + 12 + 60;
+        let mut bears = vec![false; structure.members.len()];
+        structure.members.iter().skip(1).for_each(|m| bears[m.parent as usize] = true);
+        let found = bears.iter().filter(|b| !**b).count();
+        // A branch that ends on the way of a later one has no tip of its own.
+        assert!(found <= tips && found > tips * 3 / 4, "{found}");
+        // A tree: every member once, after its parent, one edge of the graph away.
+        let mut seen = vec![false; nodes.len()];
+        for (i, member) in structure.members.iter().enumerate() {
+            assert!(!std::mem::replace(&mut seen[member.node as usize], true));
+            assert!(i == 0 || (member.parent as usize) < i);
+            let parent = structure.members[member.parent as usize].node;
+            assert!(i == 0 || graph.leaving(parent).any(|n| n == member.node));
+            assert!((member.vector.length() - 1.0).abs() < 1e-4);
+        }
     }
 }
 
@@ -140,17 +151,18 @@ fn many_first_endpoints_make_stems_of_their_own() {
 
 #[test]
 fn rules_keep_only_what_lies_lower_or_higher() {
-    let nodes = Nodes::scatter(2500, 0.8, Seed::new(3));
-    let space = Space::new(nodes);
-    let nodes = &space.nodes;
     for (keep, sign) in [(EndpointRule::Lower, -1.0), (EndpointRule::Higher, 1.0)] {
-        let mut structure = Structure::new(nodes);
-        let params = small();
-        extend(&mut structure, &space, &Solids::new(), &params.iterations[0], &params, Seed::new(4), |_| {});
-        let trunk = structure.members.len();
-        let mut iteration = params.iterations[1].clone();
-        iteration.keep = keep;
-        extend(&mut structure, &space, &Solids::new(), &iteration, &params, Seed::new(4), |_| {});
+        let mut params = small();
+        // Limbs leave the trunk above this height, and the crown reaches below it.
+        params.bole = 0.3;
+        params.iterations.truncate(1);
+        let trunk = structure(&params).0.members.len();
+        let crown = Volume::Cylinder { bottom: 0.15, top: 0.7, radius: 0.35, hollow: 0.2 };
+        params.iterations = small().iterations;
+        params.iterations[1] = GrowIteration { keep, ..pass(volume(crown, 12), 0.6) };
+        params.iterations.truncate(2);
+        let (structure, graph, _) = structure(&params);
+        let nodes = &graph.space().nodes;
         let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
         let mut tips = 0;
         for (i, member) in structure.members.iter().enumerate().skip(trunk) {

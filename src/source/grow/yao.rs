@@ -1,44 +1,75 @@
 //! The Yao-8 graph (2015, 3.1.1; Yao 1977): from every node an edge to the nearest node in each octant around it.
 //!
-//! Cells are visited from near to far until no octant can find anything nearer; each cell knows which octants can reach
-//! it, so a node at the rim of the region, some of whose octants are empty, does not look at every point around. An
-//! octant looks [`REACH`] discs far: in a Poisson-disc distribution that is empty only where the region ends.
+//! Nodes lie in the order of their grid's cells, so a row of cells is one run of nodes. A node looks at the runs around
+//! it in growing blocks of cells, and stops when no octant can find anything nearer outside the block; an octant that is
+//! settled takes no part in the next. Distance and index are compared as one integer, since a branch that guesses wrong
+//! costs more than the distance. An octant looks [`REACH`] discs far: in a Poisson-disc distribution that is empty only
+//! where the region ends.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::nodes::Nodes;
+use super::obstacle::Obstacles;
 
 /// No edge in this octant.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// How far an octant looks, in discs.
+/// How far an octant looks, in discs of the coarsest layer.
 pub(super) const REACH: f32 = 4.0;
 
 /// Outgoing edges of every node, one an octant; [`NONE`] where the octant is empty.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Graph {
+pub(super) struct Edges {
     /// Targets; the octant's index has bit 0 for x, 1 for y, 2 for z, set where the target lies on the lower side.
     pub(super) edges: Vec<[u32; 8]>,
+    /// How many edges of the finest layer each is as long as; empty where all count as one.
+    spans: Vec<[u8; 8]>,
 }
 
-/// A cell near a node's own.
-struct Step {
-    offset: [i32; 3],
-    /// Square of the least distance between points of the two cells.
-    nearest: f32,
-    /// Which octants of a point in the own cell meet the other.
-    octants: u8,
-}
+/// Most that an edge counts.
+const LONGEST: u8 = 15;
 
-impl Graph {
-    /// Links the nodes. Linear in their number, parallel over nodes.
-    pub(super) fn yao(nodes: &Nodes) -> Self {
-        let reach = nodes.disc * REACH;
-        let steps = steps(nodes.grid.lattice.edge, reach);
-        let edges =
-            (0..nodes.len() as u32).into_par_iter().with_min_len(512).map(|i| link(nodes, &steps, reach, i)).collect();
-        Self { edges }
+impl Edges {
+    /// Links the nodes; an edge that an obstacle bars is left out. Linear in their number, parallel over nodes.
+    pub(super) fn yao(nodes: &Nodes, obstacles: &Obstacles) -> Self {
+        let clear = obstacles.is_empty();
+        let edges = (0..nodes.len() as u32).into_par_iter().with_min_len(512).map(|i| {
+            let mut found = link(nodes, i);
+            if !clear {
+                for target in &mut found {
+                    if *target != NONE && obstacles.bar(nodes.at(i), nodes.at(*target)) {
+                        *target = NONE;
+                    }
+                }
+            }
+            found
+        });
+        let edges: Vec<[u32; 8]> = edges.collect();
+        let mut spans = Vec::new();
+        if nodes.hop > 0.0 {
+            let unit = nodes.hop / nodes.edges_in_a_hop();
+            let span = |node: usize, target: u32| {
+                if target == NONE {
+                    return 1;
+                }
+                let length = nodes.at(node as u32).distance(nodes.at(target));
+                ((length / unit).round() as u8).clamp(1, LONGEST)
+            };
+            spans = edges.par_iter().enumerate().map(|(i, targets)| targets.map(|target| span(i, target))).collect();
+        }
+        Self { edges, spans }
+    }
+
+    /// Edges that all count as one.
+    #[cfg(test)]
+    pub(super) fn given(edges: Vec<[u32; 8]>) -> Self {
+        Self { edges, spans: Vec::new() }
+    }
+
+    /// Bytes that they hold.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(self.edges.as_slice()) + size_of_val(self.spans.as_slice())
     }
 
     /// The edges that leave a node.
@@ -46,103 +77,137 @@ impl Graph {
         self.edges[node as usize].into_iter().filter(|&target| target != NONE)
     }
 
-    /// Fewest edges from any of `sources` to each node; `u32::MAX` beyond `most` or where no path leads.
+    /// Fewest edges from any of `sources` to each node; `u32::MAX` beyond `most` or where no path leads. In a graph that is
+    /// not even, a long edge counts as the short ones that it is as long as (Dial 1969).
     pub(super) fn hops(&self, sources: &[u32], most: u32) -> Vec<u32> {
         let mut hops = vec![u32::MAX; self.edges.len()];
+        // One bucket for each distance that an edge can reach.
+        let mut rims: Vec<Vec<u32>> = vec![Vec::new(); usize::from(LONGEST) + 1];
         for &s in sources {
             hops[s as usize] = 0;
         }
-        let mut rim = sources.to_vec();
-        let mut next = Vec::new();
-        for hop in 1..=most {
-            for &node in &rim {
-                for target in self.leaving(node) {
-                    if hops[target as usize] == u32::MAX {
-                        hops[target as usize] = hop;
-                        next.push(target);
+        rims[0] = sources.to_vec();
+        let (mut hop, mut empty) = (0_u32, 0);
+        while empty < rims.len() && hop < most {
+            let bucket = hop as usize % rims.len();
+            let rim = std::mem::take(&mut rims[bucket]);
+            empty = if rim.is_empty() { empty + 1 } else { 0 };
+            for node in rim {
+                if hops[node as usize] != hop {
+                    continue;
+                }
+                for octant in 0..8 {
+                    let target = self.edges[node as usize][octant];
+                    let span = self.spans.get(node as usize).map_or(1, |spans| spans[octant]);
+                    let reached = hop.saturating_add(u32::from(span));
+                    if target != NONE && reached <= most && reached < hops[target as usize] {
+                        hops[target as usize] = reached;
+                        let last = rims.len();
+                        rims[reached as usize % last].push(target);
                     }
                 }
             }
-            if next.is_empty() {
-                break;
-            }
-            std::mem::swap(&mut rim, &mut next);
-            next.clear();
+            hop += 1;
         }
         hops
     }
 }
 
 /// The octant of `to` seen from `from`.
+#[cfg(test)]
 fn octant(from: Vec3, to: Vec3) -> usize {
     usize::from(to.x < from.x) | usize::from(to.y < from.y) << 1 | usize::from(to.z < from.z) << 2
 }
 
-/// The cells within reach, near ones first.
-fn steps(edge: f32, reach: f32) -> Vec<Step> {
-    let far = (reach / edge).ceil() as i32;
-    let mut steps = Vec::new();
-    for y in -far..=far {
-        for z in -far..=far {
-            for x in -far..=far {
-                let offset = [x, y, z];
-                let nearest = offset.map(|o| (o.abs() - 1).max(0) as f32 * edge);
-                let nearest = nearest.iter().map(|d| d * d).sum::<f32>();
-                if nearest <= reach * reach {
-                    let meets = |bit: u8| {
-                        (0..3).all(|axis| if bit >> axis & 1 == 1 { offset[axis] <= 0 } else { offset[axis] >= 0 })
-                    };
-                    let octants = (0..8).filter(|&bit| meets(bit)).fold(0, |mask, bit| mask | 1 << bit);
-                    steps.push(Step { offset, nearest, octants });
-                }
-            }
+/// The nearest nodes found so far: square of the distance and index, as one number a octant.
+struct Nearest {
+    node: u32,
+    here: Vec3,
+    best: [u64; 8],
+}
+
+impl Nearest {
+    /// Looks at a run of nodes.
+    fn look(&mut self, nodes: &Nodes, run: std::ops::Range<u32>) {
+        let places = &nodes.positions[run.start as usize..run.end as usize];
+        for (other, there) in run.zip(places) {
+            let d = *there - self.here;
+            let octant = usize::from(d.x < 0.0) | usize::from(d.y < 0.0) << 1 | usize::from(d.z < 0.0) << 2;
+            // Squares are never negative, so their bits have their order.
+            let key = u64::from(d.length_squared().to_bits()) << 32 | u64::from(other);
+            let key = if other == self.node { u64::MAX } else { key };
+            self.best[octant] = self.best[octant].min(key);
         }
     }
-    // A stable sort, so that ties keep the order of the loops above.
-    steps.sort_by(|a, b| a.nearest.total_cmp(&b.nearest));
-    steps
+
+    fn square(&self, octant: usize) -> f32 {
+        f32::from_bits((self.best[octant] >> 32) as u32)
+    }
 }
 
 /// The nearest node in each octant around `node`; of equally near ones, that with the smallest index.
-fn link(nodes: &Nodes, steps: &[Step], reach: f32, node: u32) -> [u32; 8] {
+fn link(nodes: &Nodes, node: u32) -> [u32; 8] {
     let here = nodes.at(node);
     let lattice = &nodes.grid.lattice;
     let cell = lattice.cell(here);
-    let mut found = [NONE; 8];
-    let mut squares = [reach * reach; 8];
+    let reach = nodes.widest * REACH;
+    let most = (reach / lattice.edge).ceil() as u32 + 1;
+    let mut nearest = Nearest { node, here, best: [u64::from((reach * reach).to_bits()) << 32 | u64::from(NONE); 8] };
+    // Way from the node to the lower and the upper end of its cell.
+    let inner = here - (lattice.low + Vec3::new(cell[0] as f32, cell[1] as f32, cell[2] as f32) * lattice.edge);
     let mut open = 0xff_u8;
-    let mut shell = 0.0;
-    for step in steps {
-        if step.nearest > shell {
-            shell = step.nearest;
-            open = (0..8).filter(|&o| squares[o] >= shell).fold(0, |mask, o| mask | 1 << o);
-            if open == 0 {
-                break;
+    for ring in 1..=most {
+        let low = cell.map(|c| c.saturating_sub(ring));
+        let high = [0, 1, 2].map(|axis| (cell[axis] + ring).min(lattice.size[axis] - 1));
+        // Which sides of the node any open octant is on.
+        let sides: [[bool; 2]; 3] = std::array::from_fn(|axis| {
+            let lower = (0..8).fold(0_u8, |mask, o| mask | u8::from(o >> axis & 1 == 1) << o);
+            [open & lower != 0, open & !lower != 0]
+        });
+        let range = |axis: usize| {
+            let from = if sides[axis][0] { low[axis] } else { cell[axis] };
+            let to = if sides[axis][1] { high[axis] } else { cell[axis] };
+            (from, to)
+        };
+        let ((x0, x1), (y0, y1), (z0, z1)) = (range(0), range(1), range(2));
+        for y in y0..=y1 {
+            for z in z0..=z1 {
+                let ends = ring > 1 && y.abs_diff(cell[1]) < ring && z.abs_diff(cell[2]) < ring;
+                if !ends {
+                    nearest.look(nodes, nodes.grid.row([x0, x1], y, z));
+                    continue;
+                }
+                // Only the two ends of the row are new.
+                for x in [x0, x1] {
+                    if x.abs_diff(cell[0]) == ring {
+                        nearest.look(nodes, nodes.grid.row([x, x], y, z));
+                    }
+                }
             }
         }
-        if step.octants & open == 0 {
-            continue;
-        }
-        let Some(cell) = shifted(cell, step.offset, lattice.size) else { continue };
-        for other in nodes.grid.points(cell) {
-            let there = nodes.at(other);
-            let square = here.distance_squared(there);
-            let o = octant(here, there);
-            if other != node && (square < squares[o] || (square == squares[o] && other < found[o])) {
-                squares[o] = square;
-                found[o] = other;
+        // What was not looked at yet lies at least as far away as the block's faces on the octant's side.
+        let block = ring as f32 * lattice.edge;
+        for octant in 0..8 {
+            let mut unseen = f32::INFINITY;
+            for axis in 0..3 {
+                let lower = octant >> axis & 1 == 1;
+                let ends = if lower { low[axis] == 0 } else { high[axis] == lattice.size[axis] - 1 };
+                if !ends {
+                    let face = if lower { inner[axis] + block } else { lattice.edge - inner[axis] + block };
+                    unseen = unseen.min(face);
+                }
+            }
+            // A little less, since a point's cell is found with rounding.
+            unseen *= 0.9999;
+            if unseen * unseen > nearest.square(octant) {
+                open &= !(1 << octant);
             }
         }
+        if open == 0 {
+            break;
+        }
     }
-    found
-}
-
-fn shifted(cell: [u32; 3], offset: [i32; 3], size: [u32; 3]) -> Option<[u32; 3]> {
-    let mut shifted = [0; 3];
-    for axis in 0..3 {
-        shifted[axis] = cell[axis].checked_add_signed(offset[axis]).filter(|&c| c < size[axis])?;
-    }
-    Some(shifted)
+    nearest.best.map(|key| key as u32)
 }
 
 #[cfg(test)]
@@ -153,7 +218,7 @@ mod tests {
     #[test]
     fn edges_lead_to_the_nearest_node_in_each_octant() {
         let nodes = Nodes::scatter(900, 0.7, Seed::new(5));
-        let graph = Graph::yao(&nodes);
+        let graph = Edges::yao(&nodes, &Obstacles::default());
         for i in 0..nodes.len() as u32 {
             let mut best = [(nodes.disc * nodes.disc * REACH * REACH, NONE); 8];
             for j in 0..nodes.len() as u32 {
@@ -175,7 +240,7 @@ mod tests {
             points.push(Vec3::new(side(0), side(1), side(2)));
         }
         let nodes = Nodes::from_positions(points, 1.0);
-        let graph = Graph::yao(&nodes);
+        let graph = Edges::yao(&nodes, &Obstacles::default());
         for (o, &target) in graph.edges[nodes.root as usize].iter().enumerate() {
             assert_eq!(octant(Vec3::ZERO, nodes.at(target)), o);
         }
@@ -185,7 +250,7 @@ mod tests {
     fn hops_count_edges() {
         let points = (0..6).map(|i| Vec3::new(0.1 * i as f32, i as f32, 0.0)).collect();
         let nodes = Nodes::from_positions(points, 1.0);
-        let hops = Graph::yao(&nodes).hops(&[nodes.root], 4);
+        let hops = Edges::yao(&nodes, &Obstacles::default()).hops(&[nodes.root], 4);
         let mut by_height: Vec<(f32, u32)> = nodes.positions.iter().map(|p| p.y).zip(hops).collect();
         by_height.sort_by(|a, b| a.0.total_cmp(&b.0));
         let hops: Vec<u32> = by_height.into_iter().map(|(_, h)| h).collect();

@@ -1,0 +1,95 @@
+//! How fine the ways are that a plant's branches take through its graph: what a graph that follows the plant gains.
+
+use super::growth::{self, Tree};
+use super::space::{Graph, GraphParams, ObstacleMeshes};
+use super::{GrowError, Solids, checked};
+use crate::base::Seed;
+use crate::preset::plan::GrowParams;
+
+/// Half the way over which a path's own course is taken, heights.
+const COURSE: f32 = 0.03;
+
+/// The fineness of a plant's paths, before they are smoothed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detail {
+    /// Nodes of the graph that the plant ends in.
+    pub nodes: usize,
+    /// Mean edges from the root to a tip.
+    pub path: f32,
+    /// Mean length of an edge, heights.
+    pub edge: f32,
+    /// Mean distance of a node from the middle of its path's course, heights: the crookedness that the graph shows.
+    pub stray: f32,
+}
+
+/// Measures the paths that some parameters grow.
+///
+/// # Errors
+///
+/// When a parameter is out of range, a shape or mesh is not there, or nothing grows.
+pub fn detail(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<Detail, GrowError> {
+    checked(params, solids)?;
+    let graph = Graph::new(&GraphParams::of(params, solids)?, &ObstacleMeshes::new())?;
+    let mut trees = [Tree::new(params, 1.0, seed.child("grow").at(params.seed))];
+    let graph = growth::grow_all(&graph, &mut trees, &params.space, solids);
+    let (members, nodes) = (&trees[0].structure.members, &graph.space().nodes);
+    let mut hops = vec![0_u32; members.len()];
+    let mut heavy = vec![None; members.len()];
+    let mut length = 0.0_f64;
+    for (i, member) in members.iter().enumerate().skip(1) {
+        let parent = member.parent as usize;
+        hops[i] = hops[parent] + 1;
+        heavy[parent] = Some(i);
+        length += f64::from(nodes.at(member.node).distance(nodes.at(members[parent].node)));
+    }
+    let tips = || (1..members.len()).filter(|&i| heavy[i].is_none());
+    if members.len() < 2 {
+        return Err(GrowError::Nothing);
+    }
+    let (mut stray, mut strays) = (0.0_f64, 0_u32);
+    for i in 1..members.len() {
+        let here = nodes.at(members[i].node);
+        let place = |i: usize| nodes.at(members[i].node);
+        let (mut below, mut above) = (i, i);
+        while below != 0 && place(below).distance(here) < COURSE {
+            below = members[below].parent as usize;
+        }
+        while let Some(next) = heavy[above].filter(|_| place(above).distance(here) < COURSE) {
+            above = next;
+        }
+        if place(below).distance(here) >= COURSE && place(above).distance(here) >= COURSE {
+            let chord = place(above) - place(below);
+            let off = here - place(below);
+            let foot = chord * (off.dot(chord) / chord.length_squared().max(f32::MIN_POSITIVE));
+            stray += f64::from((off - foot).length());
+            strays += 1;
+        }
+    }
+    let count = tips().count().max(1) as f64;
+    Ok(Detail {
+        nodes: nodes.len(),
+        path: (tips().map(|i| f64::from(hops[i])).sum::<f64>() / count) as f32,
+        edge: (length / (members.len() - 1) as f64) as f32,
+        stray: (stray / f64::from(strays.max(1))) as f32,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::species;
+
+    #[test]
+    fn a_graph_that_follows_the_plant_has_more_and_shorter_edges_for_the_same_nodes() {
+        let text = "(height: 9.0, nodes: 6000, iterations: [\
+            (endpoints: Volume(shape: Point(height: 0.6), count: 1)),\
+            (endpoints: Volume(shape: Ellipsoid(bottom: 0.4, top: 0.9, radius: 0.3), count: 12))])";
+        let mut params = species("s.ron", text).unwrap();
+        let fine = detail(&params, &Solids::new(), Seed::new(1)).unwrap();
+        params.space.detail = 1.0;
+        let even = detail(&params, &Solids::new(), Seed::new(1)).unwrap();
+        assert!((fine.nodes as f32 / even.nodes as f32 - 1.0).abs() < 0.15, "{fine:?} {even:?}");
+        assert!(fine.path > even.path * 1.6 && fine.edge < even.edge * 0.62, "{fine:?} {even:?}");
+        assert!(fine.stray < even.stray, "{fine:?} {even:?}");
+    }
+}

@@ -1,0 +1,280 @@
+//! The iterations of growth: candidates, paths, the rule, the choice (2015, 3.1.2 to 3.1.4), for one plant or for several
+//! that share a graph.
+//!
+//! Plants that grow together take each iteration together, in one pass of paths (`paths`): a node belongs to the plant that
+//! reaches it at the least cost, and an endpoint that a neighbour reaches first is lost to it. So crowns meet in the middle,
+//! as in a stand, and no plant enters another.
+//!
+//! Light bends guiding vectors towards it at every hop, and leaves fewer endpoints on the side away from it.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+
+use super::endpoints;
+use super::nodes::Nodes;
+use super::paths::{Party, PathSource, Paths};
+use super::solid::Solids;
+use super::space::{Graph, GraphParams, ObstacleMeshes, Space, follows};
+use super::structure::Structure;
+use crate::base::Seed;
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, Light};
+
+/// By how much light of strength 1 bends a vector at a hop, of its own length.
+const BEND: f32 = 0.35;
+/// Share of the endpoints that light of strength 1 takes from the side away from it.
+const SHADE: f32 = 0.85;
+
+/// A plant as it grows.
+#[derive(Clone, Debug)]
+pub(super) struct Tree<'a> {
+    pub(super) params: &'a GrowParams,
+    /// Its height over that of the first plant.
+    share: f32,
+    seed: Seed,
+    /// What grew so far.
+    pub(super) structure: Structure,
+    /// What is to be told.
+    pub(super) notes: Vec<String>,
+    /// The endpoints of each iteration so far.
+    ends: Vec<Vec<u32>>,
+}
+
+impl<'a> Tree<'a> {
+    /// A plant that is yet to grow, `share` as tall as the first.
+    pub(super) fn new(params: &'a GrowParams, share: f32, seed: Seed) -> Self {
+        Self { params, share, seed, structure: Structure::empty(), notes: Vec::new(), ends: Vec::new() }
+    }
+
+    /// Its height over that of the first plant.
+    pub(super) fn share(&self) -> f32 {
+        self.share
+    }
+
+    /// The nodes as this plant sees them, which is the `index`-th of its graph.
+    pub(super) fn nodes(&self, graph: &Graph, index: usize) -> Nodes {
+        graph.space().nodes.seen_from(graph.roots()[index], self.share)
+    }
+}
+
+/// Grows all plants on a graph, the first of which stands at the origin; gives back the graph that they end in.
+pub(super) fn grow_all<'g>(graph: &'g Graph, trees: &mut [Tree<'_>],
+    space: &GrowSpace,
+    solids: &Solids,
+) -> Cow<'g, Graph> {
+    let all = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
+    let first = trees[0].params;
+    if !follows(first) {
+        run(graph, trees, 0..all, space.light, solids, &[]);
+        return Cow::Borrowed(graph);
+    }
+    // What the last volume iteration leaves is what the graph follows.
+    let volume = |iteration: &GrowIteration| matches!(iteration.endpoints, Endpoints::Volume { .. });
+    let sketched = trees
+        .iter()
+        .map(|t| t.params.iterations.iter().rposition(volume).map_or(1, |last| last + 1))
+        .max()
+        .unwrap_or(1);
+    run(graph, trees, 0..sketched, space.light, solids, &[]);
+    let structures: Vec<&Structure> = trees.iter().map(|t| &t.structure).collect();
+    let (fine, places) = graph.following(&structures, first.nodes, first.space.detail);
+    let ends: Vec<Vec<Vec<u32>>> = trees
+        .iter()
+        .map(|t| t.ends.iter().map(|ends| ends.iter().map(|&e| places[e as usize]).collect()).collect())
+        .collect();
+    run(&fine, trees, 0..all, space.light, solids, &ends);
+    Cow::Owned(fine)
+}
+
+/// How high a plant reaches alone in a region of height 1, on a coarse graph.
+pub(super) fn height_alone(params: &GrowParams, solids: &Solids) -> f32 {
+    let alone = GrowParams {
+        nodes: (params.nodes / 4).max(16),
+        space: GrowSpace { detail: 1.0, graph_seed: params.space.graph_seed, ..GrowSpace::default() },
+        ..params.clone()
+    };
+    let Ok(graph) = Graph::new(&GraphParams::with_heights(&alone, &[1.0]), &ObstacleMeshes::new()) else { return 1.0 };
+    let mut trees = [Tree::new(&alone, 1.0, Seed::new(1))];
+    run(&graph, &mut trees, 0..alone.iterations.len(), Light::default(), solids, &[]);
+    let top = trees[0].structure.members.iter().fold(0.0_f32, |top, m| top.max(graph.space().nodes.at(m.node).y));
+    if top > 0.05 { top } else { 1.0 }
+}
+
+/// Takes some iterations from the root on. `given` are endpoints that stand already, by plant and iteration.
+fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>, light: Light, solids: &Solids, given: &[Vec<Vec<u32>>]) {
+    let space = graph.space();
+    let views: Vec<Cow<'_, Space>> = trees
+        .iter()
+        .enumerate()
+        .map(|(i, t)| if i == 0 { Cow::Borrowed(space) } else { Cow::Owned(space.seen_from(graph.roots()[i], t.share)) })
+        .collect();
+    for (tree, view) in trees.iter_mut().zip(&views) {
+        tree.structure = Structure::new(&view.nodes);
+        tree.notes.clear();
+        tree.ends.clear();
+    }
+    for i in iterations {
+        let ends = |tree: usize| given.get(tree).and_then(|ends| ends.get(i)).map(Vec::as_slice);
+        pass(trees, &views, i, light, solids, ends);
+    }
+}
+
+/// One iteration of one plant, whatever its parameters' own iterations are.
+#[cfg(test)]
+pub(super) fn extend(
+    structure: &mut Structure,
+    space: &Space,
+    solids: &Solids,
+    iteration: &GrowIteration,
+    params: &GrowParams,
+    seed: Seed,
+    note: impl FnMut(String),
+) {
+    let params = GrowParams { iterations: vec![iteration.clone()], ..params.clone() };
+    let mut tree = Tree::new(&params, 1.0, seed);
+    tree.structure = structure.clone();
+    let mut trees = [tree];
+    pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids, |_| None);
+    let [tree] = trees;
+    *structure = tree.structure;
+    tree.notes.into_iter().for_each(note);
+}
+
+/// What a plant takes into a pass.
+struct Wish<'a> {
+    iteration: Option<&'a GrowIteration>,
+    /// Keeps all that are reached.
+    rule: EndpointRule,
+    wanted: usize,
+    chosen: Vec<u32>,
+    sources: Vec<PathSource>,
+    seed: Seed,
+}
+
+/// One iteration of all plants.
+fn pass<'a>(
+    trees: &mut [Tree<'_>],
+    views: &[Cow<'_, Space>],
+    i: usize,
+    light: Light,
+    solids: &Solids,
+    given: impl Fn(usize) -> Option<&'a [u32]>,
+) {
+    let direction = Vec3::from(light.direction).normalize_or(Vec3::Y);
+    let held = |trees: &[Tree<'_>], own: usize, node: u32| {
+        trees.iter().enumerate().any(|(other, tree)| other != own && tree.structure.holds(node))
+    };
+    let mut wishes = Vec::with_capacity(trees.len());
+    for t in 0..trees.len() {
+        let (params, view) = (trees[t].params, &*views[t]);
+        let seed = trees[t].seed.child("iteration").at(i as u64);
+        let Some(iteration) = params.iterations.get(i) else {
+            let sources = closed(&trees[t].structure);
+            wishes.push(Wish { iteration: None, rule: EndpointRule::Any, wanted: 0, chosen: Vec::new(), sources, seed });
+            continue;
+        };
+        let endpoints = scaled(&iteration.endpoints, &view.nodes);
+        let (rule, wanted, chosen) = if let Some(ends) = given(t) {
+            (EndpointRule::Any, ends.len(), ends.to_vec())
+        } else {
+            let wanted = endpoints::count(&endpoints, solids, params.width) as usize;
+            let mut candidates = endpoints::candidates(&endpoints, solids, view, &trees[t].structure, seed);
+            candidates.retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
+            if candidates.is_empty() && wanted > 0 {
+                let note = format!("iteration {}: no node is free where its branches should end", i + 1);
+                trees[t].notes.push(note);
+            }
+            // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the
+            // search.
+            let chosen = match iteration.keep {
+                EndpointRule::Any => endpoints::choose(&endpoints, &candidates, &view.nodes, wanted, seed),
+                EndpointRule::Lower | EndpointRule::Higher => candidates,
+            };
+            (iteration.keep, wanted, chosen)
+        };
+        let sources = trees[t].structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
+        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, sources, seed });
+    }
+    let straight = Guide::Constant { alpha: 0.0 };
+    let parties: Vec<Party<'_>> = wishes
+        .iter()
+        .zip(views)
+        .map(|(wish, view)| Party {
+            nodes: &view.nodes,
+            sources: &wish.sources,
+            guide: wish.iteration.map_or(&straight, |iteration| &iteration.guide),
+            light: direction * (light.strength * BEND),
+            seed: wish.seed,
+        })
+        .collect();
+    let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
+    if targets.is_empty() {
+        trees.iter_mut().for_each(|tree| tree.ends.push(Vec::new()));
+        return;
+    }
+    let paths = Paths::find_among(&views[0].graph, &parties, &targets);
+    for (t, wish) in wishes.into_iter().enumerate() {
+        let (tree, view) = (&mut trees[t], &*views[t]);
+        let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;
+        let asked = !chosen.is_empty();
+        let mut note = |note: String| tree.notes.push(format!("iteration {}: {note}", i + 1));
+        let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
+        if !lost.is_empty() {
+            note(format!("no path leads to {} of {} endpoints", lost.len(), lost.len() + reached.len()));
+        }
+        let (reached, taken): (Vec<u32>, Vec<u32>) =
+            reached.into_iter().partition(|&n| tree.structure.holds(paths.source(n)));
+        if !taken.is_empty() {
+            note(format!("neighbours are nearer to {} of {} endpoints", taken.len(), taken.len() + reached.len()));
+        }
+        let height = |n: u32| view.nodes.at(n).y;
+        let kept = match rule {
+            EndpointRule::Any => reached,
+            EndpointRule::Lower | EndpointRule::Higher => {
+                let lower = rule == EndpointRule::Lower;
+                let right = |&n: &u32| {
+                    let (end, start) = (height(n), height(paths.source(n)));
+                    if lower { end < start } else { end > start }
+                };
+                let right: Vec<u32> = reached.into_iter().filter(right).collect();
+                match iteration {
+                    Some(iteration) => endpoints::choose(&iteration.endpoints, &right, &view.nodes, wanted, seed),
+                    None => right,
+                }
+            }
+        };
+        if asked && kept.len() < wanted {
+            note(format!("{} of {wanted} endpoints found a place", kept.len()));
+        }
+        for &end in &kept {
+            tree.structure.add(&paths, end);
+        }
+        tree.ends.push(kept);
+    }
+}
+
+/// A structure that takes part in no pass but stands in the way.
+fn closed(structure: &Structure) -> Vec<PathSource> {
+    let source = |node| PathSource { node, vector: Vec3::Y, lean: 0.0, closed: true };
+    structure.members.iter().map(|m| source(m.node)).collect()
+}
+
+/// Endpoints whose hops are as long as the parameters mean, on a graph that may be finer.
+fn scaled(endpoints: &Endpoints, nodes: &Nodes) -> Endpoints {
+    let mut endpoints = endpoints.clone();
+    if let Endpoints::Surface { k, .. } = &mut endpoints {
+        *k = (*k as f32 * nodes.edges_in_a_hop()).round() as u32;
+    }
+    endpoints
+}
+
+/// Whether light leaves an endpoint where it is: all on the side of the light, fewer on the other.
+fn lit(p: Vec3, direction: Vec3, strength: f32, seed: Seed, node: u32) -> bool {
+    let side = Vec3::new(p.x, 0.0, p.z).normalize_or(Vec3::ZERO).dot(direction);
+    strength == 0.0 || seed.child("light").at(u64::from(node)).unit() >= strength * SHADE * (0.5 - side * 0.5).clamp(0.0, 1.0) * flatness(direction)
+}
+
+/// How much of a direction is across and not up.
+fn flatness(direction: Vec3) -> f32 {
+    Vec3::new(direction.x, 0.0, direction.z).length()
+}

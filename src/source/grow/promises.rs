@@ -1,0 +1,199 @@
+//! Promises about graphs that are shared, that follow plants, and about what is around a plant.
+
+use glam::Vec3;
+
+use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow, grow_among, grow_on, overlaps};
+use crate::base::Seed;
+use crate::plant::Plant;
+use crate::preset::plan::{Beside, Company, GrowParams, GrowSpace, Light, Obstacle};
+use crate::preset::species;
+
+fn small(detail: f32) -> GrowParams {
+    let text = "(height: 8.0, nodes: 4000, width: 0.9, tip_radius: 0.01, slenderness: 10000.0, bole: 0.1, iterations: [\
+        (endpoints: Volume(shape: Point(height: 0.5), count: 1)),\
+        (endpoints: Volume(shape: HalfEllipsoid(bottom: 0.35, top: 0.85, radius: 0.35), count: 14),\
+         guide: Piecewise(alpha1: 30.0)),\
+        (endpoints: Surface(k: 2, t: 0.7, count: 60), guide: Piecewise(alpha1: 30.0))])";
+    let mut params = species("small.ron", text).unwrap();
+    params.space.detail = detail;
+    params
+}
+
+fn grown(params: &GrowParams) -> Plant {
+    grow(params, Seed::new(7)).unwrap().0
+}
+
+/// Least distance of two segments, sampled along the first.
+fn apart(a: [Vec3; 2], b: [Vec3; 2]) -> f32 {
+    let along = b[1] - b[0];
+    (0..=8)
+        .map(|k| {
+            let p = a[0].lerp(a[1], k as f32 / 8.0);
+            let t = ((p - b[0]).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
+            p.distance(b[0] + along * t)
+        })
+        .fold(f32::INFINITY, f32::min)
+}
+
+#[test]
+fn axes_of_two_branches_never_cross_but_at_forks() {
+    for (detail, seed) in [(1.0, 1), (1.0, 2), (2.0, 3)] {
+        let mut params = small(detail);
+        params.seed = seed;
+        let plant = grown(&params);
+        let posed = plant.pose();
+        let mut segments = Vec::new();
+        for id in plant.chain_ids() {
+            for (k, pair) in posed.chain(&plant, id).windows(2).enumerate() {
+                segments.push((id, k, [pair[0], pair[1]]));
+            }
+        }
+        for (i, &(a, k, s)) in segments.iter().enumerate() {
+            for &(b, l, t) in &segments[..i] {
+                // Where a branch leaves, it and what leaves beside it touch.
+                let leaves = |x, n: usize| n < 2 && plant.chain(x).parent.is_some();
+                if a != b && !leaves(a, k) && !leaves(b, l) && s[0].distance(t[0]) < 0.5 {
+                    assert!(apart(s, t) > 1e-5, "{a:?} and {b:?} at {}", s[0]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_graph_serves_many_trees_and_changes_none() {
+    for detail in [1.0, 2.0] {
+        let mut params = small(detail);
+        let of = GraphParams::of(&params, &Solids::new()).unwrap();
+        let graph = Graph::new(&of, &ObstacleMeshes::new()).unwrap();
+        let mut trees = Vec::new();
+        for seed in [4, 5] {
+            params.seed = seed;
+            let (on, _) = grow_on(&graph, &params, &Solids::new(), Seed::new(7)).unwrap();
+            assert_eq!(on, grown(&params));
+            trees.push(on);
+        }
+        // The trunk too is each tree's own.
+        let trunk = |t: usize| -> Vec<Vec3> { trees[t].points(crate::plant::ChainId(0)).to_vec() };
+        assert_ne!(trunk(0), trunk(1));
+        let mut other = params.clone();
+        other.space.graph_seed = 2;
+        assert_eq!(grow_on(&graph, &other, &Solids::new(), Seed::new(7)).unwrap_err(), GrowError::OtherGraph);
+        assert_ne!(grown(&other), trees[1]);
+    }
+}
+
+#[test]
+fn threads_change_nothing_where_the_graph_follows() {
+    let mut params = small(2.0);
+    params.space.obstacles = vec![Obstacle::Box { low: [1.0, 0.0, -2.0], high: [2.0, 9.0, 2.0] }];
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| grow(&params, Seed::new(7)).unwrap())
+    };
+    assert_eq!(on(1), on(3));
+}
+
+fn pair(company: Company) -> GrowParams {
+    let mut params = small(1.0);
+    let neighbour = GrowParams { seed: 3, height: 6.0, ..small(1.0) };
+    params.space.beside = vec![Beside { params: neighbour, at: [2.5, 0.5] }];
+    params.space.company = company;
+    params
+}
+
+#[test]
+fn trees_of_a_stand_share_the_space_without_touching() {
+    let stand = grown(&pair(Company::Kept));
+    let stems: Vec<Vec3> = stand.chains().iter().filter(|c| c.parent.is_none()).map(|c| c.origin).collect();
+    assert_eq!(stems.len(), 2);
+    assert!(stems[1].distance(Vec3::new(2.5, 0.0, 0.5)) < 0.4, "{}", stems[1]);
+    assert_eq!(overlaps(&stand), 0);
+    // Each keeps to its side: alone, the first reaches further towards the second.
+    let reach = |plant: &Plant| {
+        let posed = plant.pose();
+        let count = |side: f32| posed.positions().iter().filter(|p| p.x * side > 1.2).count() as f32;
+        count(1.0) / count(-1.0).max(1.0)
+    };
+    let (alone, beside) = (grown(&small(1.0)), grown(&pair(Company::LeftOut)));
+    assert_eq!(beside.chains().iter().filter(|c| c.parent.is_none()).count(), 1);
+    assert!(reach(&beside) < reach(&alone) * 0.8, "{} and {}", reach(&beside), reach(&alone));
+}
+
+#[test]
+fn nothing_grows_through_obstacles() {
+    let (low, high) = ([0.6, 0.0, -4.0], [0.9, 9.0, 4.0]);
+    for (detail, mesh) in [(1.0, false), (2.0, false), (1.0, true)] {
+        let mut params = small(detail);
+        let mut meshes = ObstacleMeshes::new();
+        params.space.clearance = 0.05;
+        params.space.obstacles = vec![Obstacle::Box { low, high }];
+        if mesh {
+            params.space.obstacles = vec![Obstacle::Mesh { file: "wall.glb".to_owned(), at: low }];
+            let corner = |i: u32| {
+                let side = |axis: usize| if i >> axis & 1 == 1 { high[axis] - low[axis] } else { 0.0 };
+                Vec3::new(side(0), side(1), side(2))
+            };
+            let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+            let triangles = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]);
+            meshes.insert("wall.glb".to_owned(), triangles.map(|t| t.map(corner)).collect());
+        }
+        let (plant, _) = grow_among(&params, &Solids::new(), &meshes, Seed::new(7)).unwrap();
+        let posed = plant.pose();
+        assert!(plant.chains().len() > 20);
+        let (low, high) = (Vec3::from(low), Vec3::from(high));
+        assert!(posed.positions().iter().all(|p| !(p.cmpgt(low).all() && p.cmplt(high).all())));
+        let free = grow(&small(detail), Seed::new(7)).unwrap().0;
+        let beyond = |plant: &Plant| plant.pose().positions().iter().filter(|p| p.x > 0.9).count();
+        assert!(beyond(&plant) < beyond(&free) / 3, "{} of {}", beyond(&plant), beyond(&free));
+    }
+    let mut params = small(1.0);
+    params.space.obstacles = vec![Obstacle::Mesh { file: "gone.glb".to_owned(), at: [0.0; 3] }];
+    assert_eq!(grow(&params, Seed::new(7)).unwrap_err(), GrowError::NoMesh("gone.glb".to_owned()));
+}
+
+#[test]
+fn branches_reach_for_the_light() {
+    let side = |strength: f32| {
+        let mut params = small(1.0);
+        params.space.light = Light { direction: [1.0, 0.3, 0.0], strength };
+        let plant = grown(&params);
+        let posed = plant.pose();
+        posed.positions().iter().map(|p| p.x).sum::<f32>() / posed.positions().len() as f32
+    };
+    let (dark, dim, bright) = (side(0.0), side(0.4), side(0.9));
+    assert!(dim > dark + 0.05 && bright > dim + 0.05, "{dark} {dim} {bright}");
+}
+
+#[test]
+fn extremes_of_the_surroundings_end_in_a_plant_or_an_error() {
+    type Change = fn(&mut GrowSpace, &GrowParams);
+    let changes: [Change; 12] = [
+        |s, _| s.detail = 4.0,
+        |s, _| s.detail = f32::NAN,
+        |s, _| s.light = Light { direction: [0.0; 3], strength: 1.0 },
+        |s, _| s.light = Light { direction: [0.0, -1.0, 0.0], strength: 1.0 },
+        |s, _| s.obstacles = vec![Obstacle::Box { low: [-99.0; 3], high: [99.0; 3] }],
+        |s, _| s.obstacles = vec![Obstacle::Box { low: [9.0; 3], high: [-9.0; 3] }],
+        |s, _| {
+            s.obstacles = vec![Obstacle::Box { low: [1.0, 0.0, 1.0], high: [1.0, 0.0, 1.0] }];
+            s.clearance = 100.0;
+        },
+        |s, _| s.obstacles = vec![Obstacle::Box { low: [f32::INFINITY; 3], high: [1.0; 3] }],
+        |s, p| s.beside = vec![Beside { params: p.clone(), at: [0.0, 0.0] }],
+        |s, p| s.beside = vec![Beside { params: GrowParams { height: 80.0, ..p.clone() }, at: [32.0, 0.0] }],
+        |s, p| s.beside = vec![Beside { params: GrowParams { height: 800.0, ..p.clone() }, at: [1.0, 0.0] }],
+        |s, p| s.beside = (0..31).map(|i| Beside { params: p.clone(), at: [i as f32 * 0.5, 0.0] }).collect(),
+    ];
+    for (i, change) in changes.iter().enumerate() {
+        let mut params = GrowParams { nodes: 600, ..small(1.0) };
+        let plain = params.clone();
+        change(&mut params.space, &plain);
+        match grow(&params, Seed::new(1)) {
+            Ok((plant, _)) => assert!(plant.height() > 0.0, "change {i}"),
+            Err(GrowError::OutOfRange { field, .. }) => assert!(!field.is_empty()),
+            Err(GrowError::Nothing) => assert!(i >= 4, "change {i}"),
+            Err(other) => panic!("change {i}: {other}"),
+        }
+    }
+}
