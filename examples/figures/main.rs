@@ -14,6 +14,8 @@ mod import;
 mod line;
 mod plausibility;
 mod select;
+mod surface;
+mod trees;
 
 use std::path::PathBuf;
 use std::time::Instant;
