@@ -10,6 +10,7 @@
 
 mod blend;
 mod foliage;
+mod formats;
 mod grow;
 mod import;
 mod line;

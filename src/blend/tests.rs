@@ -75,10 +75,8 @@ fn a_sample_is_the_nearest_state_of_its_batch() {
     for i in 0..=10 {
         let wanted = i as f32 / 10.0;
         let found = tasks.progress(&tasks.sample(seed, wanted, 1.0));
-        let least = tasks
-            .batch(seed, 1.0)
-            .map(|state| (tasks.progress(&state) - wanted).abs())
-            .fold(f32::INFINITY, f32::min);
+        let least =
+            tasks.batch(seed, 1.0).map(|state| (tasks.progress(&state) - wanted).abs()).fold(f32::INFINITY, f32::min);
         assert!(((found - wanted).abs() - least).abs() < 1e-5);
     }
     assert!(family.blend(&sample(&family, 0, 1, seed, 0.0)) == family.sources()[0]);
@@ -118,7 +116,7 @@ fn trees_of_a_batch_are_those_of_single_blends_to_the_last_bit() {
         let family = pair(seed, oddity);
         let tasks = Tasks::new(&family, 0, 1);
         let states: Vec<State> = tasks.batch(Seed::new(seed), 1.0).collect();
-        let made = tasks.map_trees(&states, &|i, plant: &Plant| *plant == family.blend(&tasks.weights(&states[i])));
+        let made = tasks.map_trees(&states, &|i, plant: &Plant, _| *plant == family.blend(&tasks.weights(&states[i])));
         assert!(made.into_iter().all(|same| same), "seed {seed}");
         // There and back, and far jumps.
         let mut blender = Blender::new(&family);
@@ -208,8 +206,7 @@ fn a_smaller_step_moves_every_point_less() {
 #[test]
 fn a_mix_has_its_corners_and_scatter_keeps_them() {
     for seed in 0..10 {
-        let plants: Vec<Plant> =
-            (0..4).map(|i| random_plant(Seed::new(seed).at(i), 30, Oddity::Tame)).collect();
+        let plants: Vec<Plant> = (0..4).map(|i| random_plant(Seed::new(seed).at(i), 30, Oddity::Tame)).collect();
         let family = nway_family(plants.clone(), &EVEN).unwrap();
         for (s, plant) in plants.iter().enumerate() {
             let shares: Vec<f32> = (0..4).map(|i| if i == s { 2.0 } else { 0.0 }).collect();

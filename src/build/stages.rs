@@ -12,8 +12,8 @@ use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source,
-    SourceRecipe, Variant, Wear,
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
+    Wear,
 };
 use crate::source::{estimate, grow, import};
 

@@ -69,6 +69,12 @@ impl PlantBuilder {
         id
     }
 
+    /// What was added so far.
+    #[cfg(test)]
+    pub(crate) fn so_far(&self) -> &Plant {
+        &self.plant
+    }
+
     /// The radii of all chains so far.
     pub(crate) fn radii_mut(&mut self) -> &mut [f32] {
         &mut self.plant.radii

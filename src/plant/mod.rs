@@ -20,8 +20,8 @@ mod validate;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
 pub(crate) use allometry::carried;
+pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};

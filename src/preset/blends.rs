@@ -10,9 +10,7 @@
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
 use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
-use super::plan::{
-    BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
-};
+use super::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule};
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::{BY_DEFAULTS, source};
@@ -127,7 +125,12 @@ pub(super) static MIX: Record = Record {
             default: Default::Required,
             about: "a weight for each source; only their ratios count",
         },
-        Field { name: "count", kind: COUNT, default: Default::Is("1"), about: "how many trees; several need `scatter`" },
+        Field {
+            name: "count",
+            kind: COUNT,
+            default: Default::Is("1"),
+            about: "how many trees; several need `scatter`",
+        },
         SCATTER,
         SEED,
         MATCHED,
@@ -181,7 +184,11 @@ static SCALE: Choice = Choice {
 static ONLY: Choice = Choice {
     title: "Only",
     kinds: &[
-        KindOf { name: "Order", form: Form::Fields(&ORDER), about: "branches by their order: 1 the trunk, 2 its limbs" },
+        KindOf {
+            name: "Order",
+            form: Form::Fields(&ORDER),
+            about: "branches by their order: 1 the trunk, 2 its limbs",
+        },
         KindOf { name: "Above", form: Form::One(&ABOVE), about: "branches that leave above a height" },
         KindOf { name: "Below", form: Form::One(&BELOW), about: "branches that leave below a height" },
         KindOf { name: "Part", form: Form::One(&NAMED_PART), about: "branches in a part that a source names" },
@@ -302,12 +309,7 @@ pub(super) struct Blended {
 }
 
 /// A `Blend` and its trees.
-pub(super) fn blend(
-    entry: usize,
-    fields: &Reader<'_, '_>,
-    names: &[&str],
-    sources: &[Source],
-) -> Option<Blended> {
+pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources: &[Source]) -> Option<Blended> {
     let of = of_list(fields, names);
     let count = fields.integer("count");
     let pooled = fields.has("trees");
@@ -338,12 +340,9 @@ pub(super) fn blend(
         let message = format!("{batches} batches of {trees} trees are more than {MOST_IN_POOL}");
         fields.fault("trees", message, "lower one of the two");
     }
-    let stems = fields.choice("stems", |kind, _| {
-        Some(if kind == "Merge" { StemRule::Merge } else { StemRule::Apart })
-    });
-    let scale = fields.choice("scale", |kind, _| {
-        Some(if kind == "GrowthUnit" { BlendScale::GrowthUnit } else { BlendScale::Chain })
-    });
+    let stems = fields.choice("stems", |kind, _| Some(if kind == "Merge" { StemRule::Merge } else { StemRule::Apart }));
+    let scale = fields
+        .choice("scale", |kind, _| Some(if kind == "GrowthUnit" { BlendScale::GrowthUnit } else { BlendScale::Chain }));
     let only = only(fields);
     let matching = fields.group("matching", matching)?;
     let of = of?;
@@ -358,7 +357,9 @@ pub(super) fn blend(
         let place = |i: u64| (order[(i / batches.max(1)) as usize] as f32 + 0.5) / trees as f32;
         (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(place(i)), pace }).collect()
     } else {
-        (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(radical_inverse(i + 1)), pace: 1.0 }).collect()
+        (0..made)
+            .map(|i| BlendTree::State { batch: batch(i), progress: at(radical_inverse(i + 1)), pace: 1.0 })
+            .collect()
     };
     Some(Blended { blend, trees, wanted, count })
 }
@@ -371,12 +372,7 @@ fn spread(count: u64) -> Vec<u64> {
 }
 
 /// A `Mix` and its trees.
-pub(super) fn mix(
-    entry: usize,
-    fields: &Reader<'_, '_>,
-    names: &[&str],
-    sources: &[Source],
-) -> Option<Blended> {
+pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources: &[Source]) -> Option<Blended> {
     let given = fields.shares("of");
     let mut of = Vec::new();
     let mut shares = Vec::new();
@@ -421,12 +417,7 @@ pub(super) fn mix(
 }
 
 /// An `Explore` and its trees.
-pub(super) fn explore(
-    entry: usize,
-    fields: &Reader<'_, '_>,
-    names: &[&str],
-    sources: &[Source],
-) -> Option<Blended> {
+pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources: &[Source]) -> Option<Blended> {
     let of = of_list(fields, names);
     let wanted = wanted(fields, fields.integer("count"));
     let (count, scatter, seed) = (fields.integer("count"), fields.number("scatter"), fields.integer("seed"));

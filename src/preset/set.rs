@@ -12,8 +12,8 @@ use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
-    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source, SourceRecipe,
-    UpAxis, Variant,
+    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source,
+    SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -344,8 +344,7 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan =
-        ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs, leaves: Vec::new(), wood: Vec::new() };
+    let scan = ImportParams { file, ..ImportParams::default() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 

@@ -44,8 +44,7 @@ pub fn match_fuzzy(from: &TopologyTree, to: &TopologyTree, params: &MatchParams)
     let mut level: Vec<(&[ChainId], &[ChainId])> = vec![(from.stems(), to.stems())];
     while !level.is_empty() {
         // In the order of the level, whatever thread finishes first.
-        let matched: Vec<Vec<Pair>> =
-            level.par_iter().map(|(a, b)| match_siblings(from, a, to, b, params)).collect();
+        let matched: Vec<Vec<Pair>> = level.par_iter().map(|(a, b)| match_siblings(from, a, to, b, params)).collect();
         level.clear();
         for (a, b, _) in matched.into_iter().flatten() {
             partner[a.index()] = Some(b);
@@ -104,7 +103,8 @@ pub(super) fn match_siblings(
             f64::from(cost(i, j))
         };
         let answer: Vec<usize> = if short.len() * long.len() <= DENSE_CELLS {
-            let costs: Vec<f64> = (0..short.len() * long.len()).map(|i| exact(i / long.len(), i % long.len())).collect();
+            let costs: Vec<f64> =
+                (0..short.len() * long.len()).map(|i| exact(i / long.len(), i % long.len())).collect();
             assign(&costs, short.len(), long.len()).into_iter().flatten().collect()
         } else {
             let traits = |tree: &TopologyTree, ids: &[ChainId], crowns: &[Crown], order: &[usize]| {
@@ -164,9 +164,8 @@ impl Traits {
                 let (dx, dy, dz) = (x - ox, y - oy, z - oz);
                 let direction = (dx * dx + dy * dy + dz * dz).sqrt() * 0.5;
                 let crown = if *cost < 1.0 { *cost } else { 1.0 };
-                let bound = crown * params.crown
-                    + direction * params.direction
-                    + (ratio - other_ratio).abs() * params.ratio;
+                let bound =
+                    crown * params.crown + direction * params.direction + (ratio - other_ratio).abs() * params.ratio;
                 // A hair below, whatever rounding does to the crown's own sum.
                 *cost = bound - 1e-6;
             }

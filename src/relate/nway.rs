@@ -58,8 +58,11 @@ pub fn match_nway(trees: &[&TopologyTree], params: &MatchParams) -> Vec<Kin> {
         for ((parent, _), found) in level.iter().zip(joined) {
             for members in found {
                 let id = KinId(kins.len() as u32);
-                let below: Vec<&[ChainId]> =
-                    trees.iter().zip(&members).map(|(tree, m)| m.map_or(&[][..], |chain| tree.children(chain))).collect();
+                let below: Vec<&[ChainId]> = trees
+                    .iter()
+                    .zip(&members)
+                    .map(|(tree, m)| m.map_or(&[][..], |chain| tree.children(chain)))
+                    .collect();
                 if below.iter().any(|children| !children.is_empty()) {
                     next.push((Some(id), below));
                 }
@@ -233,7 +236,8 @@ mod tests {
         let trees: Vec<TopologyTree> = plants.iter().map(TopologyTree::of).collect();
         let trees: Vec<&TopologyTree> = trees.iter().collect();
         let kins = match_nway(&trees, &EVEN);
-        let stems: Vec<usize> = plants.iter().map(|p| p.chains().iter().filter(|c| c.parent.is_none()).count()).collect();
+        let stems: Vec<usize> =
+            plants.iter().map(|p| p.chains().iter().filter(|c| c.parent.is_none()).count()).collect();
         let whole = kins.iter().filter(|k| k.parent.is_none() && k.members.iter().all(Option::is_some)).count();
         assert!(whole >= 1 && whole <= *stems.iter().min().unwrap());
         // Two pairs of the least source's stems that meet in a third make a path of three.

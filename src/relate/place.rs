@@ -58,9 +58,8 @@ impl Blender<'_> {
         let shares = &self.shares[k * sources..(k + 1) * sources];
         let weighted = || row.iter().zip(shares).enumerate().filter(|(_, (_, share))| **share > 0.0);
         self.location[k] = self.own_location(k);
-        self.origin[k] = weighted().fold(Vec3::ZERO, |o, (s, (m, share))| {
-            o + family.plants[s].chain(ChainId(m.chain)).origin * *share
-        });
+        self.origin[k] = weighted()
+            .fold(Vec3::ZERO, |o, (s, (m, share))| o + family.plants[s].chain(ChainId(m.chain)).origin * *share);
         if family.units.is_some() && self.unit_seed != 0 {
             self.len[k] = family.blocks[k].1;
             self.place_by_units(k, self.unit_seed);

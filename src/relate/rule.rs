@@ -121,8 +121,7 @@ impl Blender<'_> {
                 events.push((self.location[child as usize], self.load[child as usize], expected));
             } else if sum > 0.0 {
                 let by_units = family.units.is_some();
-                let location =
-                    if by_units { self.along(k, coordinate / f64::from(sum)) } else { location / sum };
+                let location = if by_units { self.along(k, coordinate / f64::from(sum)) } else { location / sum };
                 events.push((location, 0.0, expected));
             }
         }

@@ -11,8 +11,8 @@
 use glam::{Vec2, Vec3};
 
 use super::component::Component;
-use super::frond;
 use super::decide::{Piece, Role};
+use super::frond;
 use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;

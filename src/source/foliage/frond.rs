@@ -70,11 +70,7 @@ fn unroll(part: &Part, c: &Component, near: &Near) -> Option<Unrolled> {
     // Across lies at right angles to the plane in which the spine bends; of a straight one along the second direction.
     let sag = spine[SLICES / 2] - (spine[0] + spine[SLICES]) * 0.5;
     let sag = sag - axis * sag.dot(axis);
-    let across = if sag.length() > 0.03 * length {
-        axis.cross(sag).normalize_or(c.axes[1])
-    } else {
-        c.axes[1]
-    };
+    let across = if sag.length() > 0.03 * length { axis.cross(sag).normalize_or(c.axes[1]) } else { c.axes[1] };
     let places: Vec<Vec2> = at
         .iter()
         .map(|p| {
