@@ -65,10 +65,8 @@ fn import(path: &Path) -> Option<(Scene, Plant, Place)> {
     let files: Files<'_> = beside.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
     let scene = read(&bytes, "mesh", &files).ok()?;
     let mut parts = foliage::split(&scene, &files, &Overrides::default());
-    let wood = Wood {
-        positions: std::mem::take(&mut parts.wood_positions),
-        triangles: std::mem::take(&mut parts.wood),
-    };
+    let wood =
+        Wood { positions: std::mem::take(&mut parts.wood_positions), triangles: std::mem::take(&mut parts.wood) };
     let params = SkeletonParams { up: scene.up.0, height: ImportHeight::AsIs, method: Method::ByPiece };
     let made = skeletonize(&wood, &params).ok()?;
     let plant = foliage::attach(made.plant, &parts, &made.placement, &mut Vec::new());
