@@ -184,6 +184,7 @@ fn sample(scene: &Scene, pieces: &[Piece], roles: &[Role]) -> Vec<Vec3> {
         [longest, across].map(|side| ((side / gap).ceil().min(200.0) as usize).max(1))
     };
     let mut gap = ((high - low).max_element() * 0.01).max((area / 3e5).sqrt()).max(1e-30);
+    let mut fits = false;
     for _ in 0..24 {
         let all: usize = wanted()
             .flat_map(|c| c.triangles.iter().map(|t| (&scene.parts[c.part].positions, t)))
@@ -192,7 +193,8 @@ fn sample(scene: &Scene, pieces: &[Piece], roles: &[Role]) -> Vec<Vec3> {
                 along * across - 1
             })
             .sum();
-        if all <= MOST_SAMPLES {
+        fits = gap.is_finite() && all <= MOST_SAMPLES;
+        if fits {
             break;
         }
         gap *= 1.6;
@@ -201,7 +203,8 @@ fn sample(scene: &Scene, pieces: &[Piece], roles: &[Role]) -> Vec<Vec3> {
     for c in wanted() {
         let positions = &scene.parts[c.part].positions;
         points.extend(c.points.iter().map(|&i| positions[i as usize]));
-        for t in &c.triangles {
+        // Lengths beyond all bounds: the corners must do.
+        for t in c.triangles.iter().filter(|_| fits) {
             let [along, across] = grid(positions, t, gap);
             let mut t = *t;
             // Its longest edge first.
