@@ -20,6 +20,7 @@ pub(crate) fn print() {
             for tree in trees(&data) {
                 one(&tree.name, &tree.wood, tree.up, tree.truth.as_ref());
             }
+            crate::foliage::print(&data);
         }
         None => Figure::new("import.files", 0.0, "files", "no data folder: nothing was measured").print(),
     }

@@ -128,7 +128,11 @@ fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_
     let mut count = 0;
     for piece in pieces.iter().filter(|p| p.role == Role::Frond) {
         let part = &scene.parts[piece.component.part];
-        let known = slots.iter().find(|(material, _)| *material == part.material).map(|(_, first)| *first);
+        let known = slots.iter().find(|(material, _)| *material == part.material).or_else(|| {
+            // No more pictures than an atlas can hold.
+            slots.first().filter(|_| parts.art.leaves.len() >= super::MOST_SLOTS)
+        });
+        let known = known.map(|(_, first)| *first);
         let first = known.unwrap_or_else(|| {
             let first = parts.art.leaves.len() as u16;
             let plain = worn(scene, part.material, gallery);

@@ -43,6 +43,11 @@ pub(super) struct Component {
 pub(super) fn components(part: &Part, index: usize) -> Vec<Component> {
     let weld = weld(&part.positions);
     let corners: Vec<[u32; 3]> = part.triangles.iter().map(|t| t.map(|c| weld[c as usize])).collect();
+    connected(part, index, &corners)
+}
+
+/// The pieces that some triangles of a part make, whose corners name each position by one index only.
+pub(super) fn connected(part: &Part, index: usize, corners: &[[u32; 3]]) -> Vec<Component> {
     let mut sets: Vec<u32> = (0..corners.len() as u32).collect();
     let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(corners.len() * 3);
     for (i, t) in corners.iter().enumerate() {

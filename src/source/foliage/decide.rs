@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::component::{Component, components};
+use super::component::{Component, components, connected};
 use super::near::Near;
 use super::tone::{Tones, is_green};
 use super::words::{Hint, hint};
@@ -178,8 +178,8 @@ fn by_color(part: &Part, component: Component, tones: &Tones<'_>) -> Vec<(Compon
     let mut cut = Vec::new();
     for wanted in [false, true] {
         let keep = component.triangles.iter().zip(&green).filter(|(_, g)| **g == wanted).map(|(t, _)| *t);
-        let half = Part { positions: part.positions.clone(), triangles: keep.collect(), ..Part::default() };
-        cut.extend(components(&half, component.part).into_iter().map(|c| (c, wanted)));
+        let keep: Vec<[u32; 3]> = keep.collect();
+        cut.extend(connected(part, component.part, &keep).into_iter().map(|c| (c, wanted)));
     }
     cut
 }

@@ -19,6 +19,8 @@ mod fill;
 mod frond;
 mod near;
 mod picture;
+#[cfg(test)]
+mod tests;
 mod tone;
 mod volume;
 mod words;
@@ -165,28 +167,58 @@ fn own(part: &crate::source::scene::Part, c: &component::Component) -> (Vec<Vec3
     (positions, c.triangles.iter().map(|t| t.map(find)).collect())
 }
 
-/// Points over the surface of all pieces of some roles, about as far apart as a hundredth of what they span; at most
-/// some hundred thousand beyond their corners.
+/// Most points of [`sample`] beyond the corners of the triangles.
+const MOST_SAMPLES: usize = 400_000;
+
+/// Points over the surface of all pieces of some roles, about as far apart as a hundredth of what they span; further
+/// where that would be too many.
 fn sample(scene: &Scene, pieces: &[Piece], roles: &[Role]) -> Vec<Vec3> {
     let wanted = || pieces.iter().filter(|p| roles.contains(&p.role)).map(|p| &p.component);
     let (low, high) = wanted().fold((Vec3::MAX, Vec3::MIN), |(low, high), c| (low.min(c.low), high.max(c.high)));
     let area: f32 = wanted().map(|c| c.area).sum();
-    let gap = ((high - low).max_element() * 0.01).max((area / 3e5).sqrt());
+    // Corners of a triangle's grid: so many along its longest edge, so many across.
+    let grid = |positions: &[Vec3], t: &[u32; 3], gap: f32| {
+        let [a, b, c] = t.map(|i| positions[i as usize]);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let across = (b - a).cross(c - a).length() / longest.max(1e-30);
+        [longest, across].map(|side| ((side / gap).ceil().min(200.0) as usize).max(1))
+    };
+    let mut gap = ((high - low).max_element() * 0.01).max((area / 3e5).sqrt()).max(1e-30);
+    let mut fits = false;
+    for _ in 0..24 {
+        let all: usize = wanted()
+            .flat_map(|c| c.triangles.iter().map(|t| (&scene.parts[c.part].positions, t)))
+            .map(|(positions, t)| {
+                let [along, across] = grid(positions, t, gap);
+                along * across - 1
+            })
+            .sum();
+        fits = gap.is_finite() && all <= MOST_SAMPLES;
+        if fits {
+            break;
+        }
+        gap *= 1.6;
+    }
     let mut points = Vec::new();
     for c in wanted() {
         let positions = &scene.parts[c.part].positions;
         points.extend(c.points.iter().map(|&i| positions[i as usize]));
-        for t in &c.triangles {
+        // Lengths beyond all bounds: the corners must do.
+        for t in c.triangles.iter().filter(|_| fits) {
+            let [along, across] = grid(positions, t, gap);
+            let mut t = *t;
+            // Its longest edge first.
+            let edge = |t: &[u32; 3]| positions[t[0] as usize].distance(positions[t[1] as usize]);
+            let turned = |k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+            t = (1..3).map(turned).fold(t, |best, next| if edge(&next) > edge(&best) { next } else { best });
             let [a, b, c] = t.map(|i| positions[i as usize]);
-            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-            let steps = ((longest / gap).ceil().min(200.0) as u32).max(1);
-            for i in 0..=steps {
-                for j in 0..=steps - i {
-                    if (i, j) == (0, 0) || i == steps || j == steps {
-                        continue;
+            for j in 0..across {
+                let v = j as f32 / across as f32;
+                for i in 0..along {
+                    let u = (i as f32 + 0.5) / along as f32 * (1.0 - v);
+                    if along * across > 1 {
+                        points.push(a + (b - a) * u + (c - a) * v);
                     }
-                    let (u, v) = (i as f32 / steps as f32, j as f32 / steps as f32);
-                    points.push(a + (b - a) * u + (c - a) * v);
                 }
             }
         }

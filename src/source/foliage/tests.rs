@@ -1,0 +1,229 @@
+//! Hand-made scenes whose leaves are known to the last figure.
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::base::{Frame, Seed};
+use crate::plant::{LeafForm, dump};
+use crate::preset::plan::{ImportHeight, UpAxis};
+use crate::source::scene::{Alpha, Image, Material, Part, SceneUp};
+use crate::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
+
+/// A trunk of eight sides, `height` high.
+fn trunk(height: f32, radius: f32) -> Part {
+    let mut part = Part { name: "trunk".into(), ..Part::default() };
+    for k in 0..5_u32 {
+        for s in 0..8_u32 {
+            let (sin, cos) = crate::base::math::sin_cos(s as f32 * std::f32::consts::TAU / 8.0);
+            part.positions.push(Vec3::new(cos * radius, height * k as f32 / 4.0, sin * radius));
+        }
+    }
+    for k in 0..4_u32 {
+        for s in 0..8_u32 {
+            let (a, b) = (k * 8 + s, k * 8 + (s + 1) % 8);
+            part.triangles.extend([[a, b + 8, b], [a, a + 8, b + 8]]);
+        }
+    }
+    part
+}
+
+/// Adds a quad with its base at `base`; its texture's lower edge is there.
+fn quad(part: &mut Part, base: Vec3, frame: Frame, length: f32, width: f32, turn: usize) {
+    let corner = |x: f32, y: f32| base + frame.x * (x * width) + frame.y * (y * length);
+    let corners = [
+        (corner(-0.5, 0.0), Vec2::new(0.0, 1.0)),
+        (corner(0.5, 0.0), Vec2::new(1.0, 1.0)),
+        (corner(0.5, 1.0), Vec2::new(1.0, 0.0)),
+        (corner(-0.5, 1.0), Vec2::new(0.0, 0.0)),
+    ];
+    let first = part.positions.len() as u32;
+    for k in 0..4 {
+        let (p, uv) = corners[(k + turn) % 4];
+        part.positions.push(p);
+        part.uvs.push(uv);
+    }
+    part.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+}
+
+/// A trunk with `count` leaves off it, and the leaves: base, frame, length and width.
+fn leafy(count: u64) -> (Scene, Vec<(Vec3, Frame, f32, f32)>) {
+    let mut leaves = Part { name: String::new(), material: Some(0), ..Part::default() };
+    let mut truth = Vec::new();
+    for i in 0..count {
+        let s = Seed::new(8).at(i);
+        let out = Vec3::new(s.direction().x, 0.0, s.direction().z).normalize_or(Vec3::X);
+        let frame = Frame::along((out + Vec3::Y * s.child("up").range(-0.4, 0.6)).normalize());
+        let base = Vec3::Y * (2.0 + 6.0 * (i as f32 + 0.5) / count as f32) + out * 0.25;
+        let (length, width) = (s.child("length").range(0.3, 0.6), s.child("width").range(0.15, 0.3));
+        quad(&mut leaves, base, frame, length, width, i as usize % 4);
+        truth.push((base, frame, length, width));
+    }
+    let scene = Scene {
+        parts: vec![trunk(9.0, 0.2), leaves],
+        materials: vec![Material {
+            name: "M_1".into(),
+            alpha: Alpha::Mask(0.4),
+            color_image: Some(0),
+            ..Material::default()
+        }],
+        images: vec![Image::Embedded(b"not looked at here".to_vec())],
+        up: SceneUp(UpAxis::Y),
+        ..Scene::default()
+    };
+    (scene, truth)
+}
+
+fn plant_of(parts: &Parts) -> Skeletonized {
+    let wood = Wood { positions: parts.wood_positions.clone(), triangles: parts.wood.clone() };
+    let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::Metres(4.5), method: Method::ByPiece };
+    skeletonize(&wood, &params).unwrap()
+}
+
+#[test]
+fn quads_become_leaves_with_place_normal_and_size() {
+    let (scene, truth) = leafy(40);
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!((parts.cards.len(), parts.art.leaves.len(), parts.wood.len()), (40, 1, 64));
+    let made = plant_of(&parts);
+    let mut notes = Vec::new();
+    let plant = attach(made.plant, &parts, &made.placement, &mut notes);
+    assert!(notes.is_empty(), "{notes:?}");
+    let posed = plant.pose();
+    for (leaf, (base, frame, length, width)) in plant.leaves().iter().zip(&truth) {
+        let pose = posed.leaf(&plant, leaf);
+        let scale = made.placement.scale();
+        assert!((scale - 0.5).abs() < 0.01);
+        assert!(pose.position.distance(made.placement.point(*base)) < 1e-4);
+        assert!(pose.frame.y.dot(frame.y) > 0.9999 && pose.frame.z.dot(frame.z) > 0.9999);
+        assert!((leaf.size / (length * scale) - 1.0).abs() < 1e-4);
+        let LeafForm::Flat(aspect) = leaf.form else { panic!("a card is flat") };
+        assert!((aspect / (width / length) - 1.0).abs() < 1e-4);
+    }
+    let LeafPicture::Card(card) = &parts.art.leaves[0] else { panic!("a card has a picture of its own") };
+    // The texture's lower edge is the card's.
+    for corner in card.triangles.iter().flatten() {
+        assert!(corner.at.distance(corner.uv) < 1e-5, "{corner:?}");
+    }
+    assert_eq!((card.cutoff, card.image), (0.4, Some(0)));
+}
+
+#[test]
+fn the_same_scene_gives_the_same_plant() {
+    let (scene, _) = leafy(12);
+    let make = || {
+        let parts = split(&scene, &Files::new(), &Overrides::default());
+        let made = plant_of(&parts);
+        dump(&attach(made.plant, &parts, &made.placement, &mut Vec::new()))
+    };
+    assert_eq!(make(), make());
+}
+
+#[test]
+fn backs_of_leaves_join_their_fronts_and_crossed_leaves_stay_two() {
+    let (mut scene, _) = leafy(6);
+    let mut back = scene.parts[1].clone();
+    back.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    scene.parts.push(back);
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!(parts.cards.len(), 6);
+    assert!(parts.notes.iter().any(|n| n.starts_with("6 leaves have a back")), "{:?}", parts.notes);
+    let mut crossed = Part { material: Some(0), ..Part::default() };
+    let frame = Frame::along(Vec3::X);
+    quad(&mut crossed, Vec3::new(0.3, 5.0, 0.0), frame, 0.5, 0.5, 0);
+    let turned = Frame { x: frame.z, y: frame.y, z: -frame.x };
+    quad(&mut crossed, Vec3::new(0.3, 5.0, 0.0), turned, 0.5, 0.5, 0);
+    scene.parts.truncate(1);
+    scene.parts.push(crossed);
+    assert_eq!(split(&scene, &Files::new(), &Overrides::default()).cards.len(), 2);
+}
+
+#[test]
+fn the_preset_has_the_last_word() {
+    let (mut scene, _) = leafy(5);
+    scene.materials[0].name = "leaf".into();
+    let none = Overrides { wood: vec!["LEAF".into()], ..Overrides::default() };
+    assert!(split(&scene, &Files::new(), &none).cards.is_empty());
+    scene.materials[0].name = "bark".into();
+    let all = Overrides { leaves: vec!["Bark".into()], ..Overrides::default() };
+    assert_eq!(split(&scene, &Files::new(), &all).cards.len(), 5);
+    let wrong = Overrides { leaves: vec!["leef".into()], ..Overrides::default() };
+    assert_eq!(unmatched(&scene, &wrong), ["leef"]);
+}
+
+#[test]
+fn a_closed_green_lump_is_filled_with_branches_and_leaves_and_keeps_its_outline() {
+    let centre = Vec3::new(0.0, 9.5, 0.0);
+    let mut lump = Part { material: Some(0), ..Part::default() };
+    let (rings, sides) = (8_u32, 12_u32);
+    for r in 0..=rings {
+        let (up, flat) = crate::base::math::sin_cos((r as f32 / rings as f32 - 0.5) * std::f32::consts::PI);
+        for s in 0..sides {
+            let (sin, cos) = crate::base::math::sin_cos(s as f32 / sides as f32 * std::f32::consts::TAU);
+            lump.positions.push(centre + Vec3::new(cos * flat, up, sin * flat) * 2.5);
+        }
+    }
+    for r in 0..rings {
+        for s in 0..sides {
+            let (a, b) = (r * sides + s, r * sides + (s + 1) % sides);
+            lump.triangles.extend([[a, a + sides, b], [b, a + sides, b + sides]]);
+        }
+    }
+    let green = Material { name: "Green".into(), color: [0.1, 0.4, 0.05, 1.0], ..Material::default() };
+    let scene = Scene { parts: vec![trunk(8.0, 0.2), lump], materials: vec![green], ..Scene::default() };
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!((parts.crowns.len(), parts.cards.len()), (1, 0));
+    assert!(matches!(parts.art.leaves[0], LeafPicture::Spray { needles: false, .. }));
+    let made = plant_of(&parts);
+    let bare = made.plant.chains().len();
+    let plant = attach(made.plant, &parts, &made.placement, &mut Vec::new());
+    assert!(plant.chains().len() > bare + 10 && plant.leaves().len() > 100);
+    let (posed, scale) = (plant.pose(), made.placement.scale());
+    let centre = made.placement.point(centre);
+    let tips: Vec<Vec3> = plant
+        .leaves()
+        .iter()
+        .map(|l| {
+            let pose = posed.leaf(&plant, l);
+            pose.position + pose.frame.y * l.size
+        })
+        .collect();
+    let radius = 2.5 * scale;
+    assert!(tips.iter().all(|t| t.distance(centre) < radius * 1.25));
+    // Everywhere about the lump some leaf comes near its surface.
+    for i in 0..60 {
+        let p = centre + Seed::new(2).at(i).direction() * radius;
+        let near = tips.iter().map(|t| t.distance(p)).fold(f32::MAX, f32::min);
+        assert!(near < radius * 0.4, "{near} {radius}");
+    }
+}
+
+#[test]
+fn broken_scenes_break_nothing() {
+    let (scene, _) = leafy(6);
+    for round in 0..60_u64 {
+        let s = Seed::new(3).at(round);
+        let mut bad = scene.clone();
+        for k in 0..6 {
+            let s = s.at(k);
+            let part = &mut bad.parts[s.child("part").index(2)];
+            let i = s.child("at").index(part.positions.len());
+            match s.child("what").index(4) {
+                0 => part.positions[i] = part.positions[0],
+                1 => part.positions[i] *= 1e9,
+                2 => part.positions[i] = Vec3::ZERO,
+                _ => {
+                    let t = s.child("t").index(part.triangles.len());
+                    part.triangles[t] = [i as u32; 3];
+                }
+            }
+        }
+        let parts = split(&bad, &Files::new(), &Overrides::default());
+        let wood = Wood { positions: parts.wood_positions.clone(), triangles: parts.wood.clone() };
+        let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::ByPiece };
+        if let Ok(made) = skeletonize(&wood, &params) {
+            let _ = attach(made.plant, &parts, &made.placement, &mut Vec::new());
+        }
+    }
+    let nothing = split(&Scene::default(), &Files::new(), &Overrides::default());
+    assert!(nothing.cards.is_empty() && nothing.wood.is_empty());
+}
