@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 use treewright::plant::PlantStats;
 use treewright::preset::plan::{ImportParams, UpAxis};
-use treewright::source::scene::{self, Scene};
 use treewright::source::import;
+use treewright::source::scene::{self, Scene};
 
 fn main() {
-    let data = std::env::args_os().nth(1).or_else(|| std::env::var_os("TREEWRIGHT_DATA")).map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
-        PathBuf::from,
-    );
+    let data = std::env::args_os()
+        .nth(1)
+        .or_else(|| std::env::var_os("TREEWRIGHT_DATA"))
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")), PathBuf::from);
     let manifest = std::fs::read_to_string(data.join("MANIFEST.tsv")).expect("the folder has a MANIFEST.tsv");
     println!(
         "{:<36} {:<14} {:>8} {:>8} {:>5} {:>5} {:>5} {:>3} {:<24} notes",

@@ -17,6 +17,7 @@ pub mod mesh;
 pub mod plant;
 pub mod preset;
 pub mod relate;
+pub mod select;
 pub mod source;
 #[cfg(feature = "cli")]
 pub mod watch;

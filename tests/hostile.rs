@@ -89,7 +89,8 @@ fn mutated(whole: &[u8], seed: Seed) -> Vec<u8> {
                 bytes.drain(at..end);
             }
             5 => {
-                let special: [&[u8]; 8] = [b"-1", b"nan", b"1e400", b"99999999999", b"\xff\xff\xff\xff", b"\n", b"\t", b"/"];
+                let special: [&[u8]; 8] =
+                    [b"-1", b"nan", b"1e400", b"99999999999", b"\xff\xff\xff\xff", b"\n", b"\t", b"/"];
                 bytes.splice(at..at, special[value as usize % 8].iter().copied());
             }
             _ => bytes[at] ^= 1 << (value % 8),
@@ -118,7 +119,10 @@ fn no_mutation_hurts() {
                 Ok(_) => sound += 1,
                 Err(errors) => {
                     assert!(!errors.is_empty() && errors.len() <= 21, "{}", file.display());
-                    assert!(errors.iter().all(|e| !e.file.is_empty() && e.to_string().chars().count() < 600), "{errors:?}");
+                    assert!(
+                        errors.iter().all(|e| !e.file.is_empty() && e.to_string().chars().count() < 600),
+                        "{errors:?}"
+                    );
                 }
             }
         }

@@ -12,6 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["source"],
     &["relate"],
     &["blend"],
+    &["select"],
     &["dress"],
     &["mesh"],
     &["bake"],

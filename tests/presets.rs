@@ -12,16 +12,19 @@ use treewright::preset::{describe, load, species};
 
 const GOLDEN: &str = include_str!("presets/broken.txt");
 const SCHEMA: &str = include_str!("../src/preset/schema.md");
-const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(hops: 4, count: 300))])";
-const BROKEN_SPECIES: &str = "(
+const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+const BROKEN_SPECIES: &str = r#"(
     height: 12.0, nodes: 100, tip_radius: 1.0,
     iterations: [
         (endpoints: Volume(shape: Sphere(radius: 1.0), count: 1)),
         (endpoints: Volume(shape: Cone(bottom: 0.9, top: 0.3, radius: 0.7), count: 30), guide: Random(low: 120, high: 30)),
-        (endpoints: Surface(hops: 31, proportion: 60, count: 300), guide: Piecewise(frist: 30.0), kept: Any, start: ByHeight()),
+        (endpoints: Volume(shape: Mesh(file: "/abs.obj", bottom: 0.1, top: 0.9), count: 3, density: 5.0)),
+        (endpoints: Volume(shape: Outline(file: "a.svg", bottom: 0.1, top: 0.9)), guide: Split(height: 0.5, lower: Split(), upper: Constant(alpha: 1000))),
+        (endpoints: Surface(k: 2, count: 9), guide: Field(parts: [(primitive: Helix()), (primitive: Helical(), region: Layer(bottom: 0.9, top: 0.2)), (weight: 1)])),
+        (endpoints: Surface(k: 31, t: 60, count: 300), guide: Piecewise(frist: 30.0), kept: Any, start: ByHeight()),
         (guide: Polar(theta: 400)),
     ],
-)";
+)"#;
 
 fn answer(text: &str) -> String {
     let mut reads = Vec::new();

@@ -57,10 +57,16 @@ pub(crate) fn print() {
     let inputs: Vec<Input> = models.iter().filter_map(|name| Input::read(&data, name)).collect();
     let read = inputs.iter().filter(|input| input.import()).count();
     // A dressing file is read with its graph.
-    let dressed = inputs.iter().flat_map(|i| i.beside.keys()).filter(|n| dressing.iter().any(|d| d.ends_with(*n))).count();
-    Figure::new("import.files_read", (read + dressed) as f64, "files", format!("of the {} of MANIFEST.tsv", names.len()))
-        .goal("= 36")
-        .print();
+    let dressed =
+        inputs.iter().flat_map(|i| i.beside.keys()).filter(|n| dressing.iter().any(|d| d.ends_with(*n))).count();
+    Figure::new(
+        "import.files_read",
+        (read + dressed) as f64,
+        "files",
+        format!("of the {} of MANIFEST.tsv", names.len()),
+    )
+    .goal("= 36")
+    .print();
     for (name, ends) in [
         ("import.seconds_per_mb.gltf", ".glb"),
         ("import.seconds_per_mb.obj", ".obj"),
@@ -73,7 +79,8 @@ pub(crate) fn print() {
         let of: Vec<&Input> = inputs.iter().filter(|i| i.name.ends_with(ends)).collect();
         let size: f64 = of.iter().map(|i| i.megabytes()).sum();
         let time = seconds(5, || of.iter().for_each(|input| assert!(input.import())));
-        let how = format!("median of 5 over {} files, {size:.2} MB; meshes up to their scene, others to the plant", of.len());
+        let how =
+            format!("median of 5 over {} files, {size:.2} MB; meshes up to their scene, others to the plant", of.len());
         Figure::new(name, time / size, "s/MB", how).print();
     }
 }

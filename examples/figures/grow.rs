@@ -1,4 +1,6 @@
 //! Figures of growth by guiding vectors.
 
 /// Prints them.
-pub(crate) fn print() {}
+pub(crate) fn print() {
+    crate::plausibility::print();
+}

@@ -13,6 +13,10 @@ mod formats;
 mod grow;
 mod import;
 mod line;
+mod plausibility;
+mod select;
+mod surface;
+mod trees;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -44,10 +44,7 @@ fn main() {
                 );
                 if let Some(truth) = &tree.truth {
                     let a = agreement(&found.plant, truth);
-                    print!(
-                        " | {:.3} {:.3} {:.3} {:.3}",
-                        a.length_found, a.length_true, a.radius_error, a.chains
-                    );
+                    print!(" | {:.3} {:.3} {:.3} {:.3}", a.length_found, a.length_true, a.radius_error, a.chains);
                 }
                 println!();
                 found.notes.iter().for_each(|n| println!("    {n}"));

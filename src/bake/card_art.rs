@@ -88,7 +88,8 @@ pub fn own_bark_maps(art: &Art, seed: Seed) -> (Option<Maps>, Vec<String>) {
                 }
             }
             // Engines want tiles whose sides are powers of two; shrinking is all that is done.
-            let side = |n: u32| (n.next_power_of_two() / if n.is_power_of_two() { 1 } else { 2 }).clamp(1, LARGEST_BARK);
+            let side =
+                |n: u32| (n.next_power_of_two() / if n.is_power_of_two() { 1 } else { 2 }).clamp(1, LARGEST_BARK);
             let (width, height) = (side(maps.width), side(maps.height));
             if (width, height) != (maps.width, maps.height) {
                 maps = shrink(&maps, width, height);
@@ -157,7 +158,9 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
         }
         let turn = texture_axes(triangle, card.width);
         let (low, high) = at.iter().fold((Vec2::MAX, Vec2::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
-        let range = |low: f32, high: f32, most: usize| (low - 1.0).max(0.0) as usize..((high + 1.0).max(0.0) as usize).min(most);
+        let range = |low: f32, high: f32, most: usize| {
+            (low - 1.0).max(0.0) as usize..((high + 1.0).max(0.0) as usize).min(most)
+        };
         for y in range(low.y, high.y, rows) {
             for x in range(low.x, high.x, columns) {
                 let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);

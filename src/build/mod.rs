@@ -6,10 +6,12 @@
 //! have the hashes listed there, is left alone.
 
 mod assets;
+mod blends;
 mod find;
 pub mod output;
 pub mod pipeline;
 mod record;
+mod selections;
 mod stages;
 mod world;
 

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Loaded, World};
 use super::assets::{self, SetParts};
-use super::stages;
+use super::{Loaded, World};
+use super::{blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
-use crate::source::import;
 use crate::source::scene::Files;
+use crate::source::{grow, import};
 
 pub use super::stages::Memory;
 
@@ -78,7 +78,7 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         }
     }
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe
+        if let Some(params) = source.recipe.import()
             && let Some(mut input) = inputs.remove(&params.file)
         {
             let result = named_files(&params.file, &mut input, &mut inputs, world);
@@ -94,12 +94,7 @@ const MOST_NAMED: usize = 1000;
 
 /// Reads what an imported file names (materials, pictures, buffers), and what those name. What is missing is left to the
 /// importer, which knows whether it can do without; it is remembered by the world, so that it is read once it is there.
-fn named_files(
-    file: &str,
-    input: &mut InputFile,
-    inputs: &mut Inputs,
-    world: &World,
-) -> Result<(), Vec<Diagnostic>> {
+fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &World) -> Result<(), Vec<Diagnostic>> {
     let mut errors = Vec::new();
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
@@ -139,8 +134,17 @@ fn named_files(
 fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
-        if let SourceRecipe::Import(params) = &source.recipe {
-            files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+        match &source.recipe {
+            SourceRecipe::Import(params) => {
+                files.push((params.file.clone(), format!("sources[\"{}\"].file", source.name)));
+            }
+            SourceRecipe::Like(like) => {
+                files.push((like.scan.file.clone(), format!("sources[\"{}\"].like", source.name)));
+            }
+            SourceRecipe::Grow(params) => {
+                let field = format!("sources[\"{}\"].species", source.name);
+                files.extend(grow::shape_files(params).into_iter().map(|shape| (shape.file, field.clone())));
+            }
         }
     }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {
@@ -193,7 +197,7 @@ pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>>
 /// How many times [`make_set`] tells of a step.
 #[must_use]
 pub fn steps(plan: &Plan) -> usize {
-    plan.sources.len() + 2 * plan.variants.len() + 4
+    plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
 /// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
@@ -215,16 +219,18 @@ pub fn make_set(
     step("leaves and bark");
     let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
     let pictures = &wardrobe.pictures;
-    let families = stages::families(plan, &wardrobe.plants)?;
+    let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
+    let selected = selections::selected(plan, &blended)?;
+    step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant)).collect();
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &wardrobe.plants, &families);
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
             let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
@@ -237,16 +243,10 @@ pub fn make_set(
 
     let placed = assets::place(plan, pictures, &ladders)?;
     step("atlas");
-    let notes = stages::source_notes(plan, &sources);
-    let parts = SetParts {
-        plan,
-        key,
-        identities: &identities,
-        plants: &plants,
-        ladders: &ladders,
-        pictures,
-        notes: &notes,
-    };
+    let mut notes = stages::source_notes(plan, &sources);
+    notes.extend(selected.notes.iter().cloned());
+    let parts =
+        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

@@ -7,14 +7,15 @@ use rayon::prelude::*;
 
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
-use crate::base::{Diagnostic, Key, Note, Seed};
-use crate::blend;
+use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
-use crate::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, Source, SourceRecipe, Variant, Wear};
-use crate::relate::{self, Family};
-use crate::source::{grow, import};
+use crate::preset::plan::{
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
+    Wear,
+};
+use crate::source::{estimate, grow, import};
 
 /// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
 #[derive(Debug, Default)]
@@ -104,9 +105,6 @@ pub(super) struct Pictures {
     pub(super) bark: Maps,
 }
 
-/// Two sources in correspondence, by their indices and the weights that matched them.
-pub(super) type Families = Vec<((usize, usize, MatchParams), Family)>;
-
 /// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
 fn remember<T>(
     kept: &Mutex<Kept<T>>,
@@ -153,32 +151,81 @@ pub(super) fn sources(
 fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<SourcePlant>, Vec<Diagnostic>> {
     match &source.recipe {
         SourceRecipe::Grow(params) => {
-            let key = Key::stage("grow", 1).params(params).finish();
-            remember(&memory.sources, MOST_KEPT.0, key, || {
-                grow::grow(params, Seed::new(params.seed).child("grow"))
+            let mut key = Key::stage("grow", 1).params(params);
+            for shape in grow::shape_files(params) {
+                key = key.input(Key::of_bytes(&inputs[&shape.file].bytes));
+            }
+            remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
+                let solids = solids(source, params, inputs)?;
+                grow::grow_in(params, &solids, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant::grown(plant, notes))
                     .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
         }
         SourceRecipe::Import(params) => {
-            let input = &inputs[&params.file];
-            let files = input.files(inputs);
-            let mut key = Key::stage("import", 3).params(params).input(Key::of_bytes(&input.bytes));
-            for (name, bytes) in &files {
-                key = key.params(name).input(Key::of_bytes(bytes));
-            }
-            remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
-                import::import_with(&input.bytes, &input.shown, &files, params)
-                    .map(SourcePlant::imported)
-            })
+            let key = import_key(Key::stage("import", 3), params, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || imported(params, inputs).map(SourcePlant::imported))
+        }
+        SourceRecipe::Like(like) => {
+            let key = import_key(Key::stage("like", 1).params(like), &like.scan, inputs);
+            remember(&memory.sources, MOST_KEPT.0, key, || grown_like(source, like, inputs))
         }
     }
+}
+
+/// The key of an imported plant.
+fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key {
+    let input = &inputs[&params.file];
+    let mut key = stage.params(params).input(Key::of_bytes(&input.bytes));
+    for (name, bytes) in &input.files(inputs) {
+        key = key.params(name).input(Key::of_bytes(bytes));
+    }
+    key.finish()
+}
+
+fn imported(params: &ImportParams, inputs: &Inputs) -> Result<import::Imported, Vec<Diagnostic>> {
+    let input = &inputs[&params.file];
+    import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+}
+
+/// A plant grown like a scan.
+fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+    let scan = imported(&like.scan, inputs)?;
+    let wrong = |message: String| {
+        let field = format!("sources[\"{}\"].like", source.name);
+        vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
+    };
+    let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
+    let mut params = estimate.params;
+    params.seed = like.seed;
+    if let ImportHeight::Metres(height) = like.height {
+        params.height = height;
+    }
+    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
+        .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
+    notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));
+    Ok(SourcePlant::grown(plant, notes))
+}
+
+/// Reads the shapes that a species' volumes name.
+fn solids(source: &Source, params: &GrowParams, inputs: &Inputs) -> Result<grow::Solids, Vec<Diagnostic>> {
+    let read = |shape: grow::ShapeFile| {
+        let input = &inputs[&shape.file];
+        grow::Solid::read(&input.bytes, shape.reading).map(|solid| (shape, solid)).map_err(|error| {
+            let message = format!("its species takes endpoints from {}: {error}", input.shown);
+            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].species", source.name))
+        })
+    };
+    let (solids, errors): (Vec<_>, Vec<_>) = grow::shape_files(params).into_iter().map(read).partition(Result::is_ok);
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    if errors.is_empty() { Ok(solids.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
 /// What is wrong with a species that did not grow.
 fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     let hint = match error {
         grow::GrowError::OutOfRange { .. } => "the species file that the source names has this field",
+        grow::GrowError::Shape(_) => "the species file that the source names names it in turn",
         grow::GrowError::Nothing | grow::GrowError::Plant(_) => {
             "in the species file, widen the shapes that endpoints are taken from or raise `nodes`"
         }
@@ -267,14 +314,16 @@ pub(super) fn check_pictures(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Dia
     Ok(())
 }
 
-/// Imports the scans and forgets them.
+/// Imports the scans and reads the shapes of species, and forgets them.
 pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
-    let imports = |source: &Source| matches!(source.recipe, SourceRecipe::Import(_));
-    let checked: Vec<_> = plan
+    let checked: Vec<Result<(), Vec<Diagnostic>>> = plan
         .sources
         .par_iter()
-        .filter(|source| imports(source))
-        .map(|source| one_source(source, inputs, &Memory::default()))
+        .map(|source| match &source.recipe {
+            SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
+            SourceRecipe::Import(_) => one_source(source, inputs, &Memory::default()).map(drop),
+            SourceRecipe::Grow(params) => solids(source, params, inputs).map(drop),
+        })
         .collect();
     let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }
@@ -380,7 +429,7 @@ pub(super) fn wardrobe(
 impl Wardrobe {
     /// A variant with leaves: those that its sources bring or, where one of them brings none, those of dressing.
     pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
-        if ingredients(variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
             return plant;
         }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
@@ -398,66 +447,17 @@ fn dress_params(plan: &Plan) -> DressParams {
     DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
 }
 
-/// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Plant]) -> Result<Families, Vec<Diagnostic>> {
-    let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
-    for variant in &plan.variants {
-        if let Variant::Blend { from, to, matching, .. } = variant
-            && !pairs.contains(&(*from, *to, *matching))
-        {
-            pairs.push((*from, *to, *matching));
-        }
-    }
-    pairs
-        .into_par_iter()
-        .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(sources[from].clone(), sources[to].clone(), &matching);
-            let family = family.map_err(|error| {
-                let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
-                let message = format!("can't be blended with \"{to}\": {error}");
-                vec![Diagnostic::new("", message).with_field(format!("sources[\"{from}\"]"))]
-            })?;
-            Ok(((from, to, matching), family))
-        })
-        .collect()
-}
-
-/// One variant, bare.
-pub(super) fn variant(plan: &Plan, variant: &Variant, sources: &[Plant], families: &Families) -> Plant {
-    match variant {
-        Variant::Source(index) => sources[*index].clone(),
-        Variant::Blend { from, to, matching, batch, progress } => {
-            let pair = (*from, *to, *matching);
-            let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family);
-            let family = family.expect("families holds every pair that a variant blends");
-            // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
-            let name = |index: usize| plan.sources[index].name.as_str();
-            let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
-            family.blend(&blend::sample(family, 0, 1, seed, *progress))
-        }
-    }
-}
-
 /// The sources that a variant is made of.
-fn ingredients(variant: &Variant) -> Vec<usize> {
+fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
-        Variant::Blend { from, to, .. } => vec![*from, *to],
+        Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Selected { selection, .. } => {
+            // The candidates of a selection are blends of the same sources.
+            let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
+            first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
+        }
     }
-}
-
-/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other.
-pub(super) fn identity(plan: &Plan, variant: &Variant) -> (serde_json::Value, Seed) {
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let recipe = match variant {
-        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
-        Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
-            "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
-        }),
-    };
-    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
-    (recipe, seed)
 }
 
 #[cfg(test)]

@@ -69,7 +69,17 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
 }
 
-/// A plant out of any file that holds or describes one.
+/// Reads a plant from any file that holds or describes one: the file's name as it is shown, and the plant.
+pub(super) fn read_file(path: &Path, seed: u64) -> Result<(String, Plant), Failure> {
+    let file = path.to_string_lossy().replace('\\', "/");
+    let folder = World::at(path.parent().unwrap_or(Path::new("")));
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let bytes = folder.read(&name).map_err(|why| Failure::Diagnostics(vec![Diagnostic::new(&file, why)]))?;
+    let (_, plant, _) = read_plant(&file, &bytes, &folder, seed)?;
+    Ok((file, plant))
+}
+
+/// A plant out of any file that holds or describes one; a species' shapes are read from `folder`.
 fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
     let text = match std::str::from_utf8(bytes) {
         Err(_) if file.ends_with(".ron") => {
@@ -92,7 +102,19 @@ fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(St
         }
         let mut params = species(file, text).map_err(Failure::Diagnostics)?;
         params.seed = seed;
-        let (plant, notes) = grow::grow(&params, Seed::new(seed).child("grow"))
+        let mut solids = grow::Solids::new();
+        for shape in grow::shape_files(&params) {
+            let wrong = |why: String| {
+                Failure::Diagnostics(vec![Diagnostic::new(
+                    file,
+                    format!("can't take endpoints from {}: {why}", shape.file),
+                )])
+            };
+            let bytes = folder.read(&shape.file).map_err(wrong)?;
+            let solid = grow::Solid::read(&bytes, shape.reading).map_err(|e| wrong(e.to_string()))?;
+            solids.insert(shape, solid);
+        }
+        let (plant, notes) = grow::grow_in(&params, &solids, Seed::new(seed).child("grow"))
             .map_err(|e| Failure::Diagnostics(vec![Diagnostic::new(file, e.to_string())]))?;
         return Ok(("species".to_owned(), plant, notes));
     }
@@ -139,22 +161,39 @@ fn describe_plant(text: &mut String, s: &PlantStats) {
         s.height, s.width, s.stems, s.chains, s.points, s.leaves, s.wood_length, s.base_radius
     );
     let _ = writeln!(text, "topology continuity {:.4}", s.topology_continuity);
+    let streams: Vec<String> = s.strahler.iter().map(usize::to_string).collect();
     let _ =
-        writeln!(text, "order  chains  length m              base radius mm        angle deg             length ratio");
+        writeln!(text, "bifurcation ratio {:.2}: {} streams by Strahler order", s.bifurcation_ratio, streams.join(" "));
+    if s.murray.exponent > 0.0 {
+        let _ = writeln!(
+            text,
+            "Murray's exponent {:.2} over {} forks, which it predicts to {:.0} %",
+            s.murray.exponent,
+            s.murray.forks,
+            s.murray.residual * 100.0
+        );
+    }
+    let _ = writeln!(text, "by order: median [10 %..90 %]");
+    let _ = writeln!(
+        text,
+        "order  chains  length m              base radius mm        angle deg        length ratio         radius ratio         slenderness"
+    );
     let spread = |d: &Distribution, scale: f32, digits: usize| match d.count {
         0 => "-".to_owned(),
-        _ => format!("{:.digits$} [{:.digits$}..{:.digits$}]", d.median * scale, d.min * scale, d.max * scale),
+        _ => format!("{:.digits$} [{:.digits$}..{:.digits$}]", d.median * scale, d.low * scale, d.high * scale),
     };
     for o in &s.orders {
         let _ = writeln!(
             text,
-            "{:>5}  {:>6}  {:<20}  {:<20}  {:<20}  {}",
+            "{:>5}  {:>6}  {:<20}  {:<20}  {:<15}  {:<19}  {:<19}  {}",
             o.order,
             o.chains,
             spread(&o.length, 1.0, 2),
             spread(&o.base_radius, 1000.0, 1),
             spread(&o.branching_angle, 1.0, 0),
             spread(&o.length_ratio, 1.0, 2),
+            spread(&o.radius_ratio, 1.0, 2),
+            spread(&o.slenderness, 1.0, 0),
         );
     }
 }

@@ -30,6 +30,13 @@ static LATTICE: LazyLock<[Vec3; DIRECTIONS]> = LazyLock::new(|| {
     })
 });
 
+/// The lattice, an axis at a time.
+static LANES: LazyLock<[[f32; DIRECTIONS]; 3]> =
+    LazyLock::new(|| std::array::from_fn(|axis| std::array::from_fn(|i| LATTICE[i][axis])));
+
+/// Points beyond this share of the way from the middle to the box's ellipsoid are near the outside.
+const OUTER: f32 = 0.75;
+
 /// The convex hull of some points, relative to an anchor.
 #[derive(Clone, Debug)]
 pub struct Crown {
@@ -52,6 +59,44 @@ impl Crown {
             *h = h.max(u.dot(p));
         }
         self.count += 1;
+    }
+
+    /// Grows the hull by many points: the same as [`add`](Self::add) of each, several times faster.
+    ///
+    /// A point inside an ellipsoid that the hull holds can change nothing. So points near the outside go first, the
+    /// largest such ellipsoid is taken, and what is left inside it is passed over.
+    pub(crate) fn add_all(&mut self, points: &[Vec3]) {
+        let (low, high) = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let centre = (low + high) * 0.5;
+        let half = ((high - low) * 0.5).max(Vec3::splat(f32::MIN_POSITIVE));
+        let inverse = Vec3::ONE / half;
+        let depth = |p: Vec3| ((p - centre) * inverse).length_squared();
+        let lattice = &*LANES;
+        let mut near = Vec::new();
+        for &point in points {
+            if depth(point) >= OUTER * OUTER {
+                self.widen(lattice, point);
+            } else {
+                near.push(point);
+            }
+        }
+        let c = centre - self.anchor;
+        let radius = self.support.iter().zip(LATTICE.iter()).map(|(h, u)| (h - u.dot(c)) / (*u * half).length());
+        let inner = radius.fold(f32::INFINITY, f32::min).max(0.0);
+        // Rounding must not drop a point that touches the ellipsoid.
+        let inner = inner * inner * 0.999;
+        near.into_iter().filter(|p| depth(*p) >= inner).for_each(|p| self.widen(lattice, p));
+        self.count += points.len();
+    }
+
+    fn widen(&mut self, lattice: &[[f32; DIRECTIONS]; 3], point: Vec3) {
+        let p = point - self.anchor;
+        let [x, y, z] = lattice;
+        for (((h, x), y), z) in self.support.iter_mut().zip(x).zip(y).zip(z) {
+            // As `Vec3::dot` sums.
+            let d = x * p.x + y * p.y + z * p.z;
+            *h = if d > *h { d } else { *h };
+        }
     }
 
     /// Grows the hull by another hull in the same space.
@@ -111,6 +156,12 @@ impl Crown {
                 most.into_iter().fold(0.0, f32::max)
             }
         }
+    }
+
+    /// The support function in one of the [`DIRECTIONS`], from the anchor, metres; minus infinity when empty.
+    #[must_use]
+    pub(crate) fn support(&self, direction: usize) -> f32 {
+        self.support[direction]
     }
 
     /// Distance of the farthest point from the anchor, metres; 0 when empty.
@@ -231,6 +282,21 @@ mod tests {
             low.cmple(Vec3::new(-2.0, 3.0, -2.0) + 0.01).all() && high.cmpge(Vec3::new(2.0, 7.0, 2.0) - 0.01).all()
         );
         assert!(high.y < 9.5 && low.y > 0.5, "{low} {high}");
+    }
+
+    #[test]
+    fn adding_many_points_is_adding_each() {
+        for s in 0..40 {
+            let seed = Seed::new(s);
+            let stretch = Vec3::new(1.0, seed.child("y").range(0.0, 4.0), seed.child("z").range(0.1, 1.0));
+            let points: Vec<Vec3> = (0..1 + seed.child("n").index(300) as u64)
+                .map(|i| seed.at(i).direction() * seed.at(i).child("r").range(0.0, 2.0) * stretch + Vec3::X)
+                .collect();
+            let (mut one, mut all) = (Crown::new(Vec3::Y), Crown::new(Vec3::Y));
+            points.iter().for_each(|p| one.add(*p));
+            all.add_all(&points);
+            assert!(one.support == all.support && one.count == all.count, "seed {s}");
+        }
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Forks of a plant: what Murray's exponent is measured on, and its streams by Strahler's order.
 //!
 //! A fork is a place of a chain where others leave it; those that leave within one radius of each other are one fork.
-//! Radii are read clear of the fork, one radius below and above it (half the way to the next fork where that is
-//! nearer), and a child's as far out as its parent is thick, since scans swell at forks and a blend tapers there.
+//! Radii are read at the chains' own points, clear of the fork where there is a point between it and the next one: at
+//! the last point one radius below it, at the first point one radius above it, and for a child at its first point
+//! outside its parent. Reading between points would read the taper from one to the next instead of the wood.
 //!
 //! *Murray's exponent* is the x that brings the predicted radii `(Σ r_child^x)^(1/x)` nearest to the measured ones: least
 //! squares of the difference of their logarithms, over all forks with equal weight, so that a thousand twigs don't drown
@@ -23,6 +24,8 @@ const MOST_FORKS: usize = 2048;
 const FEWEST_FORKS: usize = 3;
 /// Range of the exponents that are tried.
 const RANGE: (f64, f64) = (0.5, 8.0);
+/// Arc-length parameters closer than this are one place.
+const ROUNDING: f64 = 1e-5;
 
 /// Murray's exponent as measured on a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -64,7 +67,8 @@ impl Forks {
             if length <= 0.0 {
                 continue;
             }
-            let radius = |t: f64| f64::from(curve.value(plant.radii(id), t));
+            let (at, radii) = (curve.parameters(), plant.radii(id));
+            let radius = |t: f64| f64::from(curve.value(radii, t));
             // Clusters: (first location, last location, first child, one past the last).
             let mut clusters: Vec<(f64, f64, usize, usize)> = Vec::new();
             for (i, &child) in leaving.iter().enumerate() {
@@ -78,16 +82,27 @@ impl Forks {
                 let before = if k > 0 { clusters[k - 1].1 } else { 0.0 };
                 let after = clusters.get(k + 1).map_or(1.0, |next| next.0);
                 let clear = radius(from) / length;
-                let below = radius(from - clear.min((from - before) * 0.5));
+                // A location and the point it means are a rounding error apart.
+                let under = at.partition_point(|&t| t <= from - clear);
+                let below = if under > 0 && at[under - 1] > before + ROUNDING {
+                    f64::from(radii[under - 1])
+                } else {
+                    radius(from)
+                };
                 let start = found.children.len();
                 // At the very tip nothing of the chain is left above.
-                if to < 1.0 - 1e-6 {
-                    found.children.push(radius(to + clear.min((after - to) * 0.5)));
+                if to < 1.0 - ROUNDING {
+                    let over = at.partition_point(|&t| t < to + clear.max(ROUNDING));
+                    let next = at.partition_point(|&t| t <= to + ROUNDING);
+                    let over = if at.get(over).is_some_and(|&t| t <= after + ROUNDING) { over } else { next };
+                    found.children.push(f64::from(radii[over.min(radii.len() - 1)]));
                 }
                 for &child in &leaving[first..end] {
                     let own = Curve::new(plant.points(child));
-                    let out = (clear * length / f64::from(own.length()).max(1e-12)).min(0.25);
-                    found.children.push(f64::from(own.value(plant.radii(child), out)));
+                    let (arc, radii) = (own.parameters(), plant.radii(child));
+                    let out = (clear * length / f64::from(own.length()).max(1e-12)).min(0.5);
+                    let outside = arc.partition_point(|&t| t < out).clamp(1, radii.len() - 1);
+                    found.children.push(f64::from(radii[outside]));
                 }
                 let sound = below > 0.0 && found.children[start..].iter().all(|r| *r > 0.0);
                 if sound && found.children.len() - start >= 2 {

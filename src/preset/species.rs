@@ -4,7 +4,12 @@
 //! degrees in the text, radians in the plan. Height and iterations must be given, everything else has a default; the
 //! tables below hold ranges, units, defaults and what each field does.
 
-use super::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+use super::look::path;
+use super::path::joined;
+use super::plan::{
+    Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams,
+    Guide, GuideStart, Sampling, UpAxis, Volume,
+};
 use super::reader::{Item, Reader};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -46,6 +51,24 @@ pub(super) static SPECIES: Record = Record {
             about: "exponent of the radius rule, parent^x = sum of children^x; larger gives a thinner trunk",
         },
         Field {
+            name: "taper",
+            kind: Kind::Number { low: 0.0, high: 50.0, unit: "tips/m" },
+            default: Default::Is("0.3"),
+            about: "how a branch thins between forks: what a metre of wood counts for below it, in tips",
+        },
+        Field {
+            name: "flare",
+            kind: Kind::Number { low: 0.0, high: 3.0, unit: "radii" },
+            default: Default::Is("0.35"),
+            about: "how much wider a stem is at the ground, where its roots spread",
+        },
+        Field {
+            name: "flare_height",
+            kind: Kind::Number { low: 0.5, high: 30.0, unit: "radii" },
+            default: Default::Is("5.0"),
+            about: "height above the ground where the flare ends, in radii of the stem",
+        },
+        Field {
             name: "crookedness",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("0.3"),
@@ -85,7 +108,7 @@ static ITERATION: Record = Record {
         Field {
             name: "guide",
             kind: Kind::Choice(&GUIDE),
-            default: Default::Is("Piecewise()"),
+            default: Default::Is("Constant()"),
             about: "how the growing direction turns from node to node; positive is outwards and down",
         },
         Field {
@@ -111,21 +134,41 @@ const fn degrees(name: &'static str, default: Default, about: &'static str) -> F
     Field { name, kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" }, default, about }
 }
 
-const COUNT: Field = Field {
-    name: "count",
-    kind: Kind::Integer { low: 1, high: 20_000, unit: "" },
-    default: Default::Required,
-    about: "how many endpoints",
+const fn count(default: Default) -> Field {
+    let kind = Kind::Integer { low: 1, high: 20_000, unit: "" };
+    Field { name: "count", kind, default, about: "how many endpoints" }
+}
+
+const SAMPLING: Field = Field {
+    name: "sampling",
+    kind: Kind::Choice(&SAMPLINGS),
+    default: Default::Is("Poisson"),
+    about: "how they are chosen among the nodes there",
+};
+
+static SAMPLINGS: Choice = Choice {
+    title: "Sampling",
+    kinds: &[
+        KindOf { name: "Poisson", form: Form::Plain, about: "they keep their distance: a Poisson-disc distribution" },
+        KindOf { name: "Uniform", form: Form::Plain, about: "by chance alone: clumps and gaps" },
+        KindOf { name: "Whorls", form: Form::Fields(&WHORLS), about: "at a distance in tiers, as conifers branch" },
+    ],
+};
+static WHORLS: Record = Record {
+    title: "Whorls",
+    about: "Endpoints lie in the lowest quarter of every spacing.",
+    fields: &[Field {
+        name: "spacing",
+        kind: Kind::Number { low: 0.005, high: 1.0, unit: "heights" },
+        default: Default::Required,
+        about: "from tier to tier",
+    }],
 };
 
 static ENDPOINTS: Choice = Choice {
     title: "Endpoints",
     kinds: &[
-        KindOf {
-            name: "Volume",
-            form: Form::Fields(&VOLUME),
-            about: "spread evenly in a volume: trunk and main limbs",
-        },
+        KindOf { name: "Volume", form: Form::Fields(&VOLUME), about: "in a volume: trunk and main limbs" },
         KindOf {
             name: "Surface",
             form: Form::Fields(&SURFACE),
@@ -136,30 +179,38 @@ static ENDPOINTS: Choice = Choice {
 
 static VOLUME: Record = Record {
     title: "Volume",
-    about: "Endpoints spread evenly in a volume.",
+    about: "Endpoints in a volume (3.2.2). Give `count` or `density`; a Point is one endpoint.",
     fields: &[
         Field { name: "shape", kind: Kind::Choice(&SHAPE), default: Default::Required, about: "the volume" },
-        COUNT,
+        count(Default::Else("by `density`")),
+        Field {
+            name: "density",
+            kind: Kind::Number { low: 0.1, high: 100_000.0, unit: "in a cubic height" },
+            default: Default::Else("by `count`"),
+            about: "how many endpoints, by volume",
+        },
+        SAMPLING,
     ],
 };
 
 static SURFACE: Record = Record {
     title: "Surface",
-    about: "Endpoints among the graph's nodes that are exactly `hops` edges from the plant so far.",
+    about: "Endpoints among the graph's nodes that are exactly `k` edges from the plant so far (3.2.3).",
     fields: &[
         Field {
-            name: "hops",
+            name: "k",
             kind: Kind::Integer { low: 1, high: 30, unit: "hops" },
             default: Default::Required,
             about: "length of the new branches, in edges of the graph",
         },
         Field {
-            name: "proportion",
+            name: "t",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("1.0"),
-            about: "only this share of them, those furthest from the root",
+            about: "only this share of them, those furthest from the root; the rest is the exclusion zone",
         },
-        COUNT,
+        count(Default::Required),
+        SAMPLING,
     ],
 };
 
@@ -176,67 +227,245 @@ const HOLLOW: Field = Field {
 static SHAPE: Choice = Choice {
     title: "Shape",
     kinds: &[
-        KindOf {
-            name: "Point",
-            form: Form::Fields(&POINT),
-            about: "a point above the trunk's base: the tip of a trunk",
-        },
-        KindOf { name: "Ellipsoid", form: Form::Fields(&HOLLOWED), about: "an upright ellipsoid" },
-        KindOf { name: "HalfEllipsoid", form: Form::Fields(&HOLLOWED), about: "the upper half of one" },
-        KindOf { name: "Cone", form: Form::Fields(&SOLID), about: "a cone, tip up" },
-        KindOf { name: "Cylinder", form: Form::Fields(&SOLID), about: "an upright cylinder" },
+        KindOf { name: "Point", form: Form::Fields(&POINT), about: "the tip of a trunk" },
+        KindOf { name: "Ellipsoid", form: Form::Fields(&ROUND), about: "an upright ellipsoid, or its shell" },
+        KindOf { name: "HalfEllipsoid", form: Form::Fields(&ROUND), about: "the upper half of one" },
+        KindOf { name: "Cone", form: Form::Fields(&ROUND), about: "a cone, tip up" },
+        KindOf { name: "Cylinder", form: Form::Fields(&ROUND), about: "an upright cylinder" },
+        KindOf { name: "Box", form: Form::Fields(&BOX), about: "an upright box" },
+        KindOf { name: "Mesh", form: Form::Fields(&MESH), about: "the inside of a closed mesh" },
+        KindOf { name: "Outline", form: Form::Fields(&OUTLINE), about: "an SVG silhouette, revolved" },
     ],
 };
 
 static POINT: Record = Record {
     title: "Point",
-    about: "A point on the plant's axis.",
-    fields: &[share("height", 1.0, Default::Required, "its height")],
+    about: "A point over the plant's base, or beside it.",
+    fields: &[
+        share("height", 1.0, Default::Required, "its height"),
+        share("out", 5.0, Default::Is("0.0"), "how far off the axis, to a side that the seed chooses"),
+    ],
 };
-static HOLLOWED: Record = Record {
-    title: "Ellipsoid and HalfEllipsoid",
+static ROUND: Record = Record {
+    title: "Ellipsoid, HalfEllipsoid, Cone and Cylinder",
     about: "Upright about the plant's axis.",
     fields: &[BOTTOM, TOP, RADIUS, HOLLOW],
 };
-static SOLID: Record =
-    Record { title: "Cone and Cylinder", about: "Upright about the plant's axis.", fields: &[BOTTOM, TOP, RADIUS] };
+static BOX: Record = Record {
+    title: "Box",
+    about: "Upright, its middle on the plant's axis.",
+    fields: &[
+        BOTTOM,
+        TOP,
+        share("width", 10.0, Default::Required, "extent along x"),
+        share("depth", 10.0, Default::Required, "extent along z"),
+        HOLLOW,
+    ],
+};
+static MESH: Record = Record {
+    title: "Mesh",
+    about: "Scaled alike in all directions to stand between the two heights, its own vertical axis on the plant's.",
+    fields: &[
+        Field {
+            name: "file",
+            kind: Kind::Text("the path of a GLB, glTF, OBJ or PLY file"),
+            default: Default::Required,
+            about: "a closed mesh; relative to the species file's folder",
+        },
+        Field { name: "up", kind: Kind::Choice(&UPWARDS), default: Default::Is("Y"), about: "which axis points up" },
+        BOTTOM,
+        TOP,
+    ],
+};
+static UPWARDS: Choice = Choice {
+    title: "Up of a mesh",
+    kinds: &[
+        KindOf { name: "Y", form: Form::Plain, about: "as glTF" },
+        KindOf { name: "Z", form: Form::Plain, about: "as many modellers" },
+    ],
+};
+static OUTLINE: Record = Record {
+    title: "Outline",
+    about: "A filled silhouette, revolved about the vertical through its middle, between the two heights.",
+    fields: &[
+        Field {
+            name: "file",
+            kind: Kind::Text("the path of an SVG file"),
+            default: Default::Required,
+            about: "relative to the species file's folder",
+        },
+        BOTTOM,
+        TOP,
+    ],
+};
+
+const RULES: [KindOf; 5] = [
+    KindOf { name: "Constant", form: Form::Fields(&CONSTANT), about: "the same angle at every hop" },
+    KindOf { name: "Piecewise", form: Form::Fields(&PIECEWISE), about: "one angle at first, another afterwards" },
+    KindOf { name: "Random", form: Form::Fields(&RANDOM), about: "a random first angle for each place of departure" },
+    KindOf { name: "Polar", form: Form::Fields(&POLAR), about: "the more, the further a node is from the axis" },
+    KindOf { name: "Field", form: Form::Fields(&FIELD), about: "directions set by place" },
+];
 
 static GUIDE: Choice = Choice {
     title: "Guide",
     kinds: &[
-        KindOf { name: "Piecewise", form: Form::Fields(&PIECEWISE), about: "one angle at first, another afterwards" },
-        KindOf { name: "Random", form: Form::Fields(&RANDOM), about: "a random angle at the first hop, then straight" },
-        KindOf {
-            name: "Polar",
-            form: Form::Fields(&POLAR),
-            about: "the more, the further a node leans from the vertical",
-        },
+        RULES[0],
+        RULES[1],
+        RULES[2],
+        RULES[3],
+        RULES[4],
+        KindOf { name: "Split", form: Form::Fields(&SPLIT), about: "one rule for the lower part, one for the upper" },
     ],
 };
 
+static RULE: Choice = Choice { title: "Rule of a part", kinds: &RULES };
+
+static CONSTANT: Record = Record {
+    title: "Constant",
+    about: "α of 3.2.1.",
+    fields: &[degrees("alpha", Default::Is("0.0"), "turn at each hop")],
+};
+const H0: Field = Field {
+    name: "h0",
+    kind: Kind::Integer { low: 0, high: 1000, unit: "hops" },
+    default: Default::Is("1"),
+    about: "how many hops are the first ones",
+};
+const ALPHA2: Field = degrees("alpha2", Default::Is("0.0"), "turn at each later hop");
 static PIECEWISE: Record = Record {
     title: "Piecewise",
     about: "Eq. 1 of the paper.",
-    fields: &[
-        degrees("first", Default::Is("0.0"), "turn at each of the first hops"),
-        degrees("then", Default::Is("0.0"), "turn at each later hop"),
-        Field {
-            name: "switch",
-            kind: Kind::Integer { low: 0, high: 1000, unit: "hops" },
-            default: Default::Is("1"),
-            about: "how many hops are the first ones",
-        },
-    ],
+    fields: &[degrees("alpha1", Default::Is("0.0"), "turn at each of the first hops"), ALPHA2, H0],
 };
 static RANDOM: Record = Record {
     title: "Random",
-    about: "One angle for each place where a branch starts.",
-    fields: &[degrees("low", Default::Required, "smallest angle"), degrees("high", Default::Required, "largest angle")],
+    about: "Eq. 1 with an alpha1 for each place where branches start (Fig. 6c).",
+    fields: &[
+        degrees("low", Default::Required, "smallest alpha1"),
+        degrees("high", Default::Required, "largest alpha1"),
+        ALPHA2,
+        H0,
+    ],
 };
 static POLAR: Record = Record {
     title: "Polar",
     about: "Eq. 2 of the paper: theta · √(polar angle of the node / 180°).",
     fields: &[degrees("theta", Default::Required, "turn at a hop of a node that points straight down")],
+};
+static SPLIT: Record = Record {
+    title: "Split",
+    about: "Decided by where a branch leaves the plant (Fig. 17b).",
+    fields: &[
+        share("height", 1.0, Default::Required, "where the lower part ends"),
+        Field { name: "lower", kind: Kind::Choice(&RULE), default: Default::Required, about: "rule below it" },
+        Field { name: "upper", kind: Kind::Choice(&RULE), default: Default::Required, about: "rule above it" },
+    ],
+};
+static FIELD: Record = Record {
+    title: "Field",
+    about: "The weighted sum of primitives decides the direction at every node (Fig. 8); nothing turns from hop to hop.",
+    fields: &[Field {
+        name: "parts",
+        kind: Kind::Rows { record: &PART, low: 1, high: 32 },
+        default: Default::Required,
+        about: "what the field is made of",
+    }],
+};
+static PART: Record = Record {
+    title: "Part of a field",
+    about: "One primitive, how much it counts, and where.",
+    fields: &[
+        Field {
+            name: "primitive",
+            kind: Kind::Choice(&PRIMITIVE),
+            default: Default::Required,
+            about: "what points where",
+        },
+        Field {
+            name: "weight",
+            kind: Kind::Number { low: -100.0, high: 100.0, unit: "" },
+            default: Default::Is("1.0"),
+            about: "against the other parts; negative turns it round",
+        },
+        Field { name: "region", kind: Kind::Choice(&REGION), default: Default::Is("Everywhere"), about: "where" },
+    ],
+};
+const CENTRE: Field = share("height", 1.0, Default::Required, "height of its centre on the plant's axis");
+static PRIMITIVE: Choice = Choice {
+    title: "Primitive",
+    kinds: &[
+        KindOf { name: "Uniform", form: Form::Fields(&UNIFORM), about: "the same direction everywhere" },
+        KindOf { name: "Helical", form: Form::Fields(&HELICAL), about: "round the axis and up (Fig. 8a)" },
+        KindOf { name: "Rotational", form: Form::Fields(&ROTATIONAL), about: "round a line (Fig. 8b)" },
+        KindOf { name: "Spherical", form: Form::Fields(&CENTRED), about: "upwards along spheres (Fig. 8c)" },
+        KindOf {
+            name: "Radial",
+            form: Form::Fields(&CENTRED),
+            about: "away from a point; towards it by a negative weight",
+        },
+        KindOf { name: "Outward", form: Form::Plain, about: "level, away from the axis" },
+    ],
+};
+static UNIFORM: Record = Record {
+    title: "Uniform",
+    about: "A direction by two angles.",
+    fields: &[
+        degrees("lean", Default::Is("0.0"), "from upright"),
+        degrees("turn", Default::Is("0.0"), "to which side, from x towards z"),
+    ],
+};
+static HELICAL: Record = Record {
+    title: "Helical",
+    about: "At a constant distance from the axis.",
+    fields: &[degrees("rise", Default::Is("30.0"), "from level; negative falls")],
+};
+static ROTATIONAL: Record = Record {
+    title: "Rotational",
+    about: "Round a line through the plant's axis.",
+    fields: &[
+        Field { name: "axis", kind: Kind::Choice(&AXIS), default: Default::Is("Z"), about: "direction of the line" },
+        share("height", 1.0, Default::Required, "height of the line"),
+    ],
+};
+static CENTRED: Record =
+    Record { title: "Spherical and Radial", about: "About a point of the plant's axis.", fields: &[CENTRE] };
+static AXIS: Choice = Choice {
+    title: "Axis",
+    kinds: &[
+        KindOf { name: "X", form: Form::Plain, about: "level" },
+        KindOf { name: "Y", form: Form::Plain, about: "up" },
+        KindOf { name: "Z", form: Form::Plain, about: "level" },
+    ],
+};
+const SOFT: Field = share("soft", 5.0, Default::Is("0.1"), "over which length the weight falls to nothing outside");
+static REGION: Choice = Choice {
+    title: "Region",
+    kinds: &[
+        KindOf { name: "Everywhere", form: Form::Plain, about: "everywhere" },
+        KindOf { name: "Layer", form: Form::Fields(&LAYER), about: "between two heights" },
+        KindOf { name: "Ball", form: Form::Fields(&BALL), about: "around a point of the axis" },
+        KindOf { name: "Core", form: Form::Fields(&CORE), about: "around the axis" },
+    ],
+};
+static LAYER: Record = Record {
+    title: "Layer",
+    about: "Between two heights.",
+    fields: &[
+        share("bottom", 1.0, Default::Is("0.0"), "lower height"),
+        share("top", 1.0, Default::Is("1.0"), "upper height"),
+        SOFT,
+    ],
+};
+static BALL: Record = Record {
+    title: "Ball",
+    about: "Around a point of the plant's axis.",
+    fields: &[CENTRE, share("radius", 5.0, Default::Required, "its radius"), SOFT],
+};
+static CORE: Record = Record {
+    title: "Core",
+    about: "Around the plant's axis.",
+    fields: &[share("radius", 5.0, Default::Required, "its radius"), SOFT],
 };
 
 static START: Choice = Choice {
@@ -295,6 +524,9 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
             .collect(),
         tip_radius: species.number("tip_radius"),
         allometry: species.number("allometry"),
+        taper: species.number("taper"),
+        flare: species.number("flare"),
+        flare_height: species.number("flare_height"),
         crookedness: species.number("crookedness"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),
@@ -304,31 +536,18 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
 fn iteration(pass: &Reader<'_, '_>, width: f32) -> Option<GrowIteration> {
     let endpoints = pass.choice("endpoints", |kind, fields| match kind {
         "Volume" => {
-            let count = fields.count("count");
             let shape = fields.choice("shape", |kind, fields| volume(kind, fields, width));
-            shape.map(|shape| Endpoints::Volume { shape, count })
+            let (shape, sampling) = (shape?, sampling(fields)?);
+            Some(Endpoints::Volume { count: volume_count(fields, &shape), shape, sampling })
         }
         _ => Some(Endpoints::Surface {
-            hops: fields.count("hops"),
-            proportion: fields.number("proportion"),
+            k: fields.count("k"),
+            t: fields.number("t"),
             count: fields.count("count"),
+            sampling: sampling(fields)?,
         }),
     });
-    let guide = pass.choice("guide", |kind, fields| match kind {
-        "Piecewise" => Some(Guide::Piecewise {
-            first: angle(fields, "first"),
-            then: angle(fields, "then"),
-            switch: fields.count("switch"),
-        }),
-        "Random" => {
-            let (low, high) = (angle(fields, "low"), angle(fields, "high"));
-            if low > high {
-                fields.fault("low", "`low` is above `high`", "swap the two");
-            }
-            Some(Guide::Random { low, high })
-        }
-        _ => Some(Guide::Polar { theta: angle(fields, "theta") }),
-    });
+    let guide = pass.choice("guide", guide);
     let start = pass.choice("start", |kind, fields| match kind {
         "Kept" => Some(GuideStart::Kept),
         _ => Some(GuideStart::ByHeight { low: angle(fields, "low"), high: angle(fields, "high") }),
@@ -341,24 +560,154 @@ fn iteration(pass: &Reader<'_, '_>, width: f32) -> Option<GrowIteration> {
     Some(GrowIteration { endpoints: endpoints?, guide: guide?, start: start?, keep: keep? })
 }
 
-fn volume(kind: &str, fields: &Reader<'_, '_>, width: f32) -> Option<Volume> {
-    if kind == "Point" {
-        return Some(Volume::Point { height: fields.number("height") });
+fn sampling(fields: &Reader<'_, '_>) -> Option<Sampling> {
+    fields.choice("sampling", |kind, fields| {
+        Some(match kind {
+            "Uniform" => Sampling::Uniform,
+            "Whorls" => Sampling::Whorls { spacing: fields.number("spacing") },
+            _ => Sampling::Poisson,
+        })
+    })
+}
+
+/// How many endpoints a volume gets: by one of two fields, or one in a point.
+fn volume_count(fields: &Reader<'_, '_>, shape: &Volume) -> Count {
+    let point = matches!(shape, Volume::Point { .. });
+    match (fields.has("count"), fields.has("density")) {
+        (true, true) => fields.fault("density", "beside `count`", "give one of the two"),
+        (false, false) if !point => {
+            fields.report().at(fields.span(), fields.path(), "neither `count` nor `density`", "give one of the two");
+        }
+        (_, true) if point => fields.fault("density", "a Point is one endpoint", "leave it out"),
+        _ => {}
     }
-    let (bottom, top, radius) = (fields.number("bottom"), fields.number("top"), fields.number("radius"));
+    if fields.has("density") {
+        Count::Density(fields.number_or("density", 1.0))
+    } else {
+        Count::Number(u32::try_from(fields.integer_or("count", 1)).unwrap_or(u32::MAX))
+    }
+}
+
+fn guide(kind: &str, fields: &Reader<'_, '_>) -> Option<Guide> {
+    Some(match kind {
+        "Constant" => Guide::Constant { alpha: angle(fields, "alpha") },
+        "Piecewise" => Guide::Piecewise {
+            alpha1: angle(fields, "alpha1"),
+            alpha2: angle(fields, "alpha2"),
+            h0: fields.count("h0"),
+        },
+        "Random" => {
+            let (low, high) = (angle(fields, "low"), angle(fields, "high"));
+            if low > high {
+                fields.fault("low", "`low` is above `high`", "swap the two");
+            }
+            Guide::Random { low, high, alpha2: angle(fields, "alpha2"), h0: fields.count("h0") }
+        }
+        "Polar" => Guide::Polar { theta: angle(fields, "theta") },
+        "Split" => {
+            let height = fields.number("height");
+            let (lower, upper) = (fields.choice("lower", guide), fields.choice("upper", guide));
+            Guide::Split { height, lower: Box::new(lower?), upper: Box::new(upper?) }
+        }
+        _ => {
+            let part = |item: &Item<'_>| field_part(&Reader::new(fields.report(), &PART, item));
+            Guide::Field { parts: fields.list("parts").iter().filter_map(part).collect() }
+        }
+    })
+}
+
+fn field_part(part: &Reader<'_, '_>) -> Option<FieldPart> {
+    let primitive = part.choice("primitive", |kind, fields| {
+        Some(match kind {
+            "Uniform" => FieldPrimitive::Uniform { lean: angle(fields, "lean"), turn: angle(fields, "turn") },
+            "Helical" => FieldPrimitive::Helical { rise: angle(fields, "rise") },
+            "Rotational" => {
+                let axis = fields.choice("axis", |kind, _| {
+                    Some(match kind {
+                        "X" => FieldAxis::X,
+                        "Y" => FieldAxis::Y,
+                        _ => FieldAxis::Z,
+                    })
+                });
+                FieldPrimitive::Rotational { axis: axis?, height: fields.number("height") }
+            }
+            "Spherical" => FieldPrimitive::Spherical { height: fields.number("height") },
+            "Radial" => FieldPrimitive::Radial { height: fields.number("height") },
+            _ => FieldPrimitive::Outward,
+        })
+    });
+    let region = part.choice("region", |kind, fields| {
+        Some(match kind {
+            "Layer" => {
+                let (bottom, top) = (fields.number("bottom"), fields.number("top"));
+                if bottom > top {
+                    fields.fault("bottom", "`bottom` is above `top`", "swap the two");
+                }
+                FieldRegion::Layer { bottom, top, soft: fields.number("soft") }
+            }
+            "Ball" => FieldRegion::Ball {
+                height: fields.number("height"),
+                radius: fields.number("radius"),
+                soft: fields.number("soft"),
+            },
+            "Core" => FieldRegion::Core { radius: fields.number("radius"), soft: fields.number("soft") },
+            _ => FieldRegion::Everywhere,
+        })
+    });
+    Some(FieldPart { primitive: primitive?, weight: part.number("weight"), region: region? })
+}
+
+fn volume(kind: &str, fields: &Reader<'_, '_>, width: f32) -> Option<Volume> {
+    let within = |name: &str, reach: f32, scale: f32| {
+        if reach > width * 0.5 + 1e-6 {
+            let message = format!("reaches beyond the graph's region, whose `width` is {width}");
+            fields.fault(name, message, format!("at most {}, or a larger `width`", width * 0.5 * scale));
+        }
+    };
+    if kind == "Point" {
+        let out = fields.number("out");
+        within("out", out, 1.0);
+        return Some(Volume::Point { height: fields.number("height"), out });
+    }
+    let (bottom, top) = (fields.number("bottom"), fields.number("top"));
     if fields.has("bottom") && fields.has("top") && bottom >= top {
         fields.fault("bottom", "`bottom` is not below `top`", "both are shares of the plant's height, 0 to 1");
     }
-    if radius > width * 0.5 + 1e-6 {
-        let message = format!("reaches beyond the graph's region, whose `width` is {width}");
-        fields.fault("radius", message, format!("at most {}, or a larger `width`", width * 0.5));
-    }
     Some(match kind {
-        "Ellipsoid" => Volume::Ellipsoid { bottom, top, radius, hollow: fields.number("hollow") },
-        "HalfEllipsoid" => Volume::HalfEllipsoid { bottom, top, radius, hollow: fields.number("hollow") },
-        "Cone" => Volume::Cone { bottom, top, radius },
-        _ => Volume::Cylinder { bottom, top, radius },
+        "Mesh" => {
+            let up = fields.choice("up", |kind, _| Some(if kind == "Z" { UpAxis::Z } else { UpAxis::Y }));
+            Volume::Mesh { file: path(fields, "file"), up: up?, bottom, top }
+        }
+        "Outline" => Volume::Outline { file: path(fields, "file"), bottom, top },
+        "Box" => {
+            let (width, depth) = (fields.number("width"), fields.number("depth"));
+            within("width", width * 0.5, 2.0);
+            within("depth", depth * 0.5, 2.0);
+            Volume::Box { bottom, top, width, depth, hollow: fields.number("hollow") }
+        }
+        _ => {
+            let (radius, hollow) = (fields.number("radius"), fields.number("hollow"));
+            within("radius", radius, 1.0);
+            match kind {
+                "Ellipsoid" => Volume::Ellipsoid { bottom, top, radius, hollow },
+                "HalfEllipsoid" => Volume::HalfEllipsoid { bottom, top, radius, hollow },
+                "Cone" => Volume::Cone { bottom, top, radius, hollow },
+                _ => Volume::Cylinder { bottom, top, radius, hollow },
+            }
+        }
     })
+}
+
+/// The species with the files of its shapes as seen from another folder: `folder` is the species file's.
+pub(super) fn seen_from(mut params: GrowParams, folder: &str) -> GrowParams {
+    for iteration in &mut params.iterations {
+        if let Endpoints::Volume { shape: Volume::Mesh { file, .. } | Volume::Outline { file, .. }, .. } =
+            &mut iteration.endpoints
+        {
+            *file = joined(folder, file);
+        }
+    }
+    params
 }
 
 /// An angle in radians.

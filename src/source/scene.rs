@@ -100,7 +100,8 @@ pub fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Di
     scene.notes.extend(scene.images.iter().filter_map(missing));
     if scene.triangles() == 0 {
         return Err(vec![
-            Diagnostic::new(file, "the file holds no triangle").with_hint("export the tree's mesh, not points or curves"),
+            Diagnostic::new(file, "the file holds no triangle")
+                .with_hint("export the tree's mesh, not points or curves"),
         ]);
     }
     Ok(scene)

@@ -26,7 +26,7 @@ pub(crate) const SPECIES: &str = r"(
     iterations: [
         (
             endpoints: Volume(shape: HalfEllipsoid(bottom: 0.35, top: 0.9, radius: 0.36), count: 6),
-            guide: Piecewise(first: 7.0, then: 0.0, switch: 3),
+            guide: Piecewise(alpha1: 7.0, alpha2: 0.0, h0: 3),
         ),
     ],
 )

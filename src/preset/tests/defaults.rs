@@ -1,6 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
+use crate::preset::plan::{BlendTree, Pick};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -17,7 +18,8 @@ const SPELLED_OUT: &str = r##"(
     variants: [
         Blend(
             of: ["oak", "scan"], count: 3, from: 0.15, to: 0.85, batches: 3, seed: 0,
-            matching: (crown: 0.5, direction: 0.3, ratio: 0.2),
+            matching: (crown: 0.5, direction: 0.3, ratio: 0.2), pick: All, filter: None,
+            scores: (crown: 0.4, ratio: 0.2, topology: 0.4),
         ),
     ],
     foliage: (
@@ -44,8 +46,8 @@ fn what_is_left_out_has_the_documented_default() {
         .variants
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     assert!(progress.iter().zip([0.5, 0.325, 0.675]).all(|(a, b)| (a - b).abs() < 1e-6), "{progress:?}");
@@ -53,13 +55,36 @@ fn what_is_left_out_has_the_documented_default() {
 
 #[test]
 fn species_defaults_are_the_documented_ones() {
-    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(hops: 2, count: 3))])");
+    let short = species("a.ron", "(height: 2, iterations: [(endpoints: Surface(k: 2, count: 3))])");
     let full = "(height: 2.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5, crookedness: 0.3, bole: 0, slenderness: 300, iterations: [(
-        endpoints: Surface(hops: 2, proportion: 1.0, count: 3),
-        guide: Piecewise(first: 0.0, then: 0.0, switch: 1), start: Kept, keep: Any,
+        endpoints: Surface(k: 2, t: 1.0, count: 3, sampling: Poisson),
+        guide: Constant(alpha: 0.0), start: Kept, keep: Any,
     )])";
     assert_eq!(short, species("a.ron", full));
     assert!(short.is_ok());
+}
+
+#[test]
+fn a_pick_makes_candidates_of_which_count_are_kept() {
+    let with = |more: &str| load_with_oak(&SHORT.replace("count: 3", &format!("count: 3, {more}"))).expect("loads");
+    let plan = with("pick: Inspiring");
+    let [selection] = &plan.selections[..] else { panic!("one selection") };
+    assert_eq!((selection.candidates.len(), selection.keep, selection.field.as_str()), (18, 3, "variants[0]"));
+    // The first candidates are the trees that would have been made without a pick.
+    assert_eq!(selection.candidates[..3], load_with_oak(SHORT).expect("loads").variants[..]);
+    assert_eq!(plan.variants, (0..3).map(|place| Variant::Selected { selection: 0, place }).collect::<Vec<_>>());
+    let full =
+        "pick: Inspiring, candidates: 18, scores: (), filter: Plausible(collisions: 0.01, rise: 0.01, botany: 1)";
+    assert_eq!(plan, with(full));
+    // A filter alone makes spare trees, and what is let through is kept as it comes.
+    assert_eq!(with("filter: Plausible()").selections[0].candidates.len(), 18);
+    assert_eq!(with("pick: Diverse(apart: 0.1)").selections[0].pick, Pick::Diverse { apart: 0.1 });
+}
+
+#[test]
+fn a_plan_without_a_pick_is_written_as_before() {
+    let text = serde_json::to_string(&load_with_oak(SHORT).expect("loads")).expect("a plan can be written");
+    assert!(!text.contains("selection") && !text.contains("pick"));
 }
 
 #[test]
@@ -70,8 +95,8 @@ fn raising_a_count_leaves_the_first_trees_alone() {
     let mut progress: Vec<f32> = many
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     progress.sort_by(f32::total_cmp);

@@ -10,9 +10,9 @@ use crate::base::Diagnostic;
 const OAK: &str = r#"(
     height: 12.0, nodes: 30000, width: 1.2, tip_radius: 0.004, allometry: 2.5,
     iterations: [
-        (endpoints: Volume(shape: Point(height: 0.4), count: 1), guide: Piecewise(first: 0.0, then: 0.0, switch: 1)),
-        (endpoints: Volume(shape: HalfEllipsoid(bottom: 0.3, top: 1.0, radius: 0.5, hollow: 0.3), count: 30), guide: Piecewise(first: 30.0, then: -3.0, switch: 3), start: Kept, keep: Any),
-        (endpoints: Surface(hops: 4, proportion: 0.6, count: 300), guide: Random(low: 30.0, high: 120.0)),
+        (endpoints: Volume(shape: Point(height: 0.4), count: 1), guide: Piecewise(alpha1: 0.0, alpha2: 0.0, h0: 1)),
+        (endpoints: Volume(shape: HalfEllipsoid(bottom: 0.3, top: 1.0, radius: 0.5, hollow: 0.3), count: 30), guide: Piecewise(alpha1: 30.0, alpha2: -3.0, h0: 3), start: Kept, keep: Any),
+        (endpoints: Surface(k: 4, t: 0.6, count: 300), guide: Random(low: 30.0, high: 120.0)),
     ],
 )"#;
 
@@ -29,11 +29,13 @@ fn the_avenue_is_what_its_comments_say() {
     assert_eq!((plan.name.as_str(), plan.seed, plan.sources.len(), plan.variants.len()), ("avenue", 41, 2, 8));
     let heights = plan.sources.iter().map(|source| match &source.recipe {
         SourceRecipe::Grow(grow) => (source.name.as_str(), grow.seed, grow.height),
-        SourceRecipe::Import(_) => ("", 0, 0.0),
+        SourceRecipe::Import(_) | SourceRecipe::Like(_) => ("", 0, 0.0),
     });
     assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 15.0)]);
     assert_eq!(plan.variants[0], Variant::Source(0));
-    assert!(matches!(plan.variants[2], Variant::Blend { from: 0, to: 1, batch: 0, progress: 0.5, .. }));
+    let first = plan::BlendTree::State { batch: 0, progress: 0.5, pace: 1.0 };
+    assert_eq!(plan.variants[2], Variant::Blend { blend: 0, tree: first });
+    assert_eq!(plan.blends[0].of, [0, 1]);
     assert!(matches!(plan.leaf_art, LeafArt::Made { shape: LeafShape::Oak, .. }));
     assert!(matches!(plan.bark_art, BarkArt::Made { pattern: BarkPattern::Furrowed, .. }));
     assert_eq!((plan.lods.len(), plan.mesh.bark_tile, plan.dress.density), (5, 2.0, 0.8));
@@ -43,6 +45,6 @@ fn the_avenue_is_what_its_comments_say() {
 fn degrees_become_radians() {
     let oak = species("oak.ron", OAK).expect("loads");
     assert_eq!(oak.iterations[0].start, GuideStart::Kept);
-    let plan::Guide::Random { low, high } = oak.iterations[2].guide else { panic!("{oak:?}") };
+    let plan::Guide::Random { low, high, .. } = oak.iterations[2].guide else { panic!("{oak:?}") };
     assert!((low - std::f32::consts::FRAC_PI_6).abs() < 1e-6 && (high - 2.094_395).abs() < 1e-6);
 }

@@ -118,9 +118,10 @@ fn layout(index: usize, accessor: &json::Accessor, root: &json::Root) -> Result<
         compressed: false,
     };
     if let Some(sparse) = &accessor.sparse {
-        layout.sparse = Some(self::sparse(sparse, size, accessor.count, root).ok_or_else(|| {
-            broken("has sparse elements that reach beyond their buffer views")
-        })?);
+        layout.sparse = Some(
+            self::sparse(sparse, size, accessor.count, root)
+                .ok_or_else(|| broken("has sparse elements that reach beyond their buffer views"))?,
+        );
     }
     let Some(view) = accessor.buffer_view else { return Ok(layout) };
     let view = usize::try_from(view).ok().and_then(|v| root.buffer_views.get(v));

@@ -24,9 +24,9 @@ pub(super) fn buffers<'a>(
             None if i == 0 && container => Some(Cow::Borrowed(bin)),
             None => None,
             Some(uri) => match inline(uri) {
-                Some(data) => Some(Cow::Owned(base64(data).ok_or_else(|| {
-                    GlbError::Broken(format!("buffer {i} holds what is no base64"))
-                })?)),
+                Some(data) => Some(Cow::Owned(
+                    base64(data).ok_or_else(|| GlbError::Broken(format!("buffer {i} holds what is no base64")))?,
+                )),
                 None => file_name(uri).and_then(|name| files.get(&name)).map(|bytes| Cow::Borrowed(*bytes)),
             },
         };

@@ -10,76 +10,99 @@ use glam::Vec3;
 use super::Space;
 use super::grid::Lattice;
 use super::nodes::Nodes;
+use super::solid::Solids;
 use super::structure::Structure;
+use super::volume;
 use super::yao::NONE;
-use crate::base::Seed;
-use crate::preset::plan::{Endpoints, Volume};
+use crate::base::{Seed, math};
+use crate::preset::plan::{Count, Endpoints, Sampling, Volume};
+
+/// Most endpoints that a density may ask for.
+const MOST: f32 = 50_000.0;
 
 /// The nodes at which branches may end, without those of the structure; in no particular order.
-pub(super) fn candidates(endpoints: &Endpoints, space: &Space, structure: &Structure, seed: Seed) -> Vec<u32> {
+pub(super) fn candidates(
+    endpoints: &Endpoints,
+    solids: &Solids,
+    space: &Space,
+    structure: &Structure,
+    seed: Seed,
+) -> Vec<u32> {
+    let mut places = places(endpoints, solids, space, structure, seed);
+    if let Sampling::Whorls { spacing } = sampling(endpoints) {
+        places.retain(|&node| (space.nodes.at(node).y / spacing).fract() < 0.25);
+    }
+    places
+}
+
+fn sampling(endpoints: &Endpoints) -> Sampling {
+    let (Endpoints::Volume { sampling, .. } | Endpoints::Surface { sampling, .. }) = *endpoints;
+    sampling
+}
+
+fn places(endpoints: &Endpoints, solids: &Solids, space: &Space, structure: &Structure, seed: Seed) -> Vec<u32> {
     let Space { nodes, graph, from_root } = space;
     let free = |node: &u32| !structure.holds(*node);
     match *endpoints {
         Endpoints::Volume { ref shape, .. } => {
-            if let Volume::Point { height } = *shape {
-                return Some(nodes.nearest(Vec3::Y * height)).filter(free).into_iter().collect();
+            if let Volume::Point { height, out } = *shape {
+                let (sin, cos) = math::sin_cos(seed.child("side").unit() * std::f32::consts::TAU);
+                let point = Vec3::new(out * cos, height, out * sin);
+                return Some(nodes.nearest(point)).filter(free).into_iter().collect();
             }
-            (0..nodes.len() as u32).filter(|&node| holds(shape, nodes.at(node))).filter(free).collect()
+            let solid = volume::solid(shape, solids);
+            (0..nodes.len() as u32).filter(|&node| volume::holds(shape, solid, nodes.at(node))).filter(free).collect()
         }
-        Endpoints::Surface { hops, proportion, .. } => {
+        Endpoints::Surface { k, t, .. } => {
             let sources: Vec<u32> = structure.members.iter().map(|m| m.node).collect();
-            let near = graph.hops(&sources, hops);
-            let mut surface: Vec<u32> = (0..nodes.len() as u32).filter(|&n| near[n as usize] == hops).collect();
+            let near = graph.hops(&sources, k);
+            let mut surface: Vec<u32> = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k).collect();
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
             let seed = seed.child("surface");
             surface.sort_by_key(|&n| (std::cmp::Reverse(from_root[n as usize]), seed.at(u64::from(n)).bits()));
-            let kept = (surface.len() as f32 * proportion.clamp(0.0, 1.0)).ceil() as usize;
+            let kept = (surface.len() as f32 * t.clamp(0.0, 1.0)).ceil() as usize;
             surface.truncate(kept);
             surface
         }
     }
 }
 
-/// How many endpoints are asked for.
-pub(super) fn count(endpoints: &Endpoints) -> u32 {
+/// How many endpoints are asked for, in a region of some width.
+pub(super) fn count(endpoints: &Endpoints, solids: &Solids, width: f32) -> u32 {
     match *endpoints {
         Endpoints::Volume { shape: Volume::Point { .. }, .. } => 1,
-        Endpoints::Volume { count, .. } | Endpoints::Surface { count, .. } => count,
+        Endpoints::Volume { count: Count::Number(count), .. } | Endpoints::Surface { count, .. } => count,
+        Endpoints::Volume { count: Count::Density(density), ref shape, .. } => {
+            (density * volume::measure(shape, solids, width)).clamp(0.0, MOST).round() as u32
+        }
     }
 }
 
-/// Whether a volume holds a point; lengths in plant heights.
-fn holds(shape: &Volume, p: Vec3) -> bool {
-    let out = p.x * p.x + p.z * p.z;
-    // Distance from the centre in units of the half axes; 0 / 0 is NaN and lies in no range.
-    let shell = |centre: f32, half: f32, radius: f32, hollow: f32| {
-        let up = (p.y - centre) / half;
-        let reach = (up * up + out / (radius * radius)).sqrt();
-        (hollow..=1.0).contains(&reach)
-    };
-    match *shape {
-        Volume::Point { .. } => false,
-        Volume::Ellipsoid { bottom, top, radius, hollow } => {
-            shell((bottom + top) * 0.5, (top - bottom) * 0.5, radius, hollow)
+/// Chooses `count` of some nodes as the endpoints' sampling says.
+pub(super) fn choose(endpoints: &Endpoints, candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u32> {
+    match sampling(endpoints) {
+        Sampling::Poisson | Sampling::Whorls { .. } => spread(candidates, nodes, count, seed),
+        Sampling::Uniform => {
+            let mut order = shuffled(candidates, seed);
+            order.truncate(count);
+            order
         }
-        Volume::HalfEllipsoid { bottom, top, radius, hollow } => {
-            p.y >= bottom && shell(bottom, top - bottom, radius, hollow)
-        }
-        Volume::Cone { bottom, top, radius } => {
-            let here = radius * (top - p.y) / (top - bottom);
-            (bottom..=top).contains(&p.y) && out <= here * here
-        }
-        Volume::Cylinder { bottom, top, radius } => (bottom..=top).contains(&p.y) && out <= radius * radius,
     }
+}
+
+/// Nodes in an order of chance that each has by itself.
+fn shuffled(nodes: &[u32], seed: Seed) -> Vec<u32> {
+    let seed = seed.child("spread");
+    let mut order = nodes.to_vec();
+    order.sort_by_key(|&n| (seed.at(u64::from(n)).bits(), n));
+    order
 }
 
 /// Chooses `count` of some nodes so that they keep their distance: in random order, with a disc that shrinks until
 /// enough have found room. Linear in candidates, a few passes.
-pub(super) fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u32> {
-    let seed = seed.child("spread");
-    let mut order = candidates.to_vec();
-    order.sort_by_key(|&n| (seed.at(u64::from(n)).bits(), n));
+fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u32> {
+    let mut order = shuffled(candidates, seed);
     if count >= order.len() {
         return order;
     }
@@ -145,18 +168,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn volumes_hold_what_they_should() {
-        let half = Volume::HalfEllipsoid { bottom: 0.3, top: 0.9, radius: 0.5, hollow: 0.5 };
-        assert!(holds(&half, Vec3::new(0.4, 0.31, 0.0)) && holds(&half, Vec3::new(0.0, 0.85, 0.0)));
-        assert!(!holds(&half, Vec3::new(0.4, 0.29, 0.0)) && !holds(&half, Vec3::new(0.1, 0.4, 0.0)));
-        let cone = Volume::Cone { bottom: 0.2, top: 1.0, radius: 0.4 };
-        assert!(holds(&cone, Vec3::new(0.0, 0.6, 0.19)) && !holds(&cone, Vec3::new(0.0, 0.6, 0.21)));
-        let flat = Volume::Ellipsoid { bottom: 0.5, top: 0.5, radius: 0.0, hollow: 0.0 };
-        assert!(!holds(&flat, Vec3::new(0.0, 0.5, 0.0)));
-        assert!(holds(&Volume::Cylinder { bottom: 0.0, top: 0.2, radius: 0.1 }, Vec3::ZERO));
-    }
-
-    #[test]
     fn chosen_endpoints_keep_their_distance() {
         let nodes = Nodes::scatter(4000, 1.0, Seed::new(2));
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
@@ -186,16 +197,115 @@ mod tests {
     }
 
     #[test]
+    fn uniform_endpoints_clump_as_chance_has_it() {
+        let nodes = Nodes::scatter(4000, 1.0, Seed::new(2));
+        let all: Vec<u32> = (0..nodes.len() as u32).collect();
+        let chosen = |sampling| {
+            let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
+            let endpoints = Endpoints::Volume { shape, count: Count::Number(200), sampling };
+            choose(&endpoints, &all, &nodes, 200, Seed::new(7))
+        };
+        let nearest = |chosen: &[u32]| {
+            let to = |n: u32, m: u32| nodes.at(m).distance(nodes.at(n));
+            let one = |&n: &u32| chosen.iter().filter(|&&m| m != n).map(|&m| to(n, m)).fold(f32::MAX, f32::min);
+            chosen.iter().map(one).sum::<f32>() / chosen.len() as f32
+        };
+        let (poisson, uniform) = (chosen(Sampling::Poisson), chosen(Sampling::Uniform));
+        assert_eq!((poisson.len(), uniform.len()), (200, 200));
+        // Mean distance to the nearest: 0.554 / cbrt(density) for chance alone (200 in π/4).
+        let expected = 0.554 / (200.0_f32 / (std::f32::consts::PI * 0.25)).cbrt();
+        assert!((nearest(&uniform) / expected - 1.0).abs() < 0.15, "{} {expected}", nearest(&uniform));
+        assert!(nearest(&poisson) > nearest(&uniform) * 1.3);
+    }
+
+    #[test]
+    fn whorls_are_tiers() {
+        let space = Space::new(Nodes::scatter(4000, 1.0, Seed::new(2)));
+        let structure = Structure::new(&space.nodes);
+        let of = |sampling| {
+            let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
+            let endpoints = Endpoints::Volume { shape, count: Count::Number(80), sampling };
+            let candidates = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1));
+            choose(&endpoints, &candidates, &space.nodes, 80, Seed::new(1))
+        };
+        let chosen = of(Sampling::Whorls { spacing: 0.2 });
+        assert_eq!(chosen.len(), 80);
+        let tiers: Vec<usize> = (0..5)
+            .map(|tier| {
+                let low = tier as f32 * 0.2;
+                chosen.iter().filter(|&&n| (low..low + 0.0501).contains(&space.nodes.at(n).y)).count()
+            })
+            .collect();
+        assert_eq!(tiers.iter().sum::<usize>(), 80);
+        assert!(tiers.iter().all(|&t| t >= 8), "{tiers:?}");
+    }
+
+    #[test]
+    fn density_counts_by_volume() {
+        let of = |radius| Endpoints::Volume {
+            shape: Volume::Cylinder { bottom: 0.2, top: 0.7, radius, hollow: 0.0 },
+            count: Count::Density(1000.0),
+            sampling: Sampling::Poisson,
+        };
+        let volume = std::f32::consts::PI * 0.09 * 0.5;
+        let counted = count(&of(0.3), &Solids::new(), 1.0) as f32;
+        assert!((counted - 1000.0 * volume).abs() < 1000.0 * volume * 0.03, "{counted}");
+        // What lies outside the region has no nodes and does not count.
+        assert_eq!(count(&of(0.3), &Solids::new(), 0.6), count(&of(9.0), &Solids::new(), 0.6));
+    }
+
+    #[test]
+    fn a_tip_off_the_axis_stands_on_a_side_of_its_seed() {
+        let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
+        let structure = Structure::new(&space.nodes);
+        let shape = Volume::Point { height: 0.6, out: 0.3 };
+        let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
+        let tip = |seed| {
+            let found = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(seed));
+            assert_eq!(found.len(), 1);
+            space.nodes.at(found[0])
+        };
+        for seed in 1..9 {
+            let p = tip(seed);
+            assert!((p.y - 0.6).abs() < space.nodes.disc);
+            assert!((Vec3::new(p.x, 0.0, p.z).length() - 0.3).abs() < space.nodes.disc);
+        }
+        assert!(tip(1).distance(tip(2)) > 0.05);
+    }
+
+    #[test]
     fn a_surface_lies_exactly_its_hops_away_and_outermost() {
         let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
         let structure = Structure::new(&space.nodes);
-        let surface = |proportion| {
-            let endpoints = Endpoints::Surface { hops: 3, proportion, count: 9 };
-            candidates(&endpoints, &space, &structure, Seed::new(1))
+        let surface = |t| {
+            let endpoints = Endpoints::Surface { k: 3, t, count: 9, sampling: Sampling::Poisson };
+            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1))
         };
         let all = surface(1.0);
         assert!(!all.is_empty() && all.iter().all(|&n| space.from_root[n as usize] == 3));
         assert_eq!(surface(0.5).len(), all.len().div_ceil(2));
         assert!(surface(0.0).is_empty());
+    }
+
+    #[test]
+    fn the_exclusion_zone_takes_what_is_nearest_to_the_root() {
+        // Fig. 11: around a trunk, the outermost third is farther from the root by hops than all that is left out.
+        let space = Space::new(Nodes::scatter(4000, 1.0, Seed::new(4)));
+        let mut structure = Structure::new(&space.nodes);
+        let tip = space.nodes.nearest(Vec3::Y * 0.6);
+        let guide = crate::preset::plan::Guide::Constant { alpha: 0.0 };
+        let sources = structure.sources(&space.nodes, crate::preset::plan::GuideStart::Kept, &guide, 0.0);
+        let paths =
+            crate::source::grow::paths::Paths::find(&space.nodes, &space.graph, &sources, &[tip], &guide, Seed::new(1));
+        structure.add(&paths, tip);
+        let surface = |t| {
+            let endpoints = Endpoints::Surface { k: 2, t, count: 9, sampling: Sampling::Poisson };
+            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1))
+        };
+        let (all, outer) = (surface(1.0), surface(0.3));
+        let least = outer.iter().map(|&n| space.from_root[n as usize]).min().unwrap();
+        let left_out = all.iter().filter(|n| !outer.contains(n)).map(|&n| space.from_root[n as usize]).max().unwrap();
+        assert!(least >= left_out && least > 3, "{least} {left_out}");
+        assert_eq!(outer.len(), (all.len() as f32 * 0.3).ceil() as usize);
     }
 }

@@ -5,10 +5,15 @@
 //! there is no plane yet: over a vertical vector the first is undefined, so the edge's heading takes its place, and over
 //! a vertical edge a random one. This is what makes branches leave a trunk on all sides.
 //!
+//! Three rules need no rotation chain of their own: a split chooses between two by where the branch leaves the
+//! structure, so a branch keeps its rule to the end (Fig. 17b); a field gives vectors by place (`field`); and a random
+//! angle is drawn for the source node, so that all branches of one node share it, as in Fig. 6c.
+//!
 //! A rotation never carries a vector past up or down: beyond, the axis would turn over and the next step swing back.
 
 use glam::Vec3;
 
+use super::field;
 use crate::base::{Rotation, Seed, math};
 use crate::preset::plan::{Guide, GuideStart};
 
@@ -28,6 +33,8 @@ pub(super) struct Step {
     pub(super) hops: u32,
     /// The node of the structure where the path begins.
     pub(super) source: u32,
+    /// Its height.
+    pub(super) source_height: f32,
     /// The node that the step reaches.
     pub(super) node: u32,
     /// Angle by which the vector leans first, from [`start`]; 0 but on the first hop.
@@ -37,32 +44,36 @@ pub(super) struct Step {
 impl Step {
     /// The guiding vector of the node that the step reaches.
     pub(super) fn turned(mut self, guide: &Guide, seed: Seed) -> Vec3 {
+        let guide = rule(guide, self.source_height);
+        if let Guide::Field { parts } = guide {
+            return field::vector(parts, self.position).unwrap_or(self.vector);
+        }
         if self.lean != 0.0 {
             self.vector = lean(self.vector, self.axis(seed), self.lean);
         }
-        let angle = match *guide {
-            Guide::Piecewise { first, then, switch } => {
-                if self.hops <= switch {
-                    first
-                } else {
-                    then
-                }
-            }
-            Guide::Random { low, high } => {
-                if self.hops > 1 {
-                    return self.vector;
-                }
-                seed.child("angle").at(u64::from(self.source)).range(low, high)
+        let angle = self.angle(guide, seed);
+        if angle == 0.0 {
+            return self.vector;
+        }
+        lean(self.vector, self.axis(seed), angle)
+    }
+
+    /// By how much a vector turns on this step, radians.
+    fn angle(&self, guide: &Guide, seed: Seed) -> f32 {
+        let piecewise = |alpha1: f32, alpha2: f32, h0: u32| if self.hops <= h0 { alpha1 } else { alpha2 };
+        match *guide {
+            Guide::Constant { alpha } => alpha,
+            Guide::Piecewise { alpha1, alpha2, h0 } => piecewise(alpha1, alpha2, h0),
+            Guide::Random { low, high, alpha2, h0 } => {
+                piecewise(seed.child("angle").at(u64::from(self.source)).range(low, high), alpha2, h0)
             }
             Guide::Polar { theta } => {
                 let beta = math::angle(Vec3::Y, self.position);
                 theta * (beta / std::f32::consts::PI).sqrt()
             }
-        };
-        if angle == 0.0 {
-            return self.vector;
+            // `rule` has taken the first apart as far as it goes, and the second has no angle.
+            Guide::Split { .. } | Guide::Field { .. } => 0.0,
         }
-        lean(self.vector, self.axis(seed), angle)
     }
 
     fn axis(self, seed: Seed) -> Vec3 {
@@ -70,10 +81,22 @@ impl Step {
     }
 }
 
+/// The rule for a branch that leaves the structure at a height.
+fn rule(guide: &Guide, height: f32) -> &Guide {
+    match guide {
+        Guide::Split { height: at, lower, upper } => rule(if height < *at { lower } else { upper }, height),
+        other => other,
+    }
+}
+
 /// The guiding vector with which a node of the structure starts a pass, and the angle by which it leans on the first
 /// hop; `kept` is the vector it had. A vector that stands upright has no side to lean to until an edge gives it one.
-pub(super) fn start(rule: GuideStart, kept: Vec3, position: Vec3) -> (Vec3, f32) {
-    match rule {
+/// Under a field the structure's vectors are the field's, whatever the start.
+pub(super) fn start(start: GuideStart, guide: &Guide, kept: Vec3, position: Vec3) -> (Vec3, f32) {
+    if let Guide::Field { parts } = rule(guide, position.y) {
+        return (field::vector(parts, position).unwrap_or(kept), 0.0);
+    }
+    match start {
         GuideStart::Kept => (kept, 0.0),
         GuideStart::ByHeight { low, high } => {
             let angle = (low + (high - low) * position.y.clamp(0.0, 1.0)).clamp(0.0, std::f32::consts::PI);
@@ -107,16 +130,33 @@ fn lean(v: Vec3, heading: Vec3, angle: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::plan::{FieldPart, FieldPrimitive, FieldRegion};
 
     const SEED: Seed = Seed::new(1);
 
     fn step(vector: Vec3, edge: Vec3, hops: u32) -> Step {
-        Step { vector, edge: edge.normalize(), position: Vec3::Y, hops, source: 4, node: 9, lean: 0.0 }
+        let edge = edge.normalize();
+        Step { vector, edge, position: Vec3::Y, hops, source: 4, source_height: 0.5, node: 9, lean: 0.0 }
+    }
+
+    fn piecewise(alpha1: f32, alpha2: f32, h0: u32) -> Guide {
+        Guide::Piecewise { alpha1, alpha2, h0 }
+    }
+
+    /// Angles from upright after each of `hops` steps of a path that goes on in its own direction.
+    fn leans(guide: &Guide, start: Vec3, hops: u32) -> Vec<f32> {
+        let mut v = start;
+        (1..=hops)
+            .map(|h| {
+                v = step(v, Vec3::new(1.0, 1.0, 0.0), h).turned(guide, SEED);
+                math::angle(v, Vec3::Y).to_degrees()
+            })
+            .collect()
     }
 
     #[test]
     fn positive_angles_turn_outwards_towards_the_edge() {
-        let guide = Guide::Piecewise { first: 0.5, then: -0.2, switch: 2 };
+        let guide = piecewise(0.5, -0.2, 2);
         let v = step(Vec3::Y, Vec3::new(1.0, 3.0, 0.0), 1).turned(&guide, SEED);
         assert!((v - Vec3::new(math::sin(0.5), math::cos(0.5), 0.0)).length() < 1e-5, "{v}");
         // Further on the vector's own heading counts, not the edge's.
@@ -127,8 +167,34 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_angle_is_added_at_every_hop() {
+        // Fig. 5, left: 4 degrees a hop.
+        for (i, lean) in leans(&Guide::Constant { alpha: 4_f32.to_radians() }, Vec3::Y, 20).iter().enumerate() {
+            assert!((lean - 4.0 * (i + 1) as f32).abs() < 1e-3, "{i}: {lean}");
+        }
+    }
+
+    #[test]
+    fn equation_one_switches_after_h0_hops() {
+        // Fig. 5, right: 6 degrees for 20 hops, then back.
+        let leans = leans(&piecewise(6_f32.to_radians(), -6_f32.to_radians(), 20), Vec3::Y, 30);
+        for (i, lean) in leans.iter().enumerate() {
+            let hop = i as f32 + 1.0;
+            let expected = if hop <= 20.0 { 6.0 * hop } else { 120.0 - 6.0 * (hop - 20.0) };
+            assert!((lean - expected).abs() < 2e-3, "hop {hop}: {lean}");
+        }
+    }
+
+    #[test]
+    fn with_h0_one_a_branch_leaves_at_its_angle_and_runs_straight() {
+        // Fig. 6b.
+        let leans = leans(&piecewise(60_f32.to_radians(), 0.0, 1), Vec3::Y, 6);
+        assert!(leans.iter().all(|lean| (lean - 60.0).abs() < 1e-3), "{leans:?}");
+    }
+
+    #[test]
     fn a_turn_stops_at_up_and_at_down() {
-        let much = Guide::Piecewise { first: 9.0, then: -9.0, switch: 1 };
+        let much = piecewise(9.0, -9.0, 1);
         let leaning = Vec3::new(0.6, 0.8, 0.0);
         assert!((step(leaning, Vec3::X, 1).turned(&much, SEED) + Vec3::Y).length() < 1e-5);
         assert!((step(leaning, Vec3::X, 2).turned(&much, SEED) - Vec3::Y).length() < 1e-5);
@@ -136,7 +202,7 @@ mod tests {
 
     #[test]
     fn upright_over_an_upright_edge_leans_to_a_random_side() {
-        let guide = Guide::Piecewise { first: 1.0, then: 0.0, switch: 1 };
+        let guide = piecewise(1.0, 0.0, 1);
         let sides: Vec<Vec3> =
             (0..64).map(|node| Step { node, ..step(Vec3::Y, Vec3::Y, 1) }.turned(&guide, SEED)).collect();
         assert!(sides.iter().all(|v| (math::angle(*v, Vec3::Y) - 1.0).abs() < 1e-5));
@@ -146,35 +212,75 @@ mod tests {
 
     #[test]
     fn polar_angles_follow_equation_two() {
-        let guide = Guide::Polar { theta: 0.4 };
-        let mut step = step(Vec3::Y, Vec3::X, 5);
-        step.position = Vec3::X;
-        let expected = 0.4 * 0.5_f32.sqrt();
-        assert!((math::angle(step.turned(&guide, SEED), Vec3::Y) - expected).abs() < 1e-5);
-        step.position = Vec3::Y;
-        assert_eq!(step.turned(&guide, SEED), Vec3::Y);
+        let theta = 25_f32.to_radians();
+        for degrees in [0.0_f32, 5.0, 22.5, 45.0, 90.0, 135.0] {
+            let (sin, cos) = math::sin_cos(degrees.to_radians());
+            let here = Step { position: Vec3::new(0.0, cos, sin) * 0.7, ..step(Vec3::Y, Vec3::X, 5) };
+            let turned = math::angle(here.turned(&Guide::Polar { theta }, SEED), Vec3::Y);
+            assert!((turned - theta * (degrees / 180.0).sqrt()).abs() < 1e-5, "{degrees}: {turned}");
+        }
     }
 
     #[test]
-    fn a_random_angle_belongs_to_the_source() {
-        let guide = Guide::Random { low: 0.5, high: 2.0 };
+    fn a_random_angle_belongs_to_the_source_and_lasts_h0_hops() {
+        let (low, high) = (30_f32.to_radians(), 120_f32.to_radians());
+        let guide = Guide::Random { low, high, alpha2: 0.0, h0: 1 };
         let one = step(Vec3::Y, Vec3::X, 1);
         let same = Step { node: 77, ..one }.turned(&guide, SEED);
         assert_eq!(one.turned(&guide, SEED), same);
         assert_ne!(Step { source: 5, ..one }.turned(&guide, SEED), same);
         assert_eq!(step(same, Vec3::Z, 2).turned(&guide, SEED), same);
+        let angles: Vec<f32> = (0..400)
+            .map(|source| math::angle(Step { source, ..one }.turned(&guide, SEED), Vec3::Y).to_degrees())
+            .collect();
+        assert!(angles.iter().all(|a| (29.99..120.01).contains(a)));
+        let mean = angles.iter().sum::<f32>() / 400.0;
+        assert!((mean - 75.0).abs() < 4.0 && angles.iter().any(|a| *a < 40.0) && angles.iter().any(|a| *a > 110.0));
+        // Then α2.
+        let on = Guide::Random { low, high, alpha2: -0.1, h0: 1 };
+        let next = step(same, Vec3::Z, 2).turned(&on, SEED);
+        assert!((math::angle(next, Vec3::Y) - math::angle(same, Vec3::Y) + 0.1).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_split_is_decided_where_the_branch_leaves() {
+        let guide = Guide::Split {
+            height: 0.4,
+            lower: Box::new(Guide::Constant { alpha: 0.1 }),
+            upper: Box::new(piecewise(0.5, -0.2, 3)),
+        };
+        let turn = |source_height: f32, y: f32| {
+            let position = Vec3::Y * y;
+            math::angle(Step { source_height, position, ..step(Vec3::Y, Vec3::X, 1) }.turned(&guide, SEED), Vec3::Y)
+        };
+        // However high the branch has climbed, or hung, since.
+        assert!((turn(0.39, 0.9) - 0.1).abs() < 1e-5 && (turn(0.4, 0.1) - 0.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_field_sets_vectors_by_place_alone_and_also_those_of_the_structure() {
+        let part = |primitive| FieldPart { primitive, weight: 1.0, region: FieldRegion::Everywhere };
+        let guide = Guide::Field { parts: vec![part(FieldPrimitive::Radial { height: 0.0 })] };
+        let here = Step { position: Vec3::new(0.3, 0.4, 0.0), ..step(Vec3::NEG_Y, Vec3::Z, 7) };
+        assert!((here.turned(&guide, SEED) - Vec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
+        let by_height = GuideStart::ByHeight { low: 1.0, high: 1.0 };
+        assert_eq!(start(by_height, &guide, Vec3::X, Vec3::Y), (Vec3::Y, 0.0));
+        // Where the field vanishes, the vector before goes on.
+        let centre = Step { position: Vec3::ZERO, ..here };
+        assert_eq!(centre.turned(&guide, SEED), Vec3::NEG_Y);
+        assert_eq!(start(by_height, &guide, Vec3::X, Vec3::ZERO), (Vec3::X, 0.0));
     }
 
     #[test]
     fn start_by_height_leans_from_low_to_high() {
         let rule = GuideStart::ByHeight { low: 1.2, high: 0.2 };
+        let straight = piecewise(0.0, 0.0, 1);
         let middle = Vec3::new(0.0, 0.5, 0.0);
-        let (v, lean) = start(rule, Vec3::X, middle);
+        let (v, lean) = start(rule, &straight, Vec3::X, middle);
         assert!((math::angle(v, Vec3::Y) - 0.7).abs() < 1e-5 && lean == 0.0);
-        let (vector, lean) = start(rule, Vec3::Y, middle);
-        let straight = Guide::Piecewise { first: 0.0, then: 0.0, switch: 1 };
+        let (vector, lean) = start(rule, &straight, Vec3::Y, middle);
         let w = Step { lean, ..step(vector, Vec3::new(0.0, 1.0, -1.0), 1) }.turned(&straight, SEED);
         assert!((w - Vec3::new(0.0, math::cos(0.7), -math::sin(0.7))).length() < 1e-5, "{w}");
-        assert_eq!(start(GuideStart::Kept, Vec3::X, Vec3::Y), (Vec3::X, 0.0));
+        assert_eq!(start(GuideStart::Kept, &straight, Vec3::X, Vec3::Y), (Vec3::X, 0.0));
     }
 }

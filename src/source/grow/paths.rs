@@ -97,7 +97,16 @@ impl Paths {
                 let edge = (here - nodes.at(state.before)).normalize_or(Vec3::Y);
                 // Only sources lean.
                 let lean = leans[state.before as usize];
-                let step = Step { vector, edge, position: here, hops: state.hops, source: state.source, node, lean };
+                let step = Step {
+                    vector,
+                    edge,
+                    position: here,
+                    hops: state.hops,
+                    source: state.source,
+                    source_height: nodes.at(state.source).y,
+                    node,
+                    lean,
+                };
                 vector = step.turned(guide, seed);
             }
             states[node as usize].vector = vector;
@@ -166,7 +175,7 @@ fn key(cost: f32, node: u32) -> u64 {
 mod tests {
     use super::*;
 
-    const STRAIGHT: Guide = Guide::Piecewise { first: 0.0, then: 0.0, switch: 1 };
+    const STRAIGHT: Guide = Guide::Constant { alpha: 0.0 };
 
     fn node_at(nodes: &Nodes, p: Vec3) -> u32 {
         nodes.nearest(p)
@@ -198,7 +207,7 @@ mod tests {
         let graph = Graph { edges };
         let source = [PathSource { node: root, vector: Vec3::Y, lean: 0.0, closed: false }];
         // Turning to the horizontal after one hop makes the way across free; the way up from the side costs.
-        let guide = Guide::Piecewise { first: std::f32::consts::FRAC_PI_2, then: 0.0, switch: 1 };
+        let guide = Guide::Piecewise { alpha1: std::f32::consts::FRAC_PI_2, alpha2: 0.0, h0: 1 };
         let paths = Paths::find(&nodes, &graph, &source, &[end], &guide, Seed::new(1));
         assert_eq!(path(&paths, end), [root, up, end]);
         assert!((paths.vector(up) - Vec3::X).length() < 1e-4);

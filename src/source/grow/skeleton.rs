@@ -1,4 +1,4 @@
-//! From the structure of graph nodes to a skeleton with radii, ready to be cut into chains.
+//! From the structure of graph nodes to a skeleton with first radii, ready to be cut into chains.
 //!
 //! Paths through an irregular graph are visibly crooked; the paper names it as the one difference to other methods
 //! (2015, 4). Here every node is drawn towards the middle of its neighbours along the axis it lies on, a few times; a
@@ -27,11 +27,6 @@ const STEM: f32 = 0.1;
 /// How far out a stem of its own stands, as a share of the way that its first node is out.
 const APART: f32 = 0.4;
 
-/// By how much a stem is thicker at the ground than the rule says.
-const SWELL: f32 = 0.35;
-/// Up to where, in radii.
-const SWELL_HEIGHT: f32 = 5.0;
-
 /// A forest of places with radii; parents before children, a root its own parent.
 struct Axes {
     places: Vec<Vec3>,
@@ -53,7 +48,6 @@ pub(super) fn skeleton(structure: &Structure, nodes: &Nodes, params: &GrowParams
     }
     let scale = params.height / top;
     axes.places.iter_mut().for_each(|p| *p *= scale);
-    axes.flare();
     let parent = |i: usize| (axes.parents[i] as usize != i).then_some(axes.parents[i]);
     let node = |i: usize| SkeletonNode { position: axes.places[i], radius: axes.radii[i], parent: parent(i) };
     Some(Skeleton { nodes: (0..axes.places.len()).map(node).collect() })
@@ -107,26 +101,7 @@ fn carried(parents: &[u32]) -> (Vec<u32>, Vec<u32>) {
 }
 
 impl Axes {
-    /// Butt swell: the foot of a stem widens into its roots, most at the ground and not at all [`SWELL_HEIGHT`] radii
-    /// above it. Needs metres.
-    fn flare(&mut self) {
-        // Radius of the foot of the stem that a node belongs to; 0 off its main axis, so that hanging twigs stay thin.
-        let mut foot = vec![0.0_f32; self.places.len()];
-        for i in 0..self.places.len() {
-            let parent = self.parents[i] as usize;
-            foot[i] = match parent {
-                _ if parent == i => self.radii[i],
-                _ if self.radii[i] >= foot[parent] * 0.5 => foot[parent],
-                _ => 0.0,
-            };
-            if foot[i] > 0.0 {
-                let left = (1.0 - self.places[i].y / (SWELL_HEIGHT * foot[i])).clamp(0.0, 1.0);
-                self.radii[i] *= 1.0 + SWELL * left * left;
-            }
-        }
-    }
-
-    /// Radii by the allometric rule: a node's radius to the `exponent` is the sum of its children's, and a tip's is
+    /// First radii, by which axes are told apart (`radii` gives the final ones): a node's radius to the `exponent` is the sum of its children's, and a tip's is
     /// `tip_radius`.
     fn new(places: Vec<Vec3>, parents: Vec<u32>, tip_radius: f32, exponent: f32) -> Self {
         // Tips are counted, not powers added: exact, and no order of summation.

@@ -6,7 +6,7 @@ use super::guide;
 use super::nodes::Nodes;
 use super::paths::{PathSource, Paths};
 use super::yao::NONE;
-use crate::preset::plan::GuideStart;
+use crate::preset::plan::{Guide, GuideStart};
 
 /// One node of the structure.
 #[derive(Clone, Copy, Debug)]
@@ -43,14 +43,14 @@ impl Structure {
 
     /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
     /// structure that is nowhere higher starts at its top.
-    pub(super) fn sources(&self, nodes: &Nodes, rule: GuideStart, bole: f32) -> Vec<PathSource> {
+    pub(super) fn sources(&self, nodes: &Nodes, start: GuideStart, guide: &Guide, bole: f32) -> Vec<PathSource> {
         let top = self.members.iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max);
         let bole = bole.min(top);
         self.members
             .iter()
             .map(|m| {
                 let position = nodes.at(m.node);
-                let (vector, lean) = guide::start(rule, m.vector, position);
+                let (vector, lean) = guide::start(start, guide, m.vector, position);
                 PathSource { node: m.node, vector, lean, closed: position.y < bole }
             })
             .collect()

@@ -2,17 +2,31 @@
 
 use glam::Vec3;
 
-use super::{GrowError, Space, extend, grow};
+use super::{GrowError, Solids, Space, extend, grow};
 use crate::base::Seed;
 use crate::plant::{Plant, PlantStats};
-use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Volume};
+use crate::preset::plan::{
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, Guide, GuideStart, Sampling, Volume,
+};
 use crate::preset::species;
 use crate::source::grow::nodes::Nodes;
 use crate::source::grow::structure::Structure;
 
 fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
-    let guide = Guide::Piecewise { first, then: 0.0, switch: 1 };
+    let guide = Guide::Piecewise { alpha1: first, alpha2: 0.0, h0: 1 };
     GrowIteration { endpoints, guide, start: GuideStart::Kept, keep: EndpointRule::Any }
+}
+
+fn volume(shape: Volume, count: u32) -> Endpoints {
+    Endpoints::Volume { shape, count: Count::Number(count), sampling: Sampling::Poisson }
+}
+
+fn surface(k: u32, t: f32, count: u32) -> Endpoints {
+    Endpoints::Surface { k, t, count, sampling: Sampling::Poisson }
+}
+
+fn point(height: f32) -> Endpoints {
+    volume(Volume::Point { height, out: 0.0 }, 1)
 }
 
 fn small() -> GrowParams {
@@ -24,14 +38,13 @@ fn small() -> GrowParams {
         width: 0.8,
         tip_radius: 0.01,
         allometry: 2.0,
+        taper: 0.3,
+        flare: 0.35,
+        flare_height: 5.0,
         crookedness: 0.3,
         bole: 0.1,
         slenderness: 10_000.0,
-        iterations: vec![
-            pass(Endpoints::Volume { shape: Volume::Point { height: 0.5 }, count: 1 }, 0.0),
-            pass(Endpoints::Volume { shape: crown, count: 12 }, 0.6),
-            pass(Endpoints::Surface { hops: 2, proportion: 0.7, count: 60 }, 0.5),
-        ],
+        iterations: vec![pass(point(0.5), 0.0), pass(volume(crown, 12), 0.6), pass(surface(2, 0.7, 60), 0.5)],
     }
 }
 
@@ -75,7 +88,7 @@ fn every_endpoint_is_reached_or_told_of() {
     let mut notes = Vec::new();
     let mut before = 0;
     for iteration in &params.iterations {
-        extend(&mut structure, &space, iteration, params.bole, Seed::new(4), |note| notes.push(note));
+        extend(&mut structure, &space, &Solids::new(), iteration, &params, Seed::new(4), |note| notes.push(note));
         assert!(structure.members.len() > before);
         before = structure.members.len();
     }
@@ -95,7 +108,7 @@ fn every_endpoint_is_reached_or_told_of() {
 fn more_endpoints_than_room_are_told_of() {
     let mut params = small();
     params.iterations[1].endpoints =
-        Endpoints::Volume { shape: Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1 }, count: 5000 };
+        volume(Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1, hollow: 0.0 }, 5000);
     let (_, notes) = grow(&params, Seed::new(1)).unwrap();
     assert_eq!(notes.len(), 1);
     assert!(notes[0].starts_with("iteration 2: ") && notes[0].contains("of 5000 endpoints"), "{notes:?}");
@@ -117,7 +130,7 @@ fn nothing_forks_below_the_clear_bole() {
 fn many_first_endpoints_make_stems_of_their_own() {
     let mut params = small();
     let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.8, radius: 0.35, hollow: 0.7 };
-    params.iterations = vec![pass(Endpoints::Volume { shape, count: 10 }, 0.1)];
+    params.iterations = vec![pass(volume(shape, 10), 0.1)];
     params.bole = 0.15;
     let plant = grown(&params);
     let stems = plant.chains().iter().filter(|c| c.parent.is_none()).count();
@@ -133,11 +146,11 @@ fn rules_keep_only_what_lies_lower_or_higher() {
     for (keep, sign) in [(EndpointRule::Lower, -1.0), (EndpointRule::Higher, 1.0)] {
         let mut structure = Structure::new(nodes);
         let params = small();
-        extend(&mut structure, &space, &params.iterations[0], 0.0, Seed::new(4), |_| {});
+        extend(&mut structure, &space, &Solids::new(), &params.iterations[0], &params, Seed::new(4), |_| {});
         let trunk = structure.members.len();
         let mut iteration = params.iterations[1].clone();
         iteration.keep = keep;
-        extend(&mut structure, &space, &iteration, 0.0, Seed::new(4), |_| {});
+        extend(&mut structure, &space, &Solids::new(), &iteration, &params, Seed::new(4), |_| {});
         let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
         let mut tips = 0;
         for (i, member) in structure.members.iter().enumerate().skip(trunk) {
@@ -159,7 +172,7 @@ fn rules_keep_only_what_lies_lower_or_higher() {
 #[test]
 fn extremes_end_in_a_plant_or_an_error() {
     type Change = fn(&mut GrowParams);
-    let changes: [Change; 19] = [
+    let changes: [Change; 22] = [
         |p| p.nodes = 16,
         |p| p.nodes = 0,
         |p| p.width = 0.02,
@@ -169,15 +182,18 @@ fn extremes_end_in_a_plant_or_an_error() {
         |p| p.height = f32::INFINITY,
         |p| p.tip_radius = 0.0,
         |p| p.allometry = 0.5,
+        |p| p.taper = 1000.0,
+        |p| p.flare = 10.0,
+        |p| p.flare_height = f32::NAN,
         |p| p.crookedness = 1.0,
         |p| p.bole = 1.0,
         |p| p.slenderness = 50.0,
         |p| p.iterations.clear(),
         |p| p.iterations = vec![p.iterations[2].clone(); 20],
-        |p| p.iterations[0].endpoints = Endpoints::Volume { shape: Volume::Point { height: 0.0 }, count: 1 },
-        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: u32::MAX, proportion: 1.0, count: u32::MAX },
-        |p| p.iterations[2].endpoints = Endpoints::Surface { hops: 0, proportion: 0.0, count: 0 },
-        |p| p.iterations[1].guide = Guide::Random { low: -12.0, high: 12.0 },
+        |p| p.iterations[0].endpoints = point(0.0),
+        |p| p.iterations[2].endpoints = surface(u32::MAX, 1.0, u32::MAX),
+        |p| p.iterations[2].endpoints = surface(0, 0.0, 0),
+        |p| p.iterations[1].guide = Guide::Random { low: -12.0, high: 12.0, alpha2: 0.0, h0: 1 },
         |p| p.iterations[1].guide = Guide::Polar { theta: f32::NAN },
     ];
     for (i, change) in changes.iter().enumerate() {

@@ -22,10 +22,8 @@ pub(super) fn mesh(
     }
     let mut parts = foliage::split(&scene, files, &overrides);
     let up = if params.up == UpAxis::Detect { scene.up.0 } else { params.up };
-    let wood = Wood {
-        positions: std::mem::take(&mut parts.wood_positions),
-        triangles: std::mem::take(&mut parts.wood),
-    };
+    let wood =
+        Wood { positions: std::mem::take(&mut parts.wood_positions), triangles: std::mem::take(&mut parts.wood) };
     let skeleton = SkeletonParams { up, height: params.height, method: Method::ByPiece };
     let made = skeletonize(&wood, &skeleton).map_err(|error| {
         let hint = "name the materials or parts that are wood in the preset: `wood: [\"…\"]`";

@@ -158,12 +158,7 @@ pub fn import_with(
 ///
 /// Linear in the file's size but for sorting and for the search of wood near each further root (n log n); memory stays
 /// below about thirty times the file, of which the plant itself is the most.
-fn model(
-    bytes: &[u8],
-    file: &str,
-    files: &Files<'_>,
-    params: &ImportParams,
-) -> Result<Imported, Vec<Diagnostic>> {
+fn model(bytes: &[u8], file: &str, files: &Files<'_>, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
     let mut notes = Vec::new();
     let mut read = if mat::is_mat(bytes) {
         mat::read(bytes, file, &mut notes)?

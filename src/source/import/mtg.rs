@@ -239,14 +239,7 @@ struct Walk {
 }
 
 impl Walk {
-    fn row(
-        &mut self,
-        line: &[u8],
-        row: u32,
-        layout: &Layout,
-        classes: &BTreeMap<Vec<u8>, bool>,
-        errors: &mut Errors,
-    ) {
+    fn row(&mut self, line: &[u8], row: u32, layout: &Layout, classes: &BTreeMap<Vec<u8>, bool>, errors: &mut Errors) {
         let Some(column) = line.iter().position(|&b| b != b'\t') else { return };
         if column >= layout.first {
             // Values without a code: a row that somebody left behind.
@@ -305,33 +298,43 @@ impl Walk {
             let dotted = code[at..].starts_with(&[b'.', edge]);
             let doubled = edge != b'/' && code.get(at) == Some(&edge);
             at += if dotted { 2 } else { usize::from(doubled) };
-            let name = at + code[at..].iter().position(|b| !b.is_ascii_alphabetic() && *b != b'$' && *b != b'_').unwrap_or(code.len() - at);
+            let name = at
+                + code[at..]
+                    .iter()
+                    .position(|b| !b.is_ascii_alphabetic() && *b != b'$' && *b != b'_')
+                    .unwrap_or(code.len() - at);
             let class = &code[at..name];
             let digits = code[name..].iter().position(|b| !b.is_ascii_digit()).unwrap_or(code.len() - name);
             if class.is_empty() {
                 return Err(at);
             }
-            let number: i64 = std::str::from_utf8(&code[name..name + digits]).ok().and_then(|d| d.parse().ok()).unwrap_or(0);
+            let number: i64 =
+                std::str::from_utf8(&code[name..name + digits]).ok().and_then(|d| d.parse().ok()).unwrap_or(0);
             at = name + digits;
             let repeat = if dotted { (number - index).clamp(1, MOST_SERIES) } else { 1 };
             index = number;
             let id = self.graph.entities.len() as u32;
             let wood = classes.get(class).copied().unwrap_or_else(|| !is_organ(&String::from_utf8_lossy(class)));
-            if edge == b'/' && let Some(whole) = current {
+            if edge == b'/'
+                && let Some(whole) = current
+            {
                 self.graph.entities[whole as usize].divided = true;
             }
             // What grows from an organ is none of the wood either.
             let wood = wood && current.is_none_or(|c| self.graph.entities[c as usize].wood);
             self.organs += usize::from(!wood);
-            push(&mut self.graph.entities, Entity {
-                from: current.unwrap_or(id),
-                edge,
-                divided: false,
-                wood,
-                repeat: repeat as u32,
-                values: self.graph.values.len() as u32,
-                line: row,
-            });
+            push(
+                &mut self.graph.entities,
+                Entity {
+                    from: current.unwrap_or(id),
+                    edge,
+                    divided: false,
+                    wood,
+                    repeat: repeat as u32,
+                    values: self.graph.values.len() as u32,
+                    line: row,
+                },
+            );
             current = Some(id);
         }
         self.number = index;

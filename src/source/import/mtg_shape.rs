@@ -219,15 +219,7 @@ fn by_lengths(graph: &Graph) -> Vec<Piece> {
 
 impl Lie {
     fn upright() -> Self {
-        Self {
-            heading: glam::Vec3::Z,
-            side: glam::Vec3::X,
-            on_axis: 0,
-            here: 0,
-            nodes: 0,
-            rolled: false,
-            rises: true,
-        }
+        Self { heading: glam::Vec3::Z, side: glam::Vec3::X, on_axis: 0, here: 0, nodes: 0, rolled: false, rises: true }
     }
 
     /// The next stretch of the axis: turned around itself, then bent up or down, degrees.

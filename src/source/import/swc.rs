@@ -40,18 +40,21 @@ pub(super) fn read(mut table: Table<'_>) -> Result<Read, Vec<Diagnostic>> {
         let parent_id = at.whole(column(6), "parent");
         if errors.is_empty() {
             let position = position - *origin.get_or_insert(position);
-            push(&mut pieces, Piece {
-                start: position,
-                end: position,
-                radius,
-                id,
-                parent_id,
-                parent: None,
-                axis: Piece::NONE,
-                extension_id: Piece::NONE,
-                order: Piece::NONE,
-                line: row.line,
-            });
+            push(
+                &mut pieces,
+                Piece {
+                    start: position,
+                    end: position,
+                    radius,
+                    id,
+                    parent_id,
+                    parent: None,
+                    axis: Piece::NONE,
+                    extension_id: Piece::NONE,
+                    order: Piece::NONE,
+                    line: row.line,
+                },
+            );
         }
     }
     if errors.is_empty() {

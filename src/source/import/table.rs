@@ -193,7 +193,8 @@ pub(super) struct Sniffed<'a> {
     pub(super) format: Kind<'a>,
 }
 
-const READ: &str = "read are meshes (glTF, GLB, OBJ, PLY), TreeQSM (CSV, text, MAT), SimpleForest and aRchi CSV, SWC and MTG";
+const READ: &str =
+    "read are meshes (glTF, GLB, OBJ, PLY), TreeQSM (CSV, text, MAT), SimpleForest and aRchi CSV, SWC and MTG";
 
 /// Finds out what a file is.
 ///

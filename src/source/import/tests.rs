@@ -444,9 +444,15 @@ fn a_mat_file_holds_the_cylinders_of_its_csv() {
     for name in ["itsme_buttressed_1", "itsme_tree_1", "itsme_tree_2", "rtwig_small"] {
         let of = |extension: &str| pieces_of(&folder, &format!("{name}.{extension}"), &Files::new());
         let (mat, csv) = (of("mat"), of("csv"));
-        assert_eq!((mat.format, csv.format, mat.pieces.len()), (Format::TreeQsmMat, Format::TreeQsmCsv, csv.pieces.len()));
+        assert_eq!(
+            (mat.format, csv.format, mat.pieces.len()),
+            (Format::TreeQsmMat, Format::TreeQsmCsv, csv.pieces.len())
+        );
         for (a, b) in mat.pieces.iter().zip(&csv.pieces) {
-            assert_eq!((a.id, a.parent_id, a.axis, a.extension_id, a.order), (b.id, b.parent_id, b.axis, b.extension_id, b.order));
+            assert_eq!(
+                (a.id, a.parent_id, a.axis, a.extension_id, a.order),
+                (b.id, b.parent_id, b.axis, b.extension_id, b.order)
+            );
             // The CSV has five digits behind the point.
             assert!(a.start.distance(b.start) < 2e-5 && a.end.distance(b.end) < 5e-5, "{name}: {a:?} {b:?}");
             assert!((a.radius - b.radius).abs() < 1e-5, "{name}: {a:?} {b:?}");
@@ -486,7 +492,10 @@ fn an_mtg_of_lengths_and_angles_takes_the_shape_of_its_reference() {
         // The reference counts its rows from 1, and has the same tree.
         assert_eq!(a.parent_id, if i == 0 { -1 } else { b.parent_id - 1 });
         near += usize::from(a.end.distance(b.end) < 1e-3);
-        let (length, true_length) = (a.end.distance(found[a.parent_id.max(0) as usize].end), b.end.distance(truth[(b.parent_id - 1).max(0) as usize].end));
+        let (length, true_length) = (
+            a.end.distance(found[a.parent_id.max(0) as usize].end),
+            b.end.distance(truth[(b.parent_id - 1).max(0) as usize].end),
+        );
         assert!((length - true_length).abs() < 2e-3, "{i}: {length} {true_length}");
     }
     // The trunk and its laterals: 1222 nodes, but a whorl of four. On which side laterals of laterals leave is not told.

@@ -23,7 +23,8 @@ const MOST: (usize, usize) = (10, 512 << 10);
 pub(super) fn is_gltf(text: &[u8]) -> bool {
     let near = |text: &[u8]| text.windows(7).any(|w| w == b"\"asset\"");
     let end = text.len().saturating_sub(4096);
-    text.trim_ascii_start().starts_with(b"{") && (near(&text[..text.len().min(4096)]) || near(&text[end..]) || near(text))
+    text.trim_ascii_start().starts_with(b"{")
+        && (near(&text[..text.len().min(4096)]) || near(&text[end..]) || near(text))
 }
 
 /// The buffers and pictures that a file names.

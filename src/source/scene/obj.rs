@@ -20,10 +20,48 @@ use crate::base::{Diagnostic, math};
 
 /// Words that begin a statement of OBJ.
 const WORDS: [&[u8]; 42] = [
-    b"v", b"vt", b"vn", b"vp", b"f", b"fo", b"o", b"g", b"s", b"l", b"p", b"usemtl", b"mtllib", b"usemap", b"maplib",
-    b"mg", b"bevel", b"c_interp", b"d_interp", b"lod", b"shadow_obj", b"trace_obj", b"cstype", b"deg", b"bmat", b"step",
-    b"curv", b"curv2", b"surf", b"parm", b"trim", b"hole", b"scrv", b"sp", b"end", b"con", b"ctech", b"stech", b"call",
-    b"csh", b"bsp", b"bzp",
+    b"v",
+    b"vt",
+    b"vn",
+    b"vp",
+    b"f",
+    b"fo",
+    b"o",
+    b"g",
+    b"s",
+    b"l",
+    b"p",
+    b"usemtl",
+    b"mtllib",
+    b"usemap",
+    b"maplib",
+    b"mg",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"lod",
+    b"shadow_obj",
+    b"trace_obj",
+    b"cstype",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"curv",
+    b"curv2",
+    b"surf",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"ctech",
+    b"stech",
+    b"call",
+    b"csh",
+    b"bsp",
+    b"bzp",
 ];
 
 /// Statements that are looked at to tell an OBJ.
@@ -47,7 +85,8 @@ pub(super) fn is_obj(text: &[u8]) -> bool {
 /// The material libraries that a `mtllib` names: one name with blanks, or several that end in `.mtl`.
 fn libraries(statement: &Statement<'_>) -> Vec<String> {
     let whole = statement.name();
-    let ends: Vec<usize> = whole.to_ascii_lowercase().match_indices(".mtl").map(|(at, found)| at + found.len()).collect();
+    let ends: Vec<usize> =
+        whole.to_ascii_lowercase().match_indices(".mtl").map(|(at, found)| at + found.len()).collect();
     let mut names = Vec::new();
     let mut from = 0;
     for end in ends {
@@ -62,11 +101,11 @@ fn libraries(statement: &Statement<'_>) -> Vec<String> {
 
 /// The libraries that an OBJ names, and the pictures that those name as far as they are there.
 pub(super) fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
-    let mut names: Vec<String> =
-        Lines::of(bytes).filter(|s| s.word == b"mtllib").flat_map(|s| libraries(&s)).collect();
+    let mut names: Vec<String> = Lines::of(bytes).filter(|s| s.word == b"mtllib").flat_map(|s| libraries(&s)).collect();
     names.sort();
     names.dedup();
-    let pictures: Vec<String> = names.iter().filter_map(|n| Some((n, files.get(n)?))).flat_map(|(n, b)| mtl::refers(n, b)).collect();
+    let pictures: Vec<String> =
+        names.iter().filter_map(|n| Some((n, files.get(n)?))).flat_map(|(n, b)| mtl::refers(n, b)).collect();
     names.extend(pictures);
     names
 }
@@ -275,8 +314,7 @@ fn corner(word: &[u8], seen: &[i64; 3], limits: &[usize; 3]) -> Result<Corner, S
         if text.is_empty() && k > 0 {
             continue;
         }
-        let index: i64 =
-            std::str::from_utf8(text).ok().and_then(|t| t.parse().ok()).ok_or("is no index".to_owned())?;
+        let index: i64 = std::str::from_utf8(text).ok().and_then(|t| t.parse().ok()).ok_or("is no index".to_owned())?;
         let what = ["vertex", "texture coordinate", "normal"][k];
         let at = match index {
             0 => return Err(format!("names {what} 0; they count from 1")),

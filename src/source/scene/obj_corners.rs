@@ -134,10 +134,14 @@ impl Parts {
         let Part { triangles, faces, positions, .. } = &mut self.parts[part];
         let polygon = self.polygon;
         let index = |i: usize| corners[i].vertex;
-        self.cutter.cut(corners.len(), |i| positions[index(i) as usize], |t| {
-            push(triangles, t.map(|i| index(i as usize)));
-            push(faces, polygon);
-        });
+        self.cutter.cut(
+            corners.len(),
+            |i| positions[index(i) as usize],
+            |t| {
+                push(triangles, t.map(|i| index(i as usize)));
+                push(faces, polygon);
+            },
+        );
         self.polygon = self.polygon.saturating_add(1);
     }
 

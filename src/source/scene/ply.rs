@@ -93,7 +93,11 @@ fn header<'a>(bytes: &'a [u8], file: &str) -> Result<Header<'a>, Vec<Diagnostic>
                 let count = std::str::from_utf8(count).ok().and_then(|c| c.parse().ok());
                 let count = count.ok_or_else(|| fail(format!("`{}` states no count", shown(row))))?;
                 total += 1;
-                out.elements.push(Element { name: String::from_utf8_lossy(name).into_owned(), count, properties: vec![] });
+                out.elements.push(Element {
+                    name: String::from_utf8_lossy(name).into_owned(),
+                    count,
+                    properties: vec![],
+                });
             }
             [b"property", kind @ .., name] => {
                 let of = |word: &[u8]| Kind::of(word).ok_or_else(|| fail(format!("`{}` is no type", shown(word))));
@@ -169,7 +173,9 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scene, Vec<Diagnostic>> {
         // Each element takes a byte at least, unless it has no property at all.
         let least = element.properties.len() as u64;
         if least > 0 && element.count > values.left() as u64 / least {
-            return Err(values.fail(format!("the header claims {} of `{}`, which don't fit", element.count, element.name)));
+            return Err(
+                values.fail(format!("the header claims {} of `{}`, which don't fit", element.count, element.name))
+            );
         }
         match element.name.as_str() {
             "vertex" if !vertices => {
@@ -340,10 +346,14 @@ impl Reader {
             }
             let Part { triangles, faces, positions, .. } = &mut self.part;
             let first = triangles.len();
-            self.cutter.cut(list.len(), |i| positions[list[i] as usize], |t| {
-                triangles.push(t);
-                faces.push(face);
-            });
+            self.cutter.cut(
+                list.len(),
+                |i| positions[list[i] as usize],
+                |t| {
+                    triangles.push(t);
+                    faces.push(face);
+                },
+            );
             if let Some(unshared) = &mut unshared {
                 unshared.corners(&mut list, &uvs);
             }

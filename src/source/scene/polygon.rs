@@ -167,9 +167,8 @@ mod tests {
 
     #[test]
     fn a_huge_tangle_is_fanned_in_bounded_work() {
-        let points: Vec<Vec3> = (0..20_000)
-            .map(|i| Vec3::new(Seed::new(1).at(i).unit(), Seed::new(2).at(i).unit(), 0.0))
-            .collect();
+        let points: Vec<Vec3> =
+            (0..20_000).map(|i| Vec3::new(Seed::new(1).at(i).unit(), Seed::new(2).at(i).unit(), 0.0)).collect();
         let (triangles, fanned) = cut(&points);
         assert_eq!((triangles.len(), fanned), (19_998, 1));
     }

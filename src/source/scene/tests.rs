@@ -9,7 +9,8 @@ fn text(text: &str, files: &Files<'_>) -> Scene {
     read(text.as_bytes(), "it", files).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
-const MTL: &str = "newmtl leaf\nKd 0.5 0.5 0.5\nmap_Kd -bm 1.0 -o 0 0 tex\\my leaf.png\nmap_d mask.png\nbump -bm 2 n.png\n";
+const MTL: &str =
+    "newmtl leaf\nKd 0.5 0.5 0.5\nmap_Kd -bm 1.0 -o 0 0 tex\\my leaf.png\nmap_d mask.png\nbump -bm 2 n.png\n";
 
 #[test]
 fn obj_corners_groups_materials_and_negative_indices_are_read() {

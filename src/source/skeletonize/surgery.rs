@@ -105,11 +105,8 @@ impl Lines {
     /// Adds the line through two points; nothing where they are one.
     fn add(&mut self, a: DVec3, b: DVec3) {
         let Some(along) = (b - a).try_normalize() else { return };
-        let across = DMat3::from_cols(
-            DVec3::X - along * along.x,
-            DVec3::Y - along * along.y,
-            DVec3::Z - along * along.z,
-        );
+        let across =
+            DMat3::from_cols(DVec3::X - along * along.x, DVec3::Y - along * along.y, DVec3::Z - along * along.z);
         let moved = across * a;
         self.square += across;
         self.linear -= moved;

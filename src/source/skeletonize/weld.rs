@@ -107,12 +107,8 @@ fn equal(positions: &[DVec3]) -> Vec<u32> {
 /// Joins the sets of points that share a cell of a grid.
 fn near(positions: &[DVec3], low: DVec3, cell: f64, shift: f64, merged: &mut [u32]) {
     let place = |p: DVec3| ((p - low) / cell + shift).floor().to_array().map(|x| x as i64);
-    let mut keys: Vec<([i64; 3], u32)> = positions
-        .iter()
-        .zip(0_u32..)
-        .filter(|&(_, i)| merged[i as usize] == i)
-        .map(|(&p, i)| (place(p), i))
-        .collect();
+    let mut keys: Vec<([i64; 3], u32)> =
+        positions.iter().zip(0_u32..).filter(|&(_, i)| merged[i as usize] == i).map(|(&p, i)| (place(p), i)).collect();
     keys.par_sort_unstable();
     for pair in keys.windows(2) {
         if pair[0].0 == pair[1].0 {

@@ -1,0 +1,167 @@
+//! The trees that selections keep: candidates are blended bare, filtered, scored and picked. Candidates are forgotten
+//! once measured; those that are kept are blended again, which costs a millisecond.
+
+use rayon::prelude::*;
+
+use super::blends::{self, Blends};
+use crate::base::{Diagnostic, Note};
+use crate::plant::{ChainId, Plant};
+use crate::preset::Plan;
+use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
+use crate::select::{self, Examined, Picked, Scores, Sources};
+
+/// A kept tree.
+pub(super) struct Kept<'a> {
+    /// The candidate.
+    pub(super) recipe: &'a Variant,
+    /// Branches that the filter removes.
+    pub(super) gone: Vec<ChainId>,
+    /// Why it was kept, for the manifest.
+    pub(super) told: serde_json::Value,
+}
+
+/// What all selections keep.
+pub(super) struct Selected<'a> {
+    /// By selection and place.
+    kept: Vec<Vec<Kept<'a>>>,
+    /// What was rejected and removed.
+    pub(super) notes: Vec<Note>,
+}
+
+impl Selected<'_> {
+    /// The kept tree that a variant is; none for a variant that no selection decides.
+    pub(super) fn get(&self, variant: &Variant) -> Option<&Kept<'_>> {
+        match variant {
+            Variant::Selected { selection, place } => self.kept.get(*selection)?.get(*place),
+            _ => None,
+        }
+    }
+}
+
+/// Makes, filters, scores and picks the candidates of every selection.
+///
+/// # Errors
+///
+/// When a selection selects nothing, at its field.
+pub(super) fn selected<'a>(plan: &'a Plan, made: &Blends) -> Result<Selected<'a>, Vec<Diagnostic>> {
+    let mut all = Selected { kept: Vec::new(), notes: Vec::new() };
+    let mut errors = Vec::new();
+    for selection in &plan.selections {
+        match one(plan, selection, made) {
+            Ok((kept, notes)) => {
+                all.kept.push(kept);
+                all.notes.extend(notes);
+            }
+            Err(error) => errors.push(error),
+        }
+    }
+    if errors.is_empty() { Ok(all) } else { Err(errors) }
+}
+
+/// The kept trees of one selection and what is to be said of them.
+type Outcome<'a> = (Vec<Kept<'a>>, Vec<Note>);
+
+fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outcome<'a>, Diagnostic> {
+    let blended = |recipe: &Variant| blends::blend_of(plan, recipe, made);
+    let first = selection.candidates.first().and_then(blended);
+    let Some((family, _)) = first else { return Ok((Vec::new(), Vec::new())) };
+    let sources = Sources::of(family, &selection.filter);
+    let examined: Vec<Examined> = selection
+        .candidates
+        .par_iter()
+        .filter_map(blended)
+        .map(|(family, weights)| {
+            let (plant, kins) = family.blend_with_kins(&weights);
+            select::examine(&plant, &kins, &sources, &selection.filter)
+        })
+        .collect();
+    let scores = select::scores(&examined, &sources, &selection.scores);
+    let picked = select::pick(selection.pick, selection.keep, selection.filter.botany, &examined, &scores);
+    let picked = picked.map_err(|error| {
+        let hint = match error {
+            select::PickError::TooFew { .. } => "raise `candidates`, or lower `count`",
+            select::PickError::Apart { .. } => "lower `apart`, or raise `candidates`",
+        };
+        Diagnostic::new("", error.to_string()).with_field(format!("{}.pick", selection.field)).with_hint(hint)
+    })?;
+    let kept = picked.kept.iter().map(|&i| Kept {
+        recipe: &selection.candidates[i],
+        gone: examined[i].gone(),
+        told: told(i, selection, &picked, &examined[i], &scores),
+    });
+    Ok((kept.collect(), notes(selection, &picked, &examined, &sources)))
+}
+
+/// A kept tree as the manifest tells of it.
+fn told(
+    candidate: usize,
+    selection: &Selection,
+    picked: &Picked,
+    tree: &Examined,
+    scores: &Scores,
+) -> serde_json::Value {
+    serde_json::json!({
+        "pick": selection.pick,
+        "candidate": candidate + 1,
+        "candidates": selection.candidates.len(),
+        "rejected": picked.rejected,
+        "score": scores.each[candidate],
+        "departure": tree.departure.by,
+        "departs_in": tree.departure.what,
+        "branches_removed": tree.collisions.len(),
+    })
+}
+
+/// What people want to know of a selection.
+fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &Sources) -> Vec<Note> {
+    let FilterParams { botany, .. } = selection.filter;
+    let mut said = Vec::new();
+    let many = trees.len();
+    let worst = |of: &[usize]| {
+        let by = |i: &&usize| trees[**i].departure;
+        of.iter().max_by(|a, b| by(a).by.total_cmp(&by(b).by).then(b.cmp(a))).map(|i| trees[*i].departure)
+    };
+    if picked.rejected > 0 {
+        let all: Vec<usize> = (0..many).collect();
+        let reason = worst(&all).map_or(String::new(), |d| format!("; the worst departs by {:.1} in {}", d.by, d.what));
+        let rejected = picked.rejected;
+        said.push(format!("{rejected} of {many} candidates rejected as unlike their sources{reason}"));
+    }
+    if picked.in_spite > 0 {
+        let most = worst(&picked.kept).map_or(0.0, |d| d.by);
+        said.push(format!(
+            "the filter lets too few through: {} of the {} kept trees are the least bad of the rejected, they depart by \
+             up to {most:.1} where {botany} is allowed",
+            picked.in_spite,
+            picked.kept.len()
+        ));
+    }
+    let mended: Vec<usize> = picked.kept.iter().copied().filter(|&i| !trees[i].collisions.is_empty()).collect();
+    if !mended.is_empty() {
+        let branches: usize = mended.iter().map(|&i| trees[i].collisions.len()).sum();
+        let worst = mended.iter().flat_map(|&i| &trees[i].collisions).fold(0.0_f32, |w, c| w.max(c.ratio));
+        said.push(format!(
+            "{branches} branches that ran into others (up to {:.0} % of a surface) removed from {} of {} trees",
+            worst * 100.0,
+            mended.len(),
+            picked.kept.len()
+        ));
+    }
+    if let (Pick::Diverse { apart }, Some(found)) = (selection.pick, picked.apart)
+        && found < apart
+    {
+        said.push(format!("the two nearest of the kept trees are {found:.3} apart, not {apart}"));
+    }
+    let own = sources.own_collisions();
+    if own.iter().any(|n| *n > 0) {
+        let counts: Vec<String> = own.iter().map(ToString::to_string).collect();
+        said.push(format!("the sources' own branches run into each other {} times, and stay", counts.join(" and ")));
+    }
+    said.into_iter().map(|message| Note { about: selection.field.clone(), message }).collect()
+}
+
+/// A kept tree, bare.
+pub(super) fn plant(plan: &Plan, kept: &Kept<'_>, made: &Blends) -> Option<Plant> {
+    let (family, weights) = blends::blend_of(plan, kept.recipe, made)?;
+    Some(select::without(&family.blend(&weights), &kept.gone))
+}

@@ -1,0 +1,388 @@
+//! The implausibility filter (2017 TVCG, 4.4): which branches run into each other so much that one has to go.
+//!
+//! Two branches (chains) collide as much as the share of the smaller one's surface that lies inside the other: the paper's
+//! "ratio of the intersected area to the smaller surface area". It is 0 where they pass, 1 where one is swallowed, and
+//! serious above a threshold that rises linearly with scale. The scale of a pair is the Gravelius order of the finer of
+//! the two: stems against stems are the coarsest.
+//!
+//! Of a serious pair the finer one goes with all that it bears, among equals the one that bears less wood; coarse
+//! pairs are settled first, the worst first, and pairs that lost one are settled with it.
+//!
+//! Past the paper:
+//! - the collar of a branch, where it is still in its parent's wood, does not count (`wood.rs`); or every branch would
+//!   collide;
+//! - a pair of kins that collides in a source as well may do so as much as there ([`Habits`]): what a scan looks like is
+//!   not the blend's fault, and a corner stays its source.
+//!
+//! The area is sampled: [`RING`] lines along the surface of each segment, in [`STATIONS`] steps over the stretch that can
+//! be inside, only for pairs whose touching segments are long enough to be serious. Within 3 % on crossing cylinders.
+
+use glam::Vec3;
+
+use super::capsules::{Contact, contacts};
+use super::wood::{Wood, strip};
+use crate::base::math;
+use crate::plant::{ChainId, Plant, Posed};
+use crate::preset::plan::FilterParams;
+use crate::relate::{Family, KinId};
+
+/// Lines along a surface.
+const RING: usize = 12;
+/// Steps along a stretch, for each of the segments it touches, up to 4.
+const STATIONS: usize = 10;
+
+/// Two branches that collide seriously.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    /// The one that stays.
+    pub stays: ChainId,
+    /// The one that goes.
+    pub goes: ChainId,
+    /// Share of the smaller one's surface inside the other, 0..=1.
+    pub ratio: f32,
+    /// Gravelius order of the finer one.
+    pub scale: u16,
+}
+
+/// How much kins collide in the sources of a family: what is a source's own habit is no fault of a blend.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Habits {
+    /// Pairs of kins, the lower first, and the greatest ratio; sorted.
+    pairs: Vec<(u32, u32, f32)>,
+    /// Serious collisions of each source.
+    pub(super) of_sources: Vec<usize>,
+}
+
+impl Habits {
+    /// Looks at every source of a family.
+    #[must_use]
+    pub fn of(family: &Family, params: &FilterParams) -> Self {
+        let mut pairs = Vec::new();
+        let mut of_sources = Vec::new();
+        for (s, plant) in family.sources().iter().enumerate() {
+            let posed = plant.pose();
+            let found = serious(plant, &Wood::of(plant, &posed), params, &|_, _| 0.0);
+            of_sources.push(found.len());
+            for c in found {
+                let (a, b) = (family.primary(s, c.stays).0, family.primary(s, c.goes).0);
+                pairs.push((a.min(b), a.max(b), c.ratio));
+            }
+        }
+        pairs.sort_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(y.2.total_cmp(&x.2)));
+        pairs.dedup_by_key(|p| (p.0, p.1));
+        Self { pairs, of_sources }
+    }
+
+    /// The ratio up to which two kins may collide.
+    fn ratio(&self, a: KinId, b: KinId) -> f32 {
+        let wanted = (a.0.min(b.0), a.0.max(b.0));
+        // A tenth more, as the same two branches are never bent quite the same way in a blend.
+        self.pairs.binary_search_by_key(&wanted, |p| (p.0, p.1)).map_or(0.0, |i| self.pairs[i].2 * 1.1)
+    }
+}
+
+/// The threshold at a scale.
+fn threshold(params: &FilterParams, scale: u16) -> f32 {
+    params.collisions + params.rise * f32::from(scale.saturating_sub(1))
+}
+
+/// The collisions for which a branch has to go, coarsest and worst first. `kins` gives the kin of each chain; an empty
+/// slice stands for a plant that belongs to no family.
+#[must_use]
+pub fn collisions(
+    plant: &Plant,
+    posed: &Posed,
+    kins: &[KinId],
+    habits: &Habits,
+    params: &FilterParams,
+) -> Vec<Collision> {
+    let habit = |a: usize, b: usize| match (kins.get(a), kins.get(b)) {
+        (Some(&a), Some(&b)) => habits.ratio(a, b),
+        _ => 0.0,
+    };
+    let found = serious(plant, &Wood::of(plant, posed), params, &habit);
+    // Parents come before children, so what hangs on a branch that goes is known when it is met.
+    let mut gone = vec![false; plant.chains().len()];
+    let mut settled = Vec::new();
+    for collision in found {
+        let lost = |id: ChainId| {
+            let mut at = Some(id);
+            while let Some(chain) = at {
+                if gone[chain.index()] {
+                    return true;
+                }
+                at = plant.chain(chain).parent;
+            }
+            false
+        };
+        if !lost(collision.goes) && !lost(collision.stays) {
+            gone[collision.goes.index()] = true;
+            settled.push(collision);
+        }
+    }
+    settled
+}
+
+/// All serious collisions, coarsest and worst first.
+fn serious(plant: &Plant, wood: &Wood, params: &FilterParams, habit: &dyn Fn(usize, usize) -> f32) -> Vec<Collision> {
+    let touching = contacts(wood);
+    let mut borne: Option<Vec<f32>> = None;
+    let mut found = Vec::new();
+    for pair in touching.chunk_by(|x, y| x.chains == y.chains) {
+        let (a, b) = (pair[0].chains.0 as usize, pair[0].chains.1 as usize);
+        let (order_a, order_b) = (plant.chains()[a].order, plant.chains()[b].order);
+        let scale = order_a.max(order_b);
+        let first_is_smaller = wood.surfaces[a] <= wood.surfaces[b];
+        let least = wood.surfaces[a].min(wood.surfaces[b]);
+        let limit = threshold(params, scale) * least;
+        if least <= 0.0 || limit >= least || at_most(wood, pair, first_is_smaller) <= limit {
+            continue;
+        }
+        let area = intersected_area(wood, pair, first_is_smaller);
+        if area <= limit || area <= habit(a, b) * least {
+            continue;
+        }
+        let borne = borne.get_or_insert_with(|| borne_surfaces(plant, wood));
+        let first_goes = (order_b, borne[a], b) < (order_a, borne[b], a);
+        let (goes, stays) = if first_goes { (a, b) } else { (b, a) };
+        let id = |i: usize| ChainId(i as u32);
+        found.push(Collision { stays: id(stays), goes: id(goes), ratio: (area / least).min(1.0), scale });
+    }
+    found.sort_by(|x, y| {
+        x.scale.cmp(&y.scale).then(y.ratio.total_cmp(&x.ratio)).then((x.goes, x.stays).cmp(&(y.goes, y.stays)))
+    });
+    found
+}
+
+/// Surface of each chain and all that it bears.
+fn borne_surfaces(plant: &Plant, wood: &Wood) -> Vec<f32> {
+    let mut borne = wood.surfaces.clone();
+    for i in (0..borne.len()).rev() {
+        if let Some(parent) = plant.chains()[i].parent {
+            borne[parent.index()] += borne[i];
+        }
+    }
+    borne
+}
+
+/// The smaller branch's segment of a contact, and the other's.
+fn sides(contact: &Contact, first_is_smaller: bool) -> (usize, usize) {
+    let (i, j) = (contact.segments.0 as usize, contact.segments.1 as usize);
+    if first_is_smaller { (i, j) } else { (j, i) }
+}
+
+/// A bound from above for the area: each touching segment inside as far as it is near the other's axis.
+fn at_most(wood: &Wood, pair: &[Contact], first_is_smaller: bool) -> f32 {
+    let bound = |contact: &Contact| {
+        let (i, j) = sides(contact, first_is_smaller);
+        let (from, to) = near_stretch(wood, i, j);
+        strip(wood.points[i].distance(wood.points[i + 1]) * (to - from), wood.radii[i], wood.radii[i + 1])
+    };
+    pair.iter().map(bound).sum()
+}
+
+/// The stretch of segment `i`, as shares of it, that can be within reach of segment `j`: where it is inside the slab of
+/// points that are nearer than both radii to the other's line, wider at the ends of the other.
+fn near_stretch(wood: &Wood, i: usize, j: usize) -> (f32, f32) {
+    let (a, c) = (wood.points[i], wood.points[j]);
+    let (u, v) = (wood.points[i + 1] - a, wood.points[j + 1] - c);
+    let reach = wood.radii[i].max(wood.radii[i + 1]) + wood.radii[j].max(wood.radii[j + 1]);
+    let length = v.length();
+    if length <= 0.0 {
+        return (0.0, 1.0);
+    }
+    let axis = v / length;
+    // |w + t·u − its part along the axis|² = reach², a quadratic in t.
+    let w = a - c;
+    let (across, start) = (u - axis * u.dot(axis), w - axis * w.dot(axis));
+    let (qa, qb, qc) = (across.length_squared(), across.dot(start), start.length_squared() - reach * reach);
+    let (mut from, mut to) = (0.0_f32, 1.0_f32);
+    if qa > 1e-12 * u.length_squared() {
+        let root = (qb * qb - qa * qc).max(0.0).sqrt();
+        (from, to) = ((-qb - root) / qa, (-qb + root) / qa);
+    }
+    // And between the planes at the ends of the other, `reach` further out.
+    let (rise, height) = (u.dot(axis), w.dot(axis));
+    if rise.abs() > 1e-6 * length.max(reach) {
+        let (x, y) = ((-reach - height) / rise, (length + reach - height) / rise);
+        from = from.max(x.min(y));
+        to = to.min(x.max(y));
+    }
+    (from.clamp(0.0, 1.0), to.clamp(0.0, 1.0).max(from.clamp(0.0, 1.0)))
+}
+
+/// Area of the smaller branch's surface inside the other, square metres.
+fn intersected_area(wood: &Wood, pair: &[Contact], first_is_smaller: bool) -> f32 {
+    let mut sides: Vec<(usize, usize)> = pair.iter().map(|c| sides(c, first_is_smaller)).collect();
+    sides.sort_unstable();
+    let mut area = 0.0;
+    for touching in sides.chunk_by(|x, y| x.0 == y.0) {
+        let i = touching[0].0;
+        let (mut from, mut to) = (1.0_f32, 0.0_f32);
+        for &(_, j) in touching {
+            let near = near_stretch(wood, i, j);
+            (from, to) = (from.min(near.0), to.max(near.1));
+        }
+        if to <= from {
+            continue;
+        }
+        let (a, b) = (wood.points[i], wood.points[i + 1]);
+        let axis = (b - a).normalize_or(Vec3::Y);
+        let across = axis.any_orthonormal_vector();
+        let other = axis.cross(across);
+        let stations = STATIONS * touching.len().min(4);
+        let step = (to - from) / stations as f32;
+        let depth = |p: Vec3| touching.iter().map(|&(_, j)| outside(wood, j, p)).fold(f32::INFINITY, f32::min);
+        let mut inside = 0.0;
+        for (x, y) in ring() {
+            let at = |k: usize| {
+                let t = from + step * k as f32;
+                let radius = wood.radii[i] + (wood.radii[i + 1] - wood.radii[i]) * t;
+                depth(a + (b - a) * t + (across * *x + other * *y) * radius)
+            };
+            let mut before = at(0);
+            for k in 1..=stations {
+                let next = at(k);
+                inside += match (before <= 0.0, next <= 0.0) {
+                    (true, true) => 1.0,
+                    (true, false) => before / (before - next),
+                    (false, true) => next / (next - before),
+                    (false, false) => 0.0,
+                };
+                before = next;
+            }
+        }
+        let mid = wood.radii[i] + (wood.radii[i + 1] - wood.radii[i]) * (from + to) * 0.5;
+        area += strip(a.distance(b) * step, mid, mid) * inside / RING as f32;
+    }
+    area
+}
+
+/// Distance to a segment's surface, metres, negative inside; a little below zero on the surface, so that twins that share
+/// one are inside each other.
+fn outside(wood: &Wood, segment: usize, point: Vec3) -> f32 {
+    let (c, d) = (wood.points[segment], wood.points[segment + 1]);
+    let along = d - c;
+    let square = along.length_squared();
+    let t = if square > 0.0 { ((point - c).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let radius = wood.radii[segment] + (wood.radii[segment + 1] - wood.radii[segment]) * t;
+    (point - (c + along * t)).length() - radius * 1.0001
+}
+
+/// Points on the unit circle, turned by half a step so that none lies on an axis.
+fn ring() -> &'static [(f32, f32); RING] {
+    static POINTS: std::sync::LazyLock<[(f32, f32); RING]> = std::sync::LazyLock::new(|| {
+        std::array::from_fn(|k| {
+            let (sin, cos) = math::sin_cos((k as f32 + 0.5) * std::f32::consts::TAU / RING as f32);
+            (cos, sin)
+        })
+    });
+    &POINTS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantBuilder;
+
+    const PAPER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 0.0 };
+
+    /// Two limbs on a stem, the second through the first at right angles, of these radii.
+    fn crossing(first: f32, second: f32, offset: f32) -> Plant {
+        let mut builder = PlantBuilder::new();
+        let points: Vec<Vec3> = (0..=8).map(|i| Vec3::Y * i as f32).collect();
+        let stem = builder.stem(Vec3::ZERO, &points, &[0.1; 9]);
+        builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X * 4.0], &[first; 2]);
+        // Leaves the stem lower down, rises beside it and crosses the first limb 2 m out.
+        let way = [Vec3::ZERO, Vec3::new(2.0, 0.0, -2.0), Vec3::new(2.0, 2.0 + offset, -2.0)];
+        let way = [way[0], way[1], way[2], way[2] + Vec3::Z * 4.0];
+        builder.branch(stem, 0.25, &way, &[second; 4]);
+        builder.finish().unwrap()
+    }
+
+    fn measured(plant: &Plant) -> Vec<Collision> {
+        collisions(plant, &plant.pose(), &[], &Habits::default(), &PAPER)
+    }
+
+    /// Area of the second limb's surface in the first: 8 r² for equal cylinders (half of Steinmetz' solid's).
+    #[test]
+    fn the_area_of_crossing_cylinders_is_that_of_the_textbook() {
+        for radius in [0.05_f32, 0.1, 0.2] {
+            let plant = crossing(radius, radius, 0.0);
+            let posed = plant.pose();
+            let wood = Wood::of(&plant, &posed);
+            let touching = contacts(&wood);
+            let pair: Vec<Contact> = touching.into_iter().filter(|c| c.chains == (1, 2)).collect();
+            let area = intersected_area(&wood, &pair, true);
+            let exact = 8.0 * radius * radius;
+            assert!((area / exact - 1.0).abs() < 0.03, "{radius}: {area} {exact}");
+            assert!(at_most(&wood, &pair, true) >= area);
+        }
+    }
+
+    /// A thin limb through a thick one is inside for about twice the thick one's radius.
+    #[test]
+    fn a_thin_limb_through_a_thick_one_is_swallowed_for_its_width() {
+        let plant = crossing(0.2, 0.01, 0.0);
+        let wood = Wood::of(&plant, &plant.pose());
+        let pair: Vec<Contact> = contacts(&wood).into_iter().filter(|c| c.chains == (1, 2)).collect();
+        let exact = std::f32::consts::TAU * 0.01 * 0.4;
+        let area = intersected_area(&wood, &pair, false);
+        assert!((area / exact - 1.0).abs() < 0.03, "{area} {exact}");
+    }
+
+    #[test]
+    fn a_serious_collision_takes_the_branch_that_bears_less_and_a_near_miss_none() {
+        // 8 r² against 2 π r · 4: 0.032 at r = 0.1, above 0.02 at scale 2.
+        let found = measured(&crossing(0.1, 0.1, 0.0));
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].stays, found[0].goes, found[0].scale), (ChainId(2), ChainId(1), 2));
+        assert!((found[0].ratio - 0.032).abs() < 0.002, "{found:?}");
+        // Twigs of 3 cm: 0.0095.
+        assert!(measured(&crossing(0.03, 0.03, 0.0)).is_empty());
+        assert!(measured(&crossing(0.1, 0.1, 0.21)).is_empty());
+    }
+
+    #[test]
+    fn thresholds_rise_with_scale() {
+        assert_eq!(threshold(&PAPER, 1), 0.01);
+        assert!((threshold(&PAPER, 4) - 0.04).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_branch_that_runs_within_its_parent_collides_and_one_that_leaves_does_not() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.2, 0.2]);
+        builder.branch(stem, 0.3, &[Vec3::ZERO, Vec3::new(0.05, 3.0, 0.0)], &[0.1, 0.1]);
+        builder.branch(stem, 0.3, &[Vec3::ZERO, Vec3::new(0.0, 2.0, 2.0)], &[0.1, 0.1]);
+        let found = measured(&builder.finish().unwrap());
+        assert_eq!(found.iter().map(|c| (c.stays, c.goes)).collect::<Vec<_>>(), [(ChainId(0), ChainId(1))]);
+    }
+
+    #[test]
+    fn a_swallowed_twin_goes_and_what_it_bears_is_not_settled_again() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.2, 0.2]);
+        for _ in 0..2 {
+            let limb = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X * 3.0], &[0.05, 0.05]);
+            builder.branch(limb, 0.5, &[Vec3::ZERO, Vec3::X], &[0.02, 0.02]);
+        }
+        let found = measured(&builder.finish().unwrap());
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].stays, found[0].goes), (ChainId(1), ChainId(3)));
+        assert!(found[0].ratio > 0.9);
+    }
+
+    #[test]
+    fn what_collides_in_a_source_may_collide_as_much_in_its_blends() {
+        use crate::preset::plan::MatchParams;
+        let plant = crossing(0.1, 0.1, 0.0);
+        let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+        let family = crate::relate::fuzzy_family(plant.clone(), crossing(0.1, 0.1, 0.3), &matching).unwrap();
+        let habits = Habits::of(&family, &PAPER);
+        assert_eq!(habits.of_sources, [1, 0]);
+        let (corner, kins) = family.blend_with_kins(&family.corner(0));
+        assert!(corner == plant);
+        assert!(collisions(&corner, &corner.pose(), &kins, &habits, &PAPER).is_empty());
+    }
+}

@@ -1,0 +1,102 @@
+//! "Grow more like this scan": parameters of growth estimated from a plant (the example-based control that 2015, 5 names
+//! as future work).
+//!
+//! The plant is measured (`measure`), the measures become a [`Recipe`](recipe::Recipe), and the recipe is written as a
+//! species file, which is read back like any other: what is grown is what a designer can edit, with the same ranges.
+//!
+//! | parameter | estimated from |
+//! |---|---|
+//! | first iteration | stems; how far up the stem holds a third of the wood's cross section |
+//! | volume of the second | the tips of the longest branches: the smallest shape that holds 9 of 10, and how hollow it is |
+//! | its start and bend | the branches' inclination where they leave, against height, and what it changes to |
+//! | later iterations | the other branches in up to three groups by length: k from length, α1 from branching angle, α2 from bend, counts |
+//! | bole | the height below which a 30th of the branches' wood leaves |
+//! | tip radius, exponent, taper | least squares of all base radii over what they carry (`radii`) |
+//! | flare | the stem's radius at the ground against its course above |
+//! | slenderness | the longest branches against their radii |
+//! | crookedness | arc length over chord |
+//!
+//! Paths find their own way, so a tree grown by the first recipe misses some of its measures. [`ROUNDS`] trial trees are
+//! grown and measured alike, each corrects the recipe by what it missed, and the recipe whose tree came nearest
+//! ([`Habit::distance`](crate::plant::Habit::distance)) is the estimate. Deterministic; about as long as five trees take.
+//!
+//! Limits: one crown shape of the five, upright about the axis; no more than four levels. A plant without branches gives
+//! a bare stem.
+
+mod crown;
+mod measure;
+mod radii;
+mod recipe;
+
+#[cfg(test)]
+mod tests;
+
+use crate::base::Seed;
+use crate::plant::{Habit, Plant};
+use crate::preset::plan::GrowParams;
+use crate::preset::species;
+use crate::source::grow::{GrowError, grow};
+
+use measure::Measures;
+use recipe::Recipe;
+
+/// Trial trees.
+const ROUNDS: u64 = 6;
+
+/// What was estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Parameters that grow plants like it, at its height, with seed 1.
+    pub params: GrowParams,
+    /// The same as a species file, every line explained.
+    pub text: String,
+    /// How far the tree that came nearest lies from the plant, 0..=1; see [`Habit::distance`].
+    pub distance: f32,
+}
+
+/// Why nothing was estimated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EstimateError {
+    /// It has no height to speak of.
+    #[error("it is {0} m high; a plant of 0.1 to 150 m is needed")]
+    Height(f32),
+    /// No trial grew.
+    #[error("nothing like it grows: {0}")]
+    Grow(#[from] GrowError),
+}
+
+/// Estimates the parameters that grow plants like this one. Leaves do not count.
+///
+/// # Errors
+///
+/// When the plant is lower than 0.1 m or higher than 150 m, or when nothing grows.
+pub fn estimate(plant: &Plant) -> Result<Estimate, EstimateError> {
+    let height = plant.height();
+    if !(0.1..=150.0).contains(&height) {
+        return Err(EstimateError::Height(height));
+    }
+    let target = Measures::of(plant, None);
+    let habit = Habit::of(plant);
+    let mut recipe = Recipe::of(&target);
+    let mut best: Option<Estimate> = None;
+    let mut failed = None;
+    for round in 0..ROUNDS {
+        let text = recipe.text();
+        // Every number is written within its range.
+        let Ok(params) = species("estimate", &text) else { break };
+        match grow(&GrowParams { seed: round, ..params.clone() }, Seed::new(round).child("grow")) {
+            Ok((grown, _)) => {
+                let distance = habit.distance(&Habit::of(&grown));
+                if best.as_ref().is_none_or(|best| distance < best.distance) {
+                    best = Some(Estimate { params, text, distance });
+                }
+                recipe.correct(&target, &Measures::of(&grown, Some(&target)));
+            }
+            Err(error) => {
+                failed = Some(error);
+                recipe.loosen();
+            }
+        }
+    }
+    best.ok_or_else(|| failed.unwrap_or(GrowError::Nothing).into())
+}

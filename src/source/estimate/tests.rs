@@ -1,0 +1,72 @@
+//! Promises of estimates as a whole.
+
+use glam::Vec3;
+
+use super::estimate;
+use crate::base::Seed;
+use crate::plant::{Habit, Plant, PlantBuilder};
+use crate::preset::plan::GrowParams;
+use crate::preset::species;
+use crate::source::grow::grow;
+
+fn grown(text: &str, seed: u64) -> Plant {
+    let params = GrowParams { seed, ..species("s.ron", text).unwrap() };
+    grow(&params, Seed::new(seed).child("grow")).unwrap().0
+}
+
+/// A slim tree of 9 m with short side branches, and a broad one.
+const POLE: &str = "(height: 9.0, nodes: 6000, width: 0.4, tip_radius: 0.006, bole: 0.3, iterations: [
+    (endpoints: Volume(shape: Point(height: 0.95), count: 1)),
+    (endpoints: Volume(shape: Ellipsoid(bottom: 0.35, top: 0.95, radius: 0.1), count: 30),
+     guide: Piecewise(alpha1: 70.0, alpha2: 0.0, h0: 1)),
+])";
+const DOME: &str = "(height: 9.0, nodes: 6000, width: 1.6, tip_radius: 0.006, bole: 0.15, iterations: [
+    (endpoints: Volume(shape: Point(height: 0.3), count: 1)),
+    (endpoints: Volume(shape: HalfEllipsoid(bottom: 0.4, top: 0.9, radius: 0.6, hollow: 0.6), count: 20),
+     guide: Piecewise(alpha1: 40.0, alpha2: 0.0, h0: 1)),
+    (endpoints: Surface(k: 2, t: 0.6, count: 150)),
+])";
+
+#[test]
+fn trees_grown_like_a_plant_are_nearer_to_it_than_another_kind_is() {
+    let (pole, dome) = (grown(POLE, 3), grown(DOME, 3));
+    for (plant, other) in [(&pole, &dome), (&dome, &pole)] {
+        let estimate = estimate(plant).unwrap();
+        let habit = Habit::of(plant);
+        let like = grow(&GrowParams { seed: 40, ..estimate.params.clone() }, Seed::new(40)).unwrap().0;
+        let (near, far) = (habit.distance(&Habit::of(&like)), habit.distance(&Habit::of(other)));
+        assert!(near < far * 0.75, "{near} {far}\n{}", estimate.text);
+        assert!((like.height() - plant.height()).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn the_text_is_the_species_that_is_grown() {
+    let estimate = estimate(&grown(POLE, 5)).unwrap();
+    assert_eq!(species("x.ron", &estimate.text).unwrap(), estimate.params);
+    assert!(ron::from_str::<ron::Value>(&estimate.text).is_ok());
+    let crown = |p: &Plant| p.pose().positions().iter().fold(0.0_f32, |w, q| w.max(q.x.abs().max(q.z.abs())));
+    let plant = grown(&estimate.text, 9);
+    assert!(crown(&plant) < 2.7, "a pole is no dome: {}", crown(&plant));
+}
+
+#[test]
+fn odd_plants_give_an_estimate_or_an_error() {
+    let stem = |points: &[Vec3]| {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, points, &vec![0.1; points.len()]);
+        builder.finish().unwrap()
+    };
+    let bare = estimate(&stem(&[Vec3::ZERO, Vec3::Y * 3.0])).unwrap();
+    assert!((bare.params.height - 3.0).abs() < 1e-3 && bare.params.iterations.len() == 1);
+    assert!(estimate(&stem(&[Vec3::ZERO, Vec3::X * 3.0])).is_err());
+    assert!(estimate(&stem(&[Vec3::ZERO, Vec3::Y * 900.0])).is_err());
+    // Wood without thickness, a branch without length, and one that hangs below the ground.
+    let mut builder = PlantBuilder::new();
+    let base = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.0, 0.0]);
+    builder.branch(base, 0.5, &[Vec3::ZERO, Vec3::ZERO], &[0.0, 0.0]);
+    builder.branch(base, 1.0, &[Vec3::ZERO, Vec3::Y * -5.0 + Vec3::X], &[0.0, 0.0]);
+    if let Ok(estimate) = estimate(&builder.finish().unwrap()) {
+        assert!(species("x.ron", &estimate.text).is_ok());
+    }
+}
