@@ -49,8 +49,18 @@ fn mutate(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
                 bytes.splice(at..at, other[from..(from + span).min(other.len())].iter().copied());
             }
             6 => {
-                let special: [&[u8]; 10] =
-                    [b"-1", b"nan", b"1e400", b"4294967295", b"99999999999", b"\xff\xff\xff\xff", b"\n", b"\t", b"/", b"0"];
+                let special: [&[u8]; 10] = [
+                    b"-1",
+                    b"nan",
+                    b"1e400",
+                    b"4294967295",
+                    b"99999999999",
+                    b"\xff\xff\xff\xff",
+                    b"\n",
+                    b"\t",
+                    b"/",
+                    b"0",
+                ];
                 bytes.splice(at..at, special[random.below(10)].iter().copied());
             }
             _ => bytes[at] ^= 1 << random.below(8),
@@ -94,12 +104,18 @@ fn main() {
         (runs, sound) = (runs + 1, sound + u64::from(ok));
         worst = (worst.0.max(taken as f64 / (bytes.len() + MOST.1 / MOST.0) as f64), worst.1.max(took));
     }
-    println!("{}: {runs} files, {sound} of them sound; at most {:.1} bytes a byte and {:?}", arguments[0], worst.0, worst.1);
+    println!(
+        "{}: {runs} files, {sound} of them sound; at most {:.1} bytes a byte and {:?}",
+        arguments[0], worst.0, worst.1
+    );
 }
 
 fn keep(bytes: &[u8], why: &str) -> ! {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("artifacts");
-    let file = folder.join(format!("mutate-{:x}", bytes.iter().fold(7_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x100_0000_01b3))));
+    let file = folder.join(format!(
+        "mutate-{:x}",
+        bytes.iter().fold(7_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x100_0000_01b3))
+    ));
     std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, bytes)).expect("the folder can be written to");
     println!("{why}: {}", file.display());
     std::process::exit(1);
@@ -146,16 +162,24 @@ fn dense() {
         )
     };
     let one = r#"{"attributes":{"POSITION":0},"indices":1,"mode":5}"#;
-    let json = |list: &str, unit: &str| repeat(&format!("{{\"asset\":{{\"version\":\"2.0\"}},\"{list}\":[{unit}"), &format!(",{unit}"), "]}");
+    let json = |list: &str, unit: &str| {
+        repeat(&format!("{{\"asset\":{{\"version\":\"2.0\"}},\"{list}\":[{unit}"), &format!(",{unit}"), "]}")
+    };
     let polygons: Vec<u8> = (0..4096).flat_map(|_| std::iter::once(255).chain((0..255).map(|i| i as u8))).collect();
     let mtg = "CODE:\tFORM-A\nCLASSES:\nA 1\nMTG:\nENTITY-CODE\tLength\n/A1\t1\n";
     for (name, bytes) in [
         ("obj: one huge face", repeat(&format!("{three}f"), " 1", "\n")),
         ("obj: vertices", repeat("v 0 0 0\nf 1 1 1\n", "v 0 0 0\n", "")),
         ("obj: triangles", repeat(three, "f 1 2 3\n", "")),
-        ("obj: corners of their own", repeat(&format!("{three}{}", "vt 0\n".repeat(1000)), &format!("f{distinct}\n"), "")),
+        (
+            "obj: corners of their own",
+            repeat(&format!("{three}{}", "vt 0\n".repeat(1000)), &format!("f{distinct}\n"), ""),
+        ),
         ("obj: groups", repeat(three, &groups, "")),
-        ("obj: materials", [b"mtllib a.mtl\n".as_slice(), three.as_bytes(), b"f 1 2 3\n", PART, &repeat("", "newmtl\n", "")].concat()),
+        (
+            "obj: materials",
+            [b"mtllib a.mtl\n".as_slice(), three.as_bytes(), b"f 1 2 3\n", PART, &repeat("", "newmtl\n", "")].concat(),
+        ),
         ("ply: polygons", ply(256, &polygons)),
         ("ply: vertices", ply(n / 3, &[])),
         ("gltf: strip", glb(&strip(n, one), &vec![0; n])),
@@ -171,6 +195,12 @@ fn dense() {
         ("mtg: without measures", repeat(mtg, "^<A\n", "")),
     ] {
         let (taken, sound) = peak(|| read(&bytes));
-        println!("{:<32} {:>8} bytes {:>6.1} bytes a byte {}", name, bytes.len(), taken as f64 / bytes.len() as f64, if sound { "read" } else { "refused" });
+        println!(
+            "{:<32} {:>8} bytes {:>6.1} bytes a byte {}",
+            name,
+            bytes.len(),
+            taken as f64 / bytes.len() as f64,
+            if sound { "read" } else { "refused" }
+        );
     }
 }

@@ -3,6 +3,7 @@
 //! The kind of file is told from its content: a GLB by its magic number, a plant dump and a species file by their RON,
 //! everything else goes to the importers, which know their formats.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,7 @@ use crate::base::{Diagnostic, Seed};
 use crate::build::World;
 use crate::plant::{Distribution, Plant, PlantStats, dump, undump};
 use crate::preset::plan::ImportParams;
-use crate::preset::{place, species};
+use crate::preset::{self, place, species};
 use crate::source::glb::{GlbInfo, read_glb};
 use crate::source::{grow, import};
 
@@ -39,7 +40,8 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     let one = |message: String| Failure::Diagnostics(vec![Diagnostic::new(&file, message)]);
     let folder = World::at(arguments.file.parent().unwrap_or(Path::new("")));
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
-    let bytes = folder.read(&name.unwrap_or_default()).map_err(one)?;
+    let name = name.unwrap_or_default();
+    let bytes = folder.read(&name).map_err(one)?;
     let mut inspected =
         Inspected { file: file.clone(), kind: "glb".to_owned(), notes: Vec::new(), plant: None, asset: None };
     let mut plant = None;
@@ -117,8 +119,25 @@ fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(St
         return Ok(("species".to_owned(), plant, notes));
     }
     let params = ImportParams { file: file.to_owned(), ..ImportParams::default() };
-    let imported = import::import(bytes, file, &params).map_err(Failure::Diagnostics)?;
+    let beside = named_files(file, bytes, folder);
+    let files = beside.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
+    let imported = import::import_with(bytes, file, &files, &params).map_err(Failure::Diagnostics)?;
     Ok((imported.format.name().to_owned(), imported.plant, imported.notes))
+}
+
+/// What a file names beside itself, as far as it is there and not above its folder.
+fn named_files(file: &str, bytes: &[u8], folder: &World) -> BTreeMap<String, Vec<u8>> {
+    let mut beside: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    // An OBJ names its MTL, that its pictures.
+    for _ in 0..2 {
+        let files = beside.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
+        for name in import::refers(bytes, file, &files) {
+            if let Some(bytes) = preset::beside("", &name).and_then(|path| folder.read(&path).ok()) {
+                beside.insert(name, bytes);
+            }
+        }
+    }
+    beside
 }
 
 fn describe(inspected: &Inspected<'_>) -> String {

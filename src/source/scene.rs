@@ -11,6 +11,7 @@
 //! same large mesh placed over and over) is refused. Animations, skins, curves, points and lines are left out.
 
 mod gltf;
+mod levels;
 mod lines;
 mod mtl;
 mod obj;
@@ -91,6 +92,7 @@ pub fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Di
         Some(MeshFormat::Ply) => ply::read(bytes, file),
         None => Err(vec![Diagnostic::new(file, "this is no mesh").with_hint("read are glTF, GLB, OBJ and PLY")]),
     }?;
+    levels::keep_finest(&mut scene);
     let missing = |image: &Image| match image {
         Image::File(name) if !files.contains_key(name) => Some(format!("the picture {name} is missing")),
         _ => None,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::base::Diagnostic;
 
 use super::columns::{self, Column, Far};
-use super::piece::{Piece, Read, Shape};
+use super::piece::{Piece, Read, Shape, push};
 use super::table::{Errors, Row, Table, shortened};
 
 /// Largest coordinate, far beyond any map grid in millimetres.
@@ -134,18 +134,10 @@ pub(super) fn read(mut table: Table<'_>, header: &Row<'_>) -> Result<Read, Vec<D
             // thousands of kilometres from a map's.
             let start = start - *origin.get_or_insert(start);
             let end = start + far;
-            pieces.push(Piece {
-                start,
-                end,
-                radius,
-                id,
-                parent_id,
-                parent: None,
-                axis,
-                extension_id,
-                order,
-                line: row.line,
-            });
+            push(
+                &mut pieces,
+                Piece { start, end, radius, id, parent_id, parent: None, axis, extension_id, order, line: row.line },
+            );
         }
     }
     if !errors.is_empty() {

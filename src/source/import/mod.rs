@@ -178,13 +178,18 @@ fn model(bytes: &[u8], file: &str, files: &Files<'_>, params: &ImportParams) -> 
     mend::radii(&mut read.pieces, &order, &mut notes);
     let (order, joined) = connect::connect(&mut read.pieces, order, read.shape);
     let (mut nodes, gaps) = trace::trace(&read.pieces, &order, read.shape);
+    let format = read.format;
+    // Each form is dropped once the next is there: a plant takes as much as all of them.
+    drop((read, order));
     let factor = upright::scale(&mut nodes, params.height, &mut notes)
         .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;
     joined.note(factor, &mut notes);
     gaps.note(factor, &mut notes);
-    let plant = upright::skeleton(&nodes).into_plant().map_err(|error| match error {
+    let skeleton = upright::skeleton(&nodes);
+    drop(nodes);
+    let plant = skeleton.into_plant().map_err(|error| match error {
         PlantError::Empty => whole("no row has any length".into(), "start and end of every row coincide"),
         other => whole(format!("the rows make no valid plant: {other}"), "check its coordinates and parents"),
     })?;
-    Ok(Imported { plant, format: read.format, art: Art::default(), notes })
+    Ok(Imported { plant, format, art: Art::default(), notes })
 }

@@ -17,7 +17,7 @@ use crate::base::{Diagnostic, Span};
 
 use super::MOST_ROWS;
 use super::mtg_shape;
-use super::piece::Read;
+use super::piece::{Read, push};
 use super::table::{Errors, shortened};
 
 /// Most classes and features of a head.
@@ -146,7 +146,9 @@ pub(super) fn read(
     notes: &mut Vec<String>,
 ) -> Result<Read, Vec<Diagnostic>> {
     let graph = graph(bytes, file, notes)?;
-    mtg_shape::pieces(&graph, dressing, file, notes)
+    // A row that describes a piece of wood has a code and a measure.
+    let most = bytes.len() / 12 + 4096;
+    mtg_shape::pieces(&graph, most, dressing, file, notes)
 }
 
 fn graph(bytes: &[u8], file: &str, notes: &mut Vec<String>) -> Result<Graph, Vec<Diagnostic>> {
@@ -321,15 +323,18 @@ impl Walk {
             // What grows from an organ is none of the wood either.
             let wood = wood && current.is_none_or(|c| self.graph.entities[c as usize].wood);
             self.organs += usize::from(!wood);
-            self.graph.entities.push(Entity {
-                from: current.unwrap_or(id),
-                edge,
-                divided: false,
-                wood,
-                repeat: repeat as u32,
-                values: self.graph.values.len() as u32,
-                line: row,
-            });
+            push(
+                &mut self.graph.entities,
+                Entity {
+                    from: current.unwrap_or(id),
+                    edge,
+                    divided: false,
+                    wood,
+                    repeat: repeat as u32,
+                    values: self.graph.values.len() as u32,
+                    line: row,
+                },
+            );
             current = Some(id);
         }
         self.number = index;
@@ -353,7 +358,7 @@ impl Walk {
             }
             let number = std::str::from_utf8(cell).ok().and_then(|c| c.replace(',', ".").parse::<f64>().ok());
             match number.filter(|n| n.is_finite() && n.abs() <= 1e9) {
-                Some(number) => self.graph.values.push((feature, number)),
+                Some(number) => push(&mut self.graph.values, (feature, number)),
                 None => {
                     let shown = shortened(&String::from_utf8_lossy(cell.get(..200).unwrap_or(cell)));
                     errors.add(Some(Span::point(row, begin as u32 + 1)), "", || {

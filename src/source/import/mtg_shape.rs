@@ -5,11 +5,11 @@
 //!
 //! Without them, each entity that is not divided is a stretch of its length. Along an axis (`<`) it turns around itself by
 //! the roll and bends by the bend; an axis that branches off (`+`) leaves its carrier's surface at the angle of insertion
-//! (60° where none is stated), the first lateral in the direction of the carrier's side, further ones at the same entity
-//! turned by the phyllotaxy; on an axis without any roll all laterals count, so that they alternate. The side of an
-//! axis that is not upright lies level, so that its laterals do (plagiotropy). That is how Xplo draws the coffee of the
-//! test data, whose trunk and first-order axes come out within a millimetre; its sides of single laterals on
-//! second-order axes are not in the file.
+//! (60° where none is stated), the first lateral in the direction of the carrier's side, turned by the phyllotaxy from
+//! one bearing entity to the next and from one lateral of an entity to the next; on an axis that never rolls all laterals
+//! count, so that single ones alternate. The side of an axis that is not upright lies level, so that its laterals do
+//! (plagiotropy). That is how Xplo draws the coffee of the test data, whose trunk and first-order axes come out within
+//! some millimetres; on which side the second-order axes leave is not in the file.
 //!
 //! Units. A dressing file states them in parts of a millimetre. Else lengths are in the largest of metre, centimetre
 //! and millimetre that makes the plant at most 20 m high (what is measured organ by organ is small), and diameters in
@@ -22,7 +22,7 @@ use crate::base::{Diagnostic, math};
 
 use super::Format;
 use super::mtg::{Feature, Graph};
-use super::piece::{Piece, Read, Shape};
+use super::piece::{Piece, Read, Shape, push};
 
 /// Highest plant that a unit is taken for, metres.
 const HIGHEST: f64 = 20.0;
@@ -39,14 +39,20 @@ const NONE: u32 = u32::MAX;
 ///
 /// # Errors
 ///
-/// When no entity has coordinates or a length.
+/// When no entity has coordinates or a length, or more than `most` have.
 pub(super) fn pieces(
     graph: &Graph,
+    most: usize,
     dressing: Option<&[u8]>,
     file: &str,
     notes: &mut Vec<String>,
 ) -> Result<Read, Vec<Diagnostic>> {
     let placed = graph.entities.iter().enumerate().any(|(i, _)| position(graph, i).is_some());
+    let drawn = |i: usize| graph.get(i, Feature::Length).is_some() || graph.get(i, Feature::X).is_some();
+    if (0..graph.entities.len()).filter(|&i| drawn(i)).count() > most {
+        let message = format!("more than {most} entities have measures, which a file of its size can't hold");
+        return Err(vec![Diagnostic::new(file, message).with_hint("the file is damaged, or not an MTG")]);
+    }
     let mut pieces = if placed { by_coordinates(graph) } else { by_lengths(graph) };
     if pieces.is_empty() {
         let message = "no entity has coordinates (XX, YY, ZZ) or a length (Length)";
@@ -133,7 +139,7 @@ fn by_coordinates(graph: &Graph) -> Vec<Piece> {
             Some(from) if back.branch == NONE => from.axis,
             _ => id as i64,
         };
-        out.push(piece(id, back.piece, point, point, radius(graph, i), axis, entity.line));
+        push(&mut out, piece(id, back.piece, point, point, radius(graph, i), axis, entity.line));
         ways.push(Some(id), back);
     }
     out
@@ -148,6 +154,8 @@ struct Lie {
     /// Laterals so far: on the axis up to here, and at this stretch.
     on_axis: u32,
     here: u32,
+    /// Stretches of the axis that bear laterals, up to here.
+    nodes: u32,
     /// Whether the axis ever turned around itself.
     rolled: bool,
     /// Whether it bends up.
@@ -175,8 +183,9 @@ fn by_lengths(graph: &Graph) -> Vec<Piece> {
         let (mut start, mut lie, mut axis) = (DVec3::ZERO, Lie::upright(), out.len() as i64);
         if back.piece == NONE {
             // A root has a base, which is a node of its own.
-            out.push(piece(out.len(), NONE, start, start, own, axis, entity.line));
-            lies.push(lie);
+            let id = out.len();
+            push(&mut out, piece(id, NONE, start, start, own, axis, entity.line));
+            push(&mut lies, lie);
         } else if back.branch == NONE {
             (start, lie, axis) = (out[on].end, lies[on], out[on].axis);
             if graph.get(i, Feature::TopDiameter).is_none() && own > 0.0 {
@@ -185,7 +194,9 @@ fn by_lengths(graph: &Graph) -> Vec<Piece> {
             }
         } else {
             let carrier = &mut lies[on];
-            let turns = if carrier.rolled { carrier.here } else { carrier.on_axis };
+            let nodes = carrier.nodes.saturating_sub(u32::from(carrier.here > 0));
+            let turns = if carrier.rolled { nodes.saturating_add(carrier.here) } else { carrier.on_axis };
+            carrier.nodes = nodes.saturating_add(1);
             let turn = (f64::from(turns) * stated(Feature::Phyllotaxy).unwrap_or(PHYLLOTAXY)) as f32;
             let angle = stated(Feature::Insertion).unwrap_or(INSERTION) as f32;
             (carrier.here, carrier.on_axis) = (carrier.here.saturating_add(1), carrier.on_axis.saturating_add(1));
@@ -199,15 +210,16 @@ fn by_lengths(graph: &Graph) -> Vec<Piece> {
         let end = start + lie.heading.as_dvec3() * (length * f64::from(entity.repeat));
         let from = if back.piece == NONE { out.len() as u32 - 1 } else { back.piece };
         ways.push(Some(out.len()), back);
-        out.push(piece(out.len(), from, end, end, own, axis, entity.line));
-        lies.push(lie);
+        let id = out.len();
+        push(&mut out, piece(id, from, end, end, own, axis, entity.line));
+        push(&mut lies, lie);
     }
     out
 }
 
 impl Lie {
     fn upright() -> Self {
-        Self { heading: glam::Vec3::Z, side: glam::Vec3::X, on_axis: 0, here: 0, rolled: false, rises: true }
+        Self { heading: glam::Vec3::Z, side: glam::Vec3::X, on_axis: 0, here: 0, nodes: 0, rolled: false, rises: true }
     }
 
     /// The next stretch of the axis: turned around itself, then bent up or down, degrees.
@@ -233,7 +245,7 @@ impl Lie {
         let (sin, cos) = math::sin_cos(angle.to_radians());
         let heading = (self.heading * cos + side * sin).normalize_or(glam::Vec3::Z);
         let level = glam::Vec3::Z.cross(heading).try_normalize().unwrap_or(glam::Vec3::X);
-        Self { heading, side: level, on_axis: 0, here: 0, rolled: false, rises }
+        Self { heading, side: level, on_axis: 0, here: 0, nodes: 0, rolled: false, rises }
     }
 }
 

@@ -99,6 +99,14 @@ pub(super) struct Read {
     pub(super) pieces: Vec<Piece>,
 }
 
+/// Appends; grows by a quarter, so that a reader's memory stays in bounds of its file.
+pub(super) fn push<T>(list: &mut Vec<T>, value: T) {
+    if list.len() == list.capacity() {
+        list.reserve_exact(list.len() / 4 + 16);
+    }
+    list.push(value);
+}
+
 /// `1 row`, `2 rows`.
 pub(super) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })

@@ -9,7 +9,7 @@ use crate::base::Diagnostic;
 use super::Format;
 use super::columns::Column;
 use super::cylinders::{Cells, check_width};
-use super::piece::{Piece, Read, Shape};
+use super::piece::{Piece, Read, Shape, push};
 use super::table::{Errors, Table};
 
 /// Reads all rows. A root becomes a piece without length; `start` of every other is set once parents are known.
@@ -40,18 +40,21 @@ pub(super) fn read(mut table: Table<'_>) -> Result<Read, Vec<Diagnostic>> {
         let parent_id = at.whole(column(6), "parent");
         if errors.is_empty() {
             let position = position - *origin.get_or_insert(position);
-            pieces.push(Piece {
-                start: position,
-                end: position,
-                radius,
-                id,
-                parent_id,
-                parent: None,
-                axis: Piece::NONE,
-                extension_id: Piece::NONE,
-                order: Piece::NONE,
-                line: row.line,
-            });
+            push(
+                &mut pieces,
+                Piece {
+                    start: position,
+                    end: position,
+                    radius,
+                    id,
+                    parent_id,
+                    parent: None,
+                    axis: Piece::NONE,
+                    extension_id: Piece::NONE,
+                    order: Piece::NONE,
+                    line: row.line,
+                },
+            );
         }
     }
     if errors.is_empty() {

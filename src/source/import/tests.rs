@@ -498,6 +498,6 @@ fn an_mtg_of_lengths_and_angles_takes_the_shape_of_its_reference() {
         );
         assert!((length - true_length).abs() < 2e-3, "{i}: {length} {true_length}");
     }
-    // All but the laterals of laterals, whose sides the file does not say.
-    assert!(near > 1300, "{near} of {} nodes within a millimetre", truth.len());
+    // The trunk and its laterals: 1222 nodes, but a whorl of four. On which side laterals of laterals leave is not told.
+    assert!(near > 1150, "{near} of {} nodes within a millimetre", truth.len());
 }

@@ -274,7 +274,7 @@ fn faces(
                 let mut sound = true;
                 for word in statement.words() {
                     match corner(word, &seen, &parts.limits) {
-                        Ok(corner) => corners.push(corner),
+                        Ok(corner) => push(&mut corners, corner),
                         Err(why) => {
                             errors.add(statement.line, || format!("corner `{}` {why}", shown(word)));
                             sound = false;
@@ -287,7 +287,7 @@ fn faces(
                     left_out += 1;
                 } else {
                     let plain = group.is_empty() || group == "off" || group == "default";
-                    parts.face(&corners, if plain { &object } else { &group }, material);
+                    parts.face(&mut corners, if plain { &object } else { &group }, material);
                 }
             }
             b"l" | b"p" | b"curv" | b"curv2" | b"surf" => left_out += 1,

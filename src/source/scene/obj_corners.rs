@@ -61,6 +61,8 @@ pub(super) struct Parts {
     /// Whether a part has any texture coordinate, and lacks any normal.
     states: Vec<(bool, bool)>,
     names: BTreeMap<(String, Option<usize>), usize>,
+    /// The last part of each material.
+    latest: BTreeMap<Option<usize>, usize>,
     /// The part that the last face went to, until name or material change.
     current: Option<usize>,
     /// Parts that were put into another one because there were too many.
@@ -68,7 +70,6 @@ pub(super) struct Parts {
     most: usize,
     polygon: u32,
     cutter: Cutter,
-    points: Vec<Vec3>,
 }
 
 impl Parts {
@@ -80,13 +81,13 @@ impl Parts {
             parts: Vec::new(),
             states: Vec::new(),
             names: BTreeMap::new(),
+            latest: BTreeMap::new(),
             current: None,
             merged: 0,
             // A part takes some hundred bytes; names of a few letters must not grow into a large list of them.
             most: 64 + bytes / 128,
             polygon: 0,
             cutter: Cutter::for_file(bytes),
-            points: Vec::new(),
             from,
         }
     }
@@ -110,13 +111,13 @@ impl Parts {
             Some(&known) => known,
             None if self.parts.len() >= self.most => {
                 self.merged += 1;
-                let same = self.parts.iter().rposition(|p| p.material == material);
-                same.unwrap_or(self.parts.len() - 1)
+                self.latest.get(&material).copied().unwrap_or(self.parts.len() - 1)
             }
             None => {
                 self.parts.push(Part { name: name.to_owned(), material, ..Part::default() });
                 self.states.push((false, false));
                 self.names.insert(key, self.parts.len() - 1);
+                self.latest.insert(material, self.parts.len() - 1);
                 self.parts.len() - 1
             }
         };
@@ -125,17 +126,22 @@ impl Parts {
     }
 
     /// Adds a face of three corners or more.
-    pub(super) fn face(&mut self, corners: &[Corner], name: &str, material: Option<usize>) {
+    pub(super) fn face(&mut self, corners: &mut [Corner], name: &str, material: Option<usize>) {
         let part = self.part(name, material);
-        self.points.clear();
-        self.points.extend(corners.iter().map(|c| self.from.positions[c.vertex as usize]));
-        let indices: Vec<u32> = corners.iter().map(|&c| self.vertex(part, c)).collect();
-        let Part { triangles, faces, .. } = &mut self.parts[part];
+        for corner in corners.iter_mut() {
+            corner.vertex = self.vertex(part, *corner);
+        }
+        let Part { triangles, faces, positions, .. } = &mut self.parts[part];
         let polygon = self.polygon;
-        self.cutter.cut(&self.points, |t| {
-            push(triangles, t.map(|i| indices[i as usize]));
-            push(faces, polygon);
-        });
+        let index = |i: usize| corners[i].vertex;
+        self.cutter.cut(
+            corners.len(),
+            |i| positions[index(i) as usize],
+            |t| {
+                push(triangles, t.map(|i| index(i as usize)));
+                push(faces, polygon);
+            },
+        );
         self.polygon = self.polygon.saturating_add(1);
     }
 

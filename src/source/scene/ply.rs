@@ -10,7 +10,7 @@
 //!
 //! Up: the format does not say. Source: Turk, The PLY polygon file format, 1994.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 
 use super::lines::shown;
 use super::ply_values::{Body, Kind, Values};
@@ -325,7 +325,6 @@ impl Reader {
         let mut unshared = wedge.map(|_| Unshared::for_corners(count.corners));
         let mut list: Vec<u32> = Vec::new();
         let mut uvs: Vec<f32> = Vec::new();
-        let mut points: Vec<Vec3> = Vec::new();
         for face in 0..element.count {
             list.clear();
             uvs.clear();
@@ -345,16 +344,22 @@ impl Reader {
                 self.strips(&list, face);
                 continue;
             }
-            points.clear();
-            points.extend(list.iter().map(|&i| self.part.positions[i as usize]));
+            let Part { triangles, faces, positions, .. } = &mut self.part;
+            let first = triangles.len();
+            self.cutter.cut(
+                list.len(),
+                |i| positions[list[i] as usize],
+                |t| {
+                    triangles.push(t);
+                    faces.push(face);
+                },
+            );
             if let Some(unshared) = &mut unshared {
                 unshared.corners(&mut list, &uvs);
             }
-            let Part { triangles, faces, .. } = &mut self.part;
-            self.cutter.cut(&points, |t| {
-                triangles.push(t.map(|i| list[i as usize]));
-                faces.push(face);
-            });
+            for corner in triangles[first..].iter_mut().flatten() {
+                *corner = list[*corner as usize];
+            }
         }
         if let Some(unshared) = unshared {
             unshared.finish(&mut self.part);

@@ -24,10 +24,11 @@ impl Cutter {
         Self { corners: Vec::new(), left: Vec::new(), work: 1_000_000 + 20 * bytes as u64, fanned: 0 }
     }
 
-    /// The triangles of a polygon by its corners' numbers; always `points.len() - 2`, in the polygon's turn.
-    pub(super) fn cut(&mut self, points: &[Vec3], mut triangle: impl FnMut([u32; 3])) {
-        let n = points.len() as u32;
-        if n > 3 && !self.project(points) {
+    /// The triangles of a polygon of `n` corners by their numbers; always `n - 2`, in the polygon's turn.
+    pub(super) fn cut(&mut self, n: usize, point: impl Fn(usize) -> Vec3, mut triangle: impl FnMut([u32; 3])) {
+        let convex = n <= 3 || self.project(n, point);
+        let n = n as u32;
+        if !convex {
             self.ears(&mut triangle);
             return;
         }
@@ -35,12 +36,11 @@ impl Cutter {
     }
 
     /// Lays the polygon into its plane, turning left; whether it is convex (or has no plane).
-    fn project(&mut self, points: &[Vec3]) -> bool {
-        let base = points[0];
+    fn project(&mut self, n: usize, point: impl Fn(usize) -> Vec3) -> bool {
+        let base = point(0);
         let mut normal = Vec3::ZERO;
-        for (i, &a) in points.iter().enumerate() {
-            let b = points[(i + 1) % points.len()];
-            normal += (a - base).cross(b - base);
+        for i in 1..n - 1 {
+            normal += (point(i) - base).cross(point(i + 1) - base);
         }
         let size = normal.abs();
         if !(size.max_element() > 0.0 && size.is_finite()) {
@@ -53,12 +53,12 @@ impl Cutter {
             (_, true) => (Vec2::new(p.z, p.x), normal.y),
             _ => (Vec2::new(p.x, p.y), normal.z),
         };
-        for &p in points {
-            let (q, sign) = flat(p - base);
+        self.corners.reserve_exact(n);
+        for i in 0..n {
+            let (q, sign) = flat(point(i) - base);
             self.corners.push(if sign < 0.0 { Vec2::new(-q.x, q.y) } else { q });
         }
         let c = &self.corners;
-        let n = c.len();
         // Slack for polygons that are not quite plane: one corner barely turning the other way needs no ears.
         let slack = -1e-6 * size.max_element();
         (0..n).all(|i| turn(c[i], c[(i + 1) % n], c[(i + 2) % n]) >= slack)
@@ -66,6 +66,7 @@ impl Cutter {
 
     fn ears(&mut self, triangle: &mut impl FnMut([u32; 3])) {
         self.left.clear();
+        self.left.reserve_exact(self.corners.len());
         self.left.extend(0..self.corners.len() as u32);
         let mut at = 0;
         let mut tried = 0;
@@ -127,7 +128,7 @@ mod tests {
     fn cut(points: &[Vec3]) -> (Vec<[u32; 3]>, usize) {
         let mut cutter = Cutter::for_file(1000);
         let mut out = Vec::new();
-        cutter.cut(points, |t| out.push(t));
+        cutter.cut(points.len(), |i| points[i], |t| out.push(t));
         (out, cutter.fanned)
     }
 
