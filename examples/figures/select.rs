@@ -22,7 +22,7 @@ pub(crate) fn print() {
 }
 
 /// A plant of a shipped species, cut down to its `chains` thickest chains.
-fn source(species: &str, seed: u64, chains: usize) -> Plant {
+pub(crate) fn source(species: &str, seed: u64, chains: usize) -> Plant {
     let text = std::fs::read_to_string(root().join(format!("presets/species/{species}.ron"))).expect("it is shipped");
     let mut params = treewright::preset::species(species, &text).expect("the species is good");
     params.seed = seed;

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use super::tasks::{Task, Tasks};
 use crate::base::Seed;
+use crate::plant::Plant;
 use crate::relate::{Blender, Family, KinId, Weights};
 
 /// After this many steps at the usual pace a batch ends at its target, whatever is left to do; real ones need a tenth.
@@ -75,7 +76,7 @@ impl<'f> Tasks<'f> {
     #[must_use]
     pub fn in_betweens(&self, seed: Seed, trees: usize, low: f32, high: f32) -> Vec<State> {
         let span = (high - low).max(0.05);
-        let pace = (USUAL_STEPS * span / (5.0 * trees.max(1) as f32)).min(1.0);
+        let pace = (USUAL_STEPS * span / (8.0 * trees.max(1) as f32)).min(1.0);
         let wanted = |i: usize| low + (high - low) * (i as f32 + 0.5) / trees as f32;
         let mut batch = self.batch(seed, pace);
         let mut states = Vec::with_capacity(trees);
@@ -190,26 +191,22 @@ impl<'f> Tasks<'f> {
         weights
     }
 
-    /// Something of the tree of every state, in their order. On as many threads as there are, each with a [`Blender`]
+    /// Something of the tree of every state (its place, the tree, the kin of each chain), in their order. On as many threads as there are, each with a [`Blender`]
     /// that goes from state to neighbouring state.
     #[must_use]
-    pub fn map_trees<T: Send>(
-        &self,
-        states: &[State],
-        make: &(dyn Fn(usize, &crate::plant::Plant) -> T + Sync),
-    ) -> Vec<T> {
+    pub fn map_trees<T: Send>(&self, states: &[State], make: &(dyn Fn(usize, &Plant, &[KinId]) -> T + Sync)) -> Vec<T> {
         // Some trees in a row, so that a blender's second and later ones are cheap.
         const RUN: usize = 16;
         let runs: Vec<Vec<T>> = states
             .par_chunks(RUN)
             .enumerate()
             .map_init(
-                || (Blender::new(self.family), crate::plant::Plant::default()),
+                || (Blender::new(self.family), Plant::default()),
                 |(blender, plant), (run, states)| {
                     let mut made = Vec::with_capacity(states.len());
                     for (i, state) in states.iter().enumerate() {
                         blender.blend_into(&self.weights(state), plant);
-                        made.push(make(run * RUN + i, plant));
+                        made.push(make(run * RUN + i, plant, blender.kins()));
                     }
                     made
                 },

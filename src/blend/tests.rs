@@ -116,7 +116,7 @@ fn trees_of_a_batch_are_those_of_single_blends_to_the_last_bit() {
         let family = pair(seed, oddity);
         let tasks = Tasks::new(&family, 0, 1);
         let states: Vec<State> = tasks.batch(Seed::new(seed), 1.0).collect();
-        let made = tasks.map_trees(&states, &|i, plant: &Plant| *plant == family.blend(&tasks.weights(&states[i])));
+        let made = tasks.map_trees(&states, &|i, plant: &Plant, _| *plant == family.blend(&tasks.weights(&states[i])));
         assert!(made.into_iter().all(|same| same), "seed {seed}");
         // There and back, and far jumps.
         let mut blender = Blender::new(&family);

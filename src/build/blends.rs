@@ -204,3 +204,82 @@ fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_
     }
     recipe
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantStats;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+
+    /// A plan over three sources "a", "b" and "c"; "a" has a part "limb".
+    fn plan(variants: &str) -> Plan {
+        let source =
+            |name: &str, seed: u32, more: &str| format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}{more}),");
+        let sources = source("a", 1, ", parts: {\"limb\": Branch(2)}") + &source("b", 2, "") + &source("c", 3, "");
+        let text = format!("(sources: {{{sources}}}, variants: [{variants}])");
+        let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
+        loaded.unwrap_or_else(|found| panic!("{found:?}"))
+    }
+
+    fn plants() -> Vec<Plant> {
+        (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect()
+    }
+
+    fn made(plan: &Plan) -> Vec<Plant> {
+        let plants = plants();
+        let blends = blends(plan, &plants).unwrap();
+        let selected = selections::selected(plan, &blends).unwrap();
+        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected)).collect()
+    }
+
+    #[test]
+    fn every_way_of_blending_gives_sound_trees_that_differ() {
+        let plan = plan(
+            "Blend(of: [\"a\", \"b\"], count: 2),
+             Blend(of: [\"a\", \"b\"], count: 3, batches: 2, trees: 8),
+             Blend(of: [\"a\", \"b\"], count: 2, seed: 3, scale: GrowthUnit),
+             Blend(of: [\"b\", \"c\"], count: 2, stems: Merge),
+             Blend(of: [\"a\", \"b\"], count: 2, seed: 4, only: [Order(from: 2, to: 9)]),
+             Blend(of: [\"a\", \"c\"], count: 2, seed: 1, batches: 2, trees: 6, pick: Diverse()),
+             Mix(of: {\"a\": 0.5, \"b\": 0.3, \"c\": 0.2}),
+             Mix(of: {\"a\": 1, \"c\": 1}, count: 2, scatter: 0.5),
+             Explore(of: [\"c\", \"b\", \"a\"], count: 3),",
+        );
+        let trees = made(&plan);
+        assert_eq!(trees.len(), 19);
+        for (i, tree) in trees.iter().enumerate() {
+            assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
+            assert!(trees[..i].iter().all(|other| other != tree), "{i}");
+        }
+    }
+
+    #[test]
+    fn a_greater_count_keeps_the_first_trees() {
+        let (few, many) = (
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 2)"),
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 5)"),
+        );
+        assert!(made(&few) == made(&many)[..2]);
+        let pool = |count: u32| plan(&format!("Blend(of: [\"a\", \"b\"], count: {count}, batches: 2, trees: 9)"));
+        assert!(made(&pool(3)) == made(&pool(7))[..3]);
+    }
+
+    #[test]
+    fn an_only_that_selects_nothing_is_told_at_its_field() {
+        for (only, sound) in
+            [("[Order(from: 60, to: 70)]", false), ("[Part(\"limb\")]", true), ("[Part(\"limb\"), Above(1.0)]", false)]
+        {
+            let plan = plan(&format!("Source(\"c\"), Blend(of: [\"a\", \"b\"], count: 2, only: {only})"));
+            match blends(&plan, &plants()) {
+                Ok(_) => assert!(sound, "{only}"),
+                Err(found) => {
+                    assert!(!sound && found.len() == 1, "{only}");
+                    assert_eq!(found[0].field, "variants[1].only");
+                    assert_eq!(found[0].message, "selects no branch that could change");
+                }
+            }
+        }
+    }
+}

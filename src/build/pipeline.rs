@@ -99,7 +99,7 @@ fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &W
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
         let files = input.files(inputs);
-        let mut names = import::refers(&input.bytes, &files);
+        let mut names = import::refers(&input.bytes, file, &files);
         names.retain(|name| !input.names.contains_key(name));
         if names.is_empty() {
             break;

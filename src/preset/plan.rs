@@ -279,7 +279,7 @@ pub enum Volume {
     /// The inside of a closed mesh, scaled alike in all directions to stand between the two heights, the file's vertical
     /// axis on the plant's.
     Mesh {
-        /// GLB or OBJ file, relative to the preset's folder.
+        /// GLB, glTF, OBJ or PLY file, relative to the preset's folder.
         file: String,
         /// Which axis of the file points up; `Detect` is Y.
         up: UpAxis,

@@ -344,8 +344,7 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan =
-        ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs, leaves: Vec::new(), wood: Vec::new() };
+    let scan = ImportParams { file, ..ImportParams::default() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
