@@ -15,7 +15,7 @@ fn main() {
     divan::main();
 }
 
-const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 1.0 };
+const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 };
 const SCORES: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4 };
 
 fn oak(seed: u64) -> Plant {

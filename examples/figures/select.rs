@@ -10,7 +10,7 @@ use treewright::source::grow::grow;
 
 use crate::{Figure, root, seconds};
 
-const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 1.0 };
+const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 };
 const SCORES: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4 };
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
 
@@ -153,14 +153,22 @@ fn cheapest(a: &[u32], b: &[u32]) -> u32 {
 
 /// The shipped blends with each pick, against random ones.
 fn diversity() {
-    let pairs: [(&'static str, Family); 2] = [
-        ("street oaks", fuzzy_family(source("oak", 1, 9999), source("oak", 9, 9999), &MATCHING).expect("they match")),
+    let of = |from: (&str, u64), to: (&str, u64)| {
+        fuzzy_family(source(from.0, from.1, 9999), source(to.0, to.1, 9999), &MATCHING).expect("they match")
+    };
+    let sets: [(&str, [&'static str; 3], Family); 2] = [
         (
-            "birch and oak",
-            fuzzy_family(source("birch", 3, 9999), source("oak", 5, 9999), &MATCHING).expect("they match"),
+            "the oaks of avenue",
+            ["blend.diversity", "blend.diversity_diverse", "blend.diversity_natural"],
+            of(("oak", 1), ("oak", 9)),
+        ),
+        (
+            "birch and oak of grove",
+            ["blend.diversity_grove", "blend.diversity_grove_diverse", "blend.diversity_grove_natural"],
+            of(("birch", 3), ("oak", 5)),
         ),
     ];
-    for (name, family) in &pairs {
+    for (name, figures, family) in &sets {
         let sources = Sources::of(family, &FILTER);
         let trees: Vec<(Plant, Vec<KinId>)> = (0..128_u64)
             .map(|i| {
@@ -180,11 +188,8 @@ fn diversity() {
             })
             .sum::<f64>()
             / draws as f64;
-        for (pick, figure) in [
-            (Pick::Inspiring, "blend.diversity_inspiring"),
-            (Pick::Diverse { apart: 0.0 }, "blend.diversity_diverse"),
-            (Pick::Natural, "blend.diversity_natural"),
-        ] {
+        let picks = [Pick::Inspiring, Pick::Diverse { apart: 0.0 }, Pick::Natural];
+        for (pick, figure) in picks.into_iter().zip(*figures) {
             let kept = select::pick(pick, 8, FILTER.botany, &examined, &scores).expect("there are enough").kept;
             let value = f64::from(scores.diversity(&examined, &kept));
             let how = format!(

@@ -60,7 +60,7 @@ static DIVERSE: Record = Record {
     fields: &[Field {
         name: "apart",
         kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-        default: Default::Is("0"),
+        default: Default::Is("0.0"),
         about: "least difference of two of them; where the candidates don't reach it, a note tells how near they came",
     }],
 };
@@ -110,7 +110,7 @@ static PLAUSIBLE: Record = Record {
         Field {
             name: "botany",
             kind: Kind::Number { low: 0.0, high: 1000.0, unit: "" },
-            default: Default::Is("1"),
+            default: Default::Is("2.0"),
             about: "how far proportions may lie beyond those of the sources; 1000 lets all through",
         },
     ],
@@ -138,7 +138,7 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
     let filter = if fields.has("filter") {
         fields.choice("filter", |kind, own| Some((kind == "Plausible").then(|| filter(own)))).flatten()
     } else {
-        (pick != Some(Pick::All)).then_some(FilterParams { collisions: 0.01, rise: 0.01, botany: 1.0 })
+        (pick != Some(Pick::All)).then_some(FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 })
     };
     let scores = fields.group("scores", scores)?;
     let candidates = fields.integer_or("candidates", usual_candidates(count));

@@ -5,7 +5,8 @@
 //!
 //! - self-similarity: sub-branches resemble the whole when the ratios from order to order are alike. Mean logarithms of
 //!   length and of base radius against the parent's, branches a chain, each by order, and how much the length ratio
-//!   differs between orders;
+//!   differs between orders. A branch counts by its length: the many sprouts that have only just begun to grow say
+//!   little about a tree (counted one each, 62 of 72 sound trees between an oak and a shrub were rejected);
 //! - biomass: heights below which a quarter, half and three quarters of the wood's volume lie, over the tree's height, and
 //!   the shares of volume in orders 1, 2 and all finer ones.
 //!
@@ -63,6 +64,8 @@ pub struct Departure {
 struct Order {
     chains: usize,
     ratios: usize,
+    /// Summed lengths: what the ratios weigh.
+    weight: f32,
     length: f32,
     radius: f32,
     volume: f32,
@@ -102,13 +105,13 @@ impl Proportions {
             let (bearer, thick) = (lengths[parent.index()], plant.radii(parent)[0]);
             if length > 0.0 && bearer > 0.0 && radii[0] > 0.0 && thick > 0.0 {
                 order.ratios += 1;
-                order.length += math::ln(length / bearer);
-                order.radius += math::ln(radii[0] / thick);
+                order.weight += length;
+                order.length += length * math::ln(length / bearer);
+                order.radius += length * math::ln(radii[0] / thick);
             }
         }
-        let mean = |o: usize, sum: fn(&Order) -> f32| {
-            (orders[o].ratios >= FEWEST).then(|| sum(&orders[o]) / orders[o].ratios as f32)
-        };
+        let mean =
+            |o: usize, sum: fn(&Order) -> f32| (orders[o].ratios >= FEWEST).then(|| sum(&orders[o]) / orders[o].weight);
         let each = |o: usize| {
             (orders[o].chains > 0 && orders[o + 1].chains >= FEWEST)
                 .then(|| math::ln(1.0 + orders[o + 1].chains as f32 / orders[o].chains as f32))

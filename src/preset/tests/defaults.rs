@@ -74,7 +74,7 @@ fn a_pick_makes_candidates_of_which_count_are_kept() {
     assert_eq!(selection.candidates[..3], load_with_oak(SHORT).expect("loads").variants[..]);
     assert_eq!(plan.variants, (0..3).map(|place| Variant::Selected { selection: 0, place }).collect::<Vec<_>>());
     let full =
-        "pick: Inspiring, candidates: 18, scores: (), filter: Plausible(collisions: 0.01, rise: 0.01, botany: 1)";
+        "pick: Inspiring, candidates: 18, scores: (), filter: Plausible(collisions: 0.01, rise: 0.01, botany: 2)";
     assert_eq!(plan, with(full));
     // A filter alone makes spare trees, and what is let through is kept as it comes.
     assert_eq!(with("filter: Plausible()").selections[0].candidates.len(), 18);
