@@ -194,11 +194,7 @@ impl<'f> Tasks<'f> {
     /// Something of the tree of every state (its place, the tree, the kin of each chain), in their order. On as many threads as there are, each with a [`Blender`]
     /// that goes from state to neighbouring state.
     #[must_use]
-    pub fn map_trees<T: Send>(
-        &self,
-        states: &[State],
-        make: &(dyn Fn(usize, &Plant, &[KinId]) -> T + Sync),
-    ) -> Vec<T> {
+    pub fn map_trees<T: Send>(&self, states: &[State], make: &(dyn Fn(usize, &Plant, &[KinId]) -> T + Sync)) -> Vec<T> {
         // Some trees in a row, so that a blender's second and later ones are cheap.
         const RUN: usize = 16;
         let runs: Vec<Vec<T>> = states

@@ -215,9 +215,8 @@ mod tests {
 
     /// A plan over three sources "a", "b" and "c"; "a" has a part "limb".
     fn plan(variants: &str) -> Plan {
-        let source = |name: &str, seed: u32, more: &str| {
-            format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}{more}),")
-        };
+        let source =
+            |name: &str, seed: u32, more: &str| format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}{more}),");
         let sources = source("a", 1, ", parts: {\"limb\": Branch(2)}") + &source("b", 2, "") + &source("c", 3, "");
         let text = format!("(sources: {{{sources}}}, variants: [{variants}])");
         let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
@@ -258,7 +257,10 @@ mod tests {
 
     #[test]
     fn a_greater_count_keeps_the_first_trees() {
-        let (few, many) = (plan("Explore(of: [\"a\", \"b\", \"c\"], count: 2)"), plan("Explore(of: [\"a\", \"b\", \"c\"], count: 5)"));
+        let (few, many) = (
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 2)"),
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 5)"),
+        );
         assert!(made(&few) == made(&many)[..2]);
         let pool = |count: u32| plan(&format!("Blend(of: [\"a\", \"b\"], count: {count}, batches: 2, trees: 9)"));
         assert!(made(&pool(3)) == made(&pool(7))[..3]);
