@@ -4,7 +4,7 @@
 //! takes the same way from there: `connect` finds the wood that it grows from, `trace` the place on its axis.
 //!
 //! The base of a limb is one of its thickest ends: of those the one that touches other wood or the ground, of several
-//! that do the thickest. Where the limb with the most wood is thickest above its lowest end, that end is a root, and the
+//! that do the thickest. The limb with the most wood stands on its thickest end near the ground. Where that limb with the most wood is thickest above its lowest end, that end is a root, and the
 //! base is where the roots meet.
 
 use glam::DVec3;
@@ -23,6 +23,8 @@ const THICK: f64 = 0.6;
 const MOST_ENDS: usize = 64;
 /// The share of the greatest radius near the ground below which the lowest end of a trunk is a root.
 const ROOT: f64 = 0.55;
+/// The share of the height below which an end of the main limb is its foot.
+const FOOT: f64 = 0.15;
 /// How much of the height is near the ground.
 const NEAR_GROUND: f64 = 0.25;
 
@@ -221,7 +223,16 @@ fn bases(limbs: &[Limb], notes: &mut Vec<String>) -> Vec<u32> {
             })
             .map_or(0, |b| b.1);
         if Some(l) == most {
-            let low = (0..links.len() as u32).filter(|&v| at(v).position.y <= ground + height * NEAR_GROUND);
+            let near_ground = |share: f64| ground + height * share;
+            let ends = (0..links.len() as u32).filter(|&v| links[v as usize].len() == 1);
+            let lower = |a: u32, b: u32| {
+                let thicker = at(b).radius > at(a).radius * 1.25;
+                let lower = at(b).radius > at(a).radius * 0.8 && at(b).position.y < at(a).position.y;
+                if thicker || lower { b } else { a }
+            };
+            let foot = ends.filter(|&v| at(v).position.y <= near_ground(FOOT)).reduce(lower);
+            base = foot.unwrap_or(base);
+            let low = (0..links.len() as u32).filter(|&v| at(v).position.y <= near_ground(NEAR_GROUND));
             let widest = low.reduce(|a, b| if at(b).radius > at(a).radius { b } else { a });
             if let Some(widest) =
                 widest.filter(|&w| at(base).radius < at(w).radius * ROOT && links[w as usize].len() > 2)
