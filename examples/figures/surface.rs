@@ -13,7 +13,8 @@ const LEAF: usize = 4;
 impl Surface {
     pub(crate) fn new(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let mut triangles: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(|v| positions[v as usize])).collect();
-        let mut boxes = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); (triangles.len() / LEAF + 1).next_power_of_two() * 4];
+        let mut boxes =
+            vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); (triangles.len() / LEAF + 1).next_power_of_two() * 4];
         sort(&mut triangles, &mut boxes, 0);
         Self { triangles, boxes }
     }
@@ -59,7 +60,8 @@ impl Surface {
             at += area(t);
             while next < at {
                 // A low-discrepancy pair, folded into the triangle.
-                let (u, v) = ((count as f64 * 0.754_877_67).fract() as f32, (count as f64 * 0.569_840_29).fract() as f32);
+                let (u, v) =
+                    ((count as f64 * 0.754_877_67).fract() as f32, (count as f64 * 0.569_840_29).fract() as f32);
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 sum += f64::from(other.distance(t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * v));
                 count += 1;

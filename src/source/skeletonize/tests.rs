@@ -1,5 +1,7 @@
 //! Wood of every kind: what real files hold, and what nobody would draw.
 
+use std::path::PathBuf;
+
 use glam::{DVec3, Vec3};
 
 use super::shapes;
@@ -7,7 +9,9 @@ use super::surface::Surface;
 use super::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
 use crate::base::Seed;
 use crate::plant::PlantStats;
-use crate::preset::plan::{ImportHeight, UpAxis};
+use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use crate::source::import::{agreement, import, import_with};
+use crate::source::scene::Files;
 
 fn params(method: Method) -> SkeletonParams {
     SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method }
@@ -173,4 +177,34 @@ fn hostile_meshes_end_soon_with_a_plant_or_an_error() {
     let mut far = wood(&tree());
     far.positions.iter_mut().for_each(|p| *p *= 1e30);
     try_all(&far);
+}
+
+/// The folder of real trees, or none where the checkout has none; on CI it must be there.
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
+fn real_trees() -> Option<PathBuf> {
+    let data = std::env::var_os("TREEWRIGHT_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    assert!(data.is_dir() || std::env::var_os("CI").is_none(), "no data at {}", data.display());
+    if !data.is_dir() {
+        eprintln!("skipped: no data at {}", data.display());
+        return None;
+    }
+    Some(data)
+}
+
+#[test]
+fn meshes_agree_with_the_skeletons_that_they_were_made_from() {
+    let Some(data) = real_trees() else {
+        return;
+    };
+    for name in ["eztree_aspen_small", "eztree_oak_medium", "eztree_pine_medium"] {
+        let params = ImportParams::default();
+        let mesh = std::fs::read(data.join(format!("mesh/{name}.glb"))).unwrap();
+        let found = import_with(&mesh, name, &Files::new(), &params).unwrap().plant;
+        let file = std::fs::read(data.join(format!("skeleton/{name}.swc"))).unwrap();
+        let truth = import(&file, name, &params).unwrap().plant;
+        let a = agreement(&found, &truth);
+        assert!(a.length_found >= 0.95 && a.length_true >= 0.95, "{name} {a:?}");
+        assert!(a.radius_error <= 0.1 && (a.chains - 1.0).abs() <= 0.15, "{name} {a:?}");
+    }
 }
