@@ -37,7 +37,7 @@ use crate::preset::plan::{ImportHeight, UpAxis};
 use surface::Surface;
 
 /// Most vertices of a piece of surface that is contracted; larger ones are coarsened first.
-pub const MOST_VERTICES: usize = 16_000;
+pub const MOST_VERTICES: usize = 8_000;
 /// Most pieces of surface: of a soup of loose triangles the largest are taken.
 pub const MOST_PIECES: usize = 100_000;
 /// Least triangles of a piece of wood.
