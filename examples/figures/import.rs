@@ -25,6 +25,7 @@ pub(crate) fn print() {
     }
     round_trip();
     speed();
+    crate::formats::print();
 }
 
 fn params(up: UpAxis, method: Method) -> SkeletonParams {

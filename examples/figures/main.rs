@@ -9,6 +9,7 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 mod blend;
+mod formats;
 mod grow;
 mod import;
 mod line;

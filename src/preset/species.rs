@@ -268,7 +268,7 @@ static MESH: Record = Record {
     fields: &[
         Field {
             name: "file",
-            kind: Kind::Text("the path of a GLB or OBJ file"),
+            kind: Kind::Text("the path of a GLB, glTF, OBJ or PLY file"),
             default: Default::Required,
             about: "a closed mesh; relative to the species file's folder",
         },

@@ -10,6 +10,8 @@
 
 mod endpoints;
 mod field;
+#[cfg(test)]
+mod figures;
 mod grid;
 mod guide;
 mod nodes;

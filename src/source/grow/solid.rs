@@ -9,14 +9,15 @@
 //! silhouette count: a ring belongs to it where either half does. Curves are cut into [`PIECES`] straight pieces.
 //!
 //! Limits: [`MOST_TRIANGLES`], [`MOST_SEGMENTS`]. Nothing is read beside the given bytes: pictures in an SVG and
-//! buffers outside a GLB count as absent. Coordinates behind a `rotate()` in an SVG are as exact as the platform's sine.
+//! buffers outside a glTF file count as absent. Coordinates behind a `rotate()` in an SVG are as exact as the platform's sine.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
+use crate::base::Diagnostic;
 use crate::preset::plan::UpAxis;
-use crate::source::glb::{GlbError, read_glb};
+use crate::source::scene;
 
 /// Most triangles of a mesh.
 const MOST_TRIANGLES: usize = 500_000;
@@ -53,12 +54,6 @@ pub enum SolidError {
         /// The limit.
         most: usize,
     },
-}
-
-impl From<GlbError> for SolidError {
-    fn from(error: GlbError) -> Self {
-        Self::Unreadable(error.to_string())
-    }
 }
 
 /// How a file is read as a shape.
@@ -112,14 +107,26 @@ impl Solid {
         }
     }
 
-    /// A closed mesh: GLB by its first bytes, else OBJ. `up` says which axis of the file points up, `Detect` is Y. The
+    /// A closed mesh of any format that [`scene`](crate::source::scene) reads, told by its content. `up` says which axis of the file points up, `Detect` is Y. The
     /// file's vertical axis stays over the origin, so that a crown can lean to one side.
     ///
     /// # Errors
     ///
     /// When it can't be read, is open, flat or too large.
     pub fn from_mesh(bytes: &[u8], up: UpAxis) -> Result<Self, SolidError> {
-        let (mut points, triangles) = if bytes.starts_with(b"glTF") { glb(bytes)? } else { obj(bytes)? };
+        let told = |found: Vec<Diagnostic>| match found.first() {
+            Some(Diagnostic { span: Some(span), message, .. }) => format!("line {}: {message}", span.line),
+            Some(Diagnostic { message, .. }) => message.clone(),
+            None => String::new(),
+        };
+        let scene =
+            scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
+        let (mut points, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
+        for part in scene.parts {
+            let first = points.len() as u32;
+            points.extend(part.positions);
+            triangles.extend(part.triangles.into_iter().map(|t| t.map(|corner| corner + first)));
+        }
         if triangles.len() > MOST_TRIANGLES {
             let (found, what, most) = (triangles.len(), "triangles", MOST_TRIANGLES);
             return Err(SolidError::TooLarge { found, what, most });
@@ -190,71 +197,6 @@ impl Solid {
 
 fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
-}
-
-type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// All triangles of the default scene.
-fn glb(bytes: &[u8]) -> Result<Triangles, SolidError> {
-    let info = read_glb(bytes)?;
-    let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for instance in &info.instances {
-        for (i, primitive) in info.meshes[instance.mesh].primitives.iter().enumerate() {
-            if triangles.len() as u64 + primitive.triangles > MOST_TRIANGLES as u64 {
-                let found = triangles.len() + usize::try_from(primitive.triangles).unwrap_or(usize::MAX / 2);
-                return Err(SolidError::TooLarge { found, what: "triangles", most: MOST_TRIANGLES });
-            }
-            let first = points.len() as u32;
-            let placed = info.positions(instance.mesh, i)?.into_iter().map(|p| Vec3::from(instance.place(p)));
-            points.extend(placed);
-            let corners = info.triangles(instance.mesh, i)?;
-            triangles.extend(corners.into_iter().map(|t| t.map(|corner| corner + first)));
-        }
-    }
-    Ok((points, triangles))
-}
-
-/// Positions and faces of a Wavefront OBJ; faces of more than three corners are fans.
-fn obj(bytes: &[u8]) -> Result<Triangles, SolidError> {
-    let text =
-        std::str::from_utf8(bytes).map_err(|_| SolidError::Unreadable("neither a GLB nor an OBJ file".to_owned()))?;
-    let (mut points, mut triangles): Triangles = (Vec::new(), Vec::new());
-    for (number, line) in text.lines().enumerate() {
-        let wrong = |what: &str| SolidError::Unreadable(format!("line {}: {what}", number + 1));
-        let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("v") => {
-                let mut coordinate = || words.next().and_then(|w| w.parse::<f32>().ok()).filter(|c| c.is_finite());
-                match (coordinate(), coordinate(), coordinate()) {
-                    (Some(x), Some(y), Some(z)) => points.push(Vec3::new(x, y, z)),
-                    _ => return Err(wrong("`v` needs three numbers")),
-                }
-            }
-            Some("f") => {
-                let mut fan: [Option<u32>; 2] = [None; 2];
-                for word in words {
-                    let index = word.split('/').next().and_then(|w| w.parse::<i64>().ok());
-                    // From 1; negative ones count back from the last.
-                    let index = index.map(|i| if i < 0 { points.len() as i64 + i } else { i - 1 });
-                    let corner = index.and_then(|i| u32::try_from(i).ok()).filter(|&i| (i as usize) < points.len());
-                    let corner = corner.ok_or_else(|| wrong("a face names a vertex that is not there"))?;
-                    match fan {
-                        [None, _] => fan[0] = Some(corner),
-                        [Some(_), None] => fan[1] = Some(corner),
-                        [Some(first), Some(last)] => {
-                            triangles.push([first, last, corner]);
-                            fan[1] = Some(corner);
-                        }
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    if triangles.is_empty() {
-        return Err(SolidError::Unreadable("neither a GLB nor an OBJ file with faces".to_owned()));
-    }
-    Ok((points, triangles))
 }
 
 /// Triangles by the cells of the ground that they cover.
