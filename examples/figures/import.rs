@@ -123,13 +123,14 @@ fn round_trip() {
     }
 }
 
-/// One closed skin: a trunk of rings with a bump pattern, so that no piece is a tube, of about this many triangles.
+/// One skin, no piece of which is a tube, of about this many triangles.
 pub(crate) fn shell(triangles: usize) -> Wood {
-    // Branches leave the trunk by splitting a ring in two, again and again: one skin of 2^depth tips.
-    let sides = 16_u32;
-    let depth = 6_u32;
-    let tubes = (1_usize << (depth + 1)) - 1;
-    let rings = (triangles / (2 * sides as usize) / tubes).max(2) as u32;
+    // Limbs leave a trunk by splitting its last ring in two, again and again: one skin of 16 tips. Triangles about as
+    // long as wide, however many.
+    let depth = 4_u32;
+    let sides = if triangles > 500_000 { 256_u32 } else { 64 };
+    let around = sides * (depth + 1) + (2 << depth);
+    let rings = (triangles as u32 / (2 * around)).max(2);
     let mut wood = Wood::default();
     let first: Vec<u32> = (0..sides).collect();
     for s in 0..sides {
@@ -176,7 +177,7 @@ fn speed() {
     };
     let wood = shell(100_000);
     let one = time(&wood, Method::ByPiece, 3);
-    let how = format!("one skin of {} triangles with 127 limbs, contracted, median of 3", wood.triangles.len());
+    let how = format!("one skin of {} triangles with 31 limbs, contracted, median of 3", wood.triangles.len());
     Figure::new("import.seconds_100k", one, "s", how).goal("<= 1 s on 2 cores").print();
     let large = shell(2_000_000);
     let twenty = time(&large, Method::ByPiece, 1);

@@ -4,8 +4,8 @@
 //! takes the same way from there: `connect` finds the wood that it grows from, `trace` the place on its axis.
 //!
 //! The base of a limb is one of its thickest ends: of those the one that touches other wood or the ground, of several
-//! that do the thickest. Where the limb with the most wood is thickest above its lowest end, that end is a root, and the
-//! base is where the roots meet.
+//! that do the thickest, of those alike the one on the thickest wood. The limb with the most wood stands on its thickest
+//! end near the ground; where it is thicker above that end, the end is a root, and the base is where the roots meet.
 
 use glam::DVec3;
 
@@ -19,10 +19,14 @@ use crate::preset::plan::{ImportHeight, UpAxis};
 
 /// The share of the thickest end's radius from which an end may be the base.
 const THICK: f64 = 0.6;
+/// Up to which ratio two radii count as alike.
+const ALIKE: f64 = 1.15;
 /// Most ends that are weighed.
 const MOST_ENDS: usize = 64;
 /// The share of the greatest radius near the ground below which the lowest end of a trunk is a root.
 const ROOT: f64 = 0.55;
+/// The share of the height below which an end of the main limb is its foot.
+const FOOT: f64 = 0.15;
 /// How much of the height is near the ground.
 const NEAR_GROUND: f64 = 0.25;
 
@@ -196,32 +200,47 @@ fn bases(limbs: &[Limb], notes: &mut Vec<String>) -> Vec<u32> {
         ends.sort_by(|&a, &b| at(b).radius.total_cmp(&at(a).radius).then(a.cmp(&b)));
         ends.truncate(MOST_ENDS);
         let thickest = ends.first().map_or(0.0, |&v| at(v).radius);
-        // How far an end is from what could bear it: other wood of its own thickness, or the ground.
-        let gap = |v: u32| {
+        // How far an end is from what could bear it, other wood of its own thickness or the ground, and how thick that is.
+        let bearer = |v: u32| {
             let node = at(v);
             let other = nearest.find(node.position, 0.0, |i| {
                 let piece = &pieces[i as usize];
                 (owner[i as usize] != l as u32 && piece.radius >= node.radius * 0.7)
                     .then(|| (piece.distance(node.position) - piece.radius).max(0.0))
             });
-            let gap = other.map_or(f64::INFINITY, |o| o.1).min(node.position.y - ground);
-            if gap <= node.radius.max(height * 0.005) { 0.0 } else { gap }
+            let low = node.position.y - ground;
+            let wood = other.map_or((f64::INFINITY, 0.0), |o| (o.1, pieces[o.0 as usize].radius));
+            let (gap, thick) = if low < wood.0 { (low, f64::INFINITY) } else { wood };
+            (if gap <= node.radius.max(height * 0.005) { 0.0 } else { gap }, thick)
         };
-        let mut base = ends
-            .iter()
-            .copied()
-            .filter(|&v| at(v).radius >= thickest * THICK)
-            .map(|v| (gap(v), v))
-            .min_by(|a, b| {
-                let height = |v: u32| at(v).position.y;
-                a.0.total_cmp(&b.0)
-                    .then(at(b.1).radius.total_cmp(&at(a.1).radius))
-                    .then(height(a.1).total_cmp(&height(b.1)))
-                    .then(a.1.cmp(&b.1))
-            })
-            .map_or(0, |b| b.1);
+        // The first of two ends unless the second is evidently better: radii of two ends are never just equal.
+        let better = |a: (u32, (f64, f64)), b: (u32, (f64, f64))| {
+            let thicker = |x: f64, y: f64| x > y * ALIKE;
+            let ((v, (v_gap, v_bears)), (w, (w_gap, w_bears))) = (a, b);
+            let second = if v_gap > 0.0 || w_gap > 0.0 {
+                w_gap < v_gap
+            } else if thicker(at(w).radius, at(v).radius) || thicker(at(v).radius, at(w).radius) {
+                at(w).radius > at(v).radius
+            } else if thicker(w_bears, v_bears) || thicker(v_bears, w_bears) {
+                w_bears > v_bears
+            } else {
+                at(w).position.y < at(v).position.y
+            };
+            if second { b } else { a }
+        };
+        let thick = ends.iter().copied().filter(|&v| at(v).radius >= thickest * THICK);
+        let mut base = thick.map(|v| (v, bearer(v))).reduce(better).map_or(0, |b| b.0);
         if Some(l) == most {
-            let low = (0..links.len() as u32).filter(|&v| at(v).position.y <= ground + height * NEAR_GROUND);
+            let near_ground = |share: f64| ground + height * share;
+            let ends = (0..links.len() as u32).filter(|&v| links[v as usize].len() == 1);
+            let lower = |a: u32, b: u32| {
+                let thicker = at(b).radius > at(a).radius * 1.25;
+                let lower = at(b).radius > at(a).radius * 0.8 && at(b).position.y < at(a).position.y;
+                if thicker || lower { b } else { a }
+            };
+            let foot = ends.filter(|&v| at(v).position.y <= near_ground(FOOT)).reduce(lower);
+            base = foot.unwrap_or(base);
+            let low = (0..links.len() as u32).filter(|&v| at(v).position.y <= near_ground(NEAR_GROUND));
             let widest = low.reduce(|a, b| if at(b).radius > at(a).radius { b } else { a });
             if let Some(widest) =
                 widest.filter(|&w| at(base).radius < at(w).radius * ROOT && links[w as usize].len() > 2)

@@ -3,7 +3,7 @@
 //! 1. `weld`: vertices at one place become one; flat and double triangles go.
 //! 2. `surface`: pieces of surface that hang together, each an edge-manifold.
 //! 3. Each piece by itself, in parallel: `tube` where it is evidently a swept ring, else `coarsen` if it is large,
-//!    `contract` (Laplacian contraction, Au et al. 2008), `surgery` and `sleeve`: a limb of nodes with radii.
+//!    closed by `cap` and `contract`ed (Laplacian contraction, Au et al. 2008), then `surgery` and `sleeve`: a limb of nodes with radii.
 //! 4. `import/limb`: limbs get their base, and are joined by proximity, direction and radius as the fragments of a
 //!    structure model are; then Gravelius orders.
 //!
@@ -11,6 +11,7 @@
 //! more than its share of steps gives its longest way for an axis instead, and a note. The same bytes on any platform and
 //! number of threads: plain double precision in one order, pieces collected by index.
 
+mod cap;
 mod cholesky;
 mod coarsen;
 mod contract;
@@ -23,6 +24,9 @@ mod tube;
 mod web;
 mod weld;
 
+#[cfg(test)]
+mod tests;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -33,7 +37,7 @@ use crate::preset::plan::{ImportHeight, UpAxis};
 use surface::Surface;
 
 /// Most vertices of a piece of surface that is contracted; larger ones are coarsened first.
-pub const MOST_VERTICES: usize = 16_000;
+pub const MOST_VERTICES: usize = 8_000;
 /// Most pieces of surface: of a soup of loose triangles the largest are taken.
 pub const MOST_PIECES: usize = 100_000;
 /// Least triangles of a piece of wood.
@@ -202,9 +206,10 @@ fn contracted(piece: &Surface) -> Option<Limb> {
     let middle = piece.positions.iter().sum::<DVec3>() / piece.positions.len().max(1) as f64;
     let mut piece = piece.clone();
     piece.positions.iter_mut().for_each(|p| *p -= middle);
+    let closed = cap::closed(&piece);
     let mut most = MOST_VERTICES;
     let (coarse, places) = loop {
-        let coarse = coarsen::coarsen(&piece, most);
+        let coarse = coarsen::coarsen(&closed, most);
         if let Some(places) = contract::contract(&coarse.surface) {
             break (coarse, places);
         }

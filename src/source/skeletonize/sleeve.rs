@@ -22,6 +22,10 @@ const OUT: f64 = 1.3;
 const PASSES: usize = 3;
 /// Cosine of the bend up to which a fork is put on its main axis.
 const STRAIGHT: f64 = 0.5;
+/// From how far out, in usual radii, surface is not the axis' own.
+const COLLAR: f64 = 1.5;
+/// The part of a fork's sleeve that is surely nearer than a collar.
+const FORK: f64 = 0.3;
 /// The part of a sleeve, from its end, that gives an end's radius.
 const END: f64 = 0.25;
 
@@ -159,12 +163,21 @@ impl<'a> Sleeves<'a> {
 
     fn radius(&mut self, k: usize) {
         let along = self.along(k).unwrap_or(DVec3::ZERO);
+        let mut offs: Vec<(f64, f64)> =
+            self.members[k].iter().map(|&v| (self.off(k, along, v), self.shares[v as usize])).collect();
+        if offs.is_empty() {
+            return;
+        }
+        offs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        // Most of a sleeve lies at its radius. What lies much farther out is the collar of a branch, or all of a twig
+        // that went with it; at a fork that can be the greater part.
+        let share = if self.links[k].len() > 2 { FORK } else { 0.5 };
+        let usual = offs[((offs.len() - 1) as f64 * share) as usize].0;
+        let floor = offs.iter().map(|o| o.1).sum::<f64>() * 1e-3 + f64::MIN_POSITIVE;
         let (mut sum, mut weight) = (0.0, 0.0);
-        let floor = self.members[k].iter().map(|&v| self.shares[v as usize]).sum::<f64>() * 1e-3 + f64::MIN_POSITIVE;
-        for &v in &self.members[k] {
-            let share = self.shares[v as usize] + floor;
-            sum += self.off(k, along, v) * share;
-            weight += share;
+        for (off, share) in offs.into_iter().take_while(|o| o.0 <= usual * COLLAR) {
+            sum += off * (share + floor);
+            weight += share + floor;
         }
         if weight > 0.0 {
             self.radii[k] = sum / weight;
@@ -261,6 +274,13 @@ impl<'a> Sleeves<'a> {
             self.middles[k] = middle;
             self.radii[k] = radius;
         }
+        // The last sleeve may be a few corners of one ring, whose mean lies beside the axis: it can't be much wider than
+        // the one before.
+        for k in 0..n {
+            if let [before] = *self.links[k].as_slice() {
+                self.radii[k] = self.radii[k].min(self.radii[before as usize] * COLLAR);
+            }
+        }
         let mut name = vec![u32::MAX; n];
         let mut limb = Limb::default();
         for k in 0..n {
@@ -294,7 +314,7 @@ impl<'a> Sleeves<'a> {
                 count += 1.0;
             }
             let tip = limb.nodes.len() as u32;
-            let radius = if count > 0.0 { sum / count } else { self.radii[k] };
+            let radius = if count > 0.0 { (sum / count).min(self.radii[k] * COLLAR) } else { self.radii[k] };
             limb.nodes.push(LimbNode { position: self.middles[k] + along * high, radius });
             limb.edges.push([name[k], tip]);
         }

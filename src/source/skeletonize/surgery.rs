@@ -126,6 +126,7 @@ impl Lines {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cap::closed;
     use super::super::contract::contract;
     use super::super::shapes;
     use super::*;
@@ -142,10 +143,11 @@ mod tests {
     fn a_tube_becomes_a_path_and_a_fork_one_node_of_three_edges() {
         let path: Vec<DVec3> = (0..20).map(|k| DVec3::Y * 0.2 * f64::from(k)).collect();
         let surface = shapes::tube(&path, &[0.1; 20], 6);
+        let surface = closed(&surface);
         let axes = thin(&surface, &contract(&surface).unwrap()).unwrap();
         assert_eq!(axes.edges.len() + 1, axes.count);
         assert!(axes.count >= 8, "{}", axes.count);
-        let fork = shapes::fork();
+        let fork = closed(&shapes::fork());
         let axes = thin(&fork, &contract(&fork).unwrap()).unwrap();
         let mut valence = vec![0; axes.count];
         axes.edges.iter().flatten().for_each(|&v| valence[v as usize] += 1);

@@ -1,0 +1,210 @@
+//! Wood of every kind: what real files hold, and what nobody would draw.
+
+use std::path::PathBuf;
+
+use glam::{DVec3, Vec3};
+
+use super::shapes;
+use super::surface::Surface;
+use super::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
+use crate::base::Seed;
+use crate::plant::PlantStats;
+use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use crate::source::import::{agreement, import, import_with};
+use crate::source::scene::Files;
+
+fn params(method: Method) -> SkeletonParams {
+    SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method }
+}
+
+fn found(wood: &Wood) -> Skeletonized {
+    let found = skeletonize(wood, &params(Method::ByPiece)).unwrap();
+    assert_eq!(PlantStats::of(&found.plant).topology_continuity, 1.0);
+    found
+}
+
+fn wood(parts: &[Surface]) -> Wood {
+    let mut wood = Wood::default();
+    for part in parts {
+        let first = wood.positions.len() as u32;
+        wood.positions.extend(part.positions.iter().map(|p| p.as_vec3()));
+        wood.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    wood
+}
+
+/// A straight tube of nine rings.
+fn pole(from: DVec3, to: DVec3, thick: f64, thin: f64) -> Surface {
+    let path: Vec<DVec3> = (0..9).map(|k| from.lerp(to, f64::from(k) / 8.0)).collect();
+    let radii: Vec<f64> = (0..9).map(|k| thick + (thin - thick) * f64::from(k) / 8.0).collect();
+    shapes::tube(&path, &radii, 7)
+}
+
+/// A trunk with four branches that start on its axis.
+fn tree() -> Vec<Surface> {
+    let mut parts = vec![pole(DVec3::ZERO, DVec3::Y * 8.0, 0.3, 0.1)];
+    for k in 0..4 {
+        let angle = f64::from(k) * 1.6;
+        let out = DVec3::new(libm::cos(angle), 0.8, libm::sin(angle));
+        let base = DVec3::Y * (3.0 + f64::from(k));
+        parts.push(pole(base, base + out * 2.0, 0.1, 0.03));
+    }
+    parts
+}
+
+#[test]
+fn both_ways_find_a_trunk_and_its_branches() {
+    for method in [Method::ByPiece, Method::Contraction] {
+        let found = skeletonize(&wood(&tree()), &params(method)).unwrap();
+        let orders: Vec<u16> = found.plant.chains().iter().map(|c| c.order).collect();
+        assert_eq!(orders, [1, 2, 2, 2, 2], "{method:?}");
+        assert!((found.plant.height() - 8.0).abs() < 0.1);
+        let trunk = found.plant.chain_ids().next().unwrap();
+        assert!((found.plant.radii(trunk)[1] - 0.3).abs() < 0.05);
+        for chain in &found.plant.chains()[1..] {
+            let at = chain.location * 8.0;
+            assert!((at - at.round()).abs() < 0.1, "{method:?} {at}");
+        }
+    }
+}
+
+#[test]
+fn corners_of_their_own_and_doubled_faces_change_nothing() {
+    let whole = wood(&tree());
+    let mut loose = Wood::default();
+    for t in &whole.triangles {
+        for turn in [[0, 1, 2], [2, 1, 0]] {
+            let first = loose.positions.len() as u32;
+            loose.positions.extend(turn.map(|k| whole.positions[t[k] as usize]));
+            loose.triangles.push([first, first + 1, first + 2]);
+        }
+    }
+    assert_eq!(found(&whole).plant, found(&loose).plant);
+}
+
+#[test]
+fn z_up_is_seen_and_placed() {
+    let mut lying = wood(&tree());
+    lying.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x + 5.0, -p.z, p.y + 100.0));
+    let how = SkeletonParams { up: UpAxis::Detect, height: ImportHeight::Metres(4.0), method: Method::ByPiece };
+    let found = skeletonize(&lying, &how).unwrap();
+    assert!((found.plant.height() - 4.0).abs() < 1e-3);
+    assert!((found.placement.scale() - 0.5).abs() < 0.01);
+    let top = found.placement.point(Vec3::new(5.0, 0.0, 108.0));
+    assert!((top - Vec3::Y * 4.0).length() < 0.01, "{top}");
+}
+
+#[test]
+fn stems_that_stand_apart_stay_apart_and_loose_twigs_are_joined() {
+    let two = [
+        pole(DVec3::ZERO, DVec3::Y * 6.0, 0.2, 0.05),
+        pole(DVec3::X * 2.0, DVec3::new(2.5, 5.0, 0.0), 0.2, 0.05),
+        pole(DVec3::new(0.4, 4.0, 0.0), DVec3::new(1.4, 5.0, 0.0), 0.04, 0.01),
+    ];
+    let found = found(&wood(&two));
+    let stems = found.plant.chains().iter().filter(|c| c.parent.is_none()).count();
+    assert_eq!((stems, found.plant.chains().len()), (2, 3), "{:?}", found.notes);
+    assert!(found.notes.iter().any(|n| n.contains("gap")), "{:?}", found.notes);
+}
+
+#[test]
+fn a_fork_in_one_skin_is_contracted_to_a_fork() {
+    let found = found(&wood(&[shapes::fork()]));
+    assert_eq!(found.plant.chains().len(), 2);
+    assert!(found.plant.chains().iter().filter(|c| c.parent.is_none()).count() == 1);
+    assert!(found.notes.iter().any(|n| n.contains("contracted")));
+}
+
+#[test]
+fn the_same_on_one_thread_and_on_two() {
+    let wood = wood(&tree());
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| skeletonize(&wood, &params(Method::Contraction)).unwrap().plant)
+    };
+    assert_eq!(on(1), on(2));
+}
+
+#[test]
+fn hostile_meshes_end_soon_with_a_plant_or_an_error() {
+    let seed = Seed::new(3);
+    let triples = |n: u32| (0..n / 3).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect::<Vec<_>>();
+    let try_all = |wood: &Wood| {
+        for method in [Method::ByPiece, Method::Contraction] {
+            if let Ok(found) = skeletonize(wood, &params(method)) {
+                assert_eq!(PlantStats::of(&found.plant).topology_continuity, 1.0);
+            }
+        }
+    };
+    // Nothing, one place, loose triangles, and as many indices into a few places.
+    try_all(&Wood::default());
+    try_all(&Wood { positions: vec![Vec3::ONE; 3000], triangles: triples(3000) });
+    let cloud: Vec<Vec3> = (0..9000).map(|i| seed.at(i).direction() * 3.0 + Vec3::Y * 3.0).collect();
+    try_all(&Wood { positions: cloud.clone(), triangles: triples(9000) });
+    let mess = (0..3000).map(|i| [0, 1, 2].map(|k| seed.at(i).at(k).index(400) as u32)).collect();
+    try_all(&Wood { positions: cloud[..400].to_vec(), triangles: mess });
+    // One fan of 20,000, flat and as a cone.
+    let n = 20_000_u32;
+    for rise in [0.0, 3.0] {
+        let rim = |i: u32| {
+            let angle = i as f32 / n as f32 * std::f32::consts::TAU;
+            Vec3::new(crate::base::math::cos(angle), 0.0, crate::base::math::sin(angle))
+        };
+        let positions = std::iter::once(Vec3::Y * rise).chain((0..n).map(rim)).collect();
+        try_all(&Wood { positions, triangles: (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect() });
+    }
+    // A Möbius strip, and a strip folded flat onto itself.
+    let strip = |twist: u32| -> Wood {
+        let m = 60_u32;
+        let place = |i: u32, side: f32| {
+            let angle = i as f32 / m as f32 * std::f32::consts::TAU;
+            let (s, c) = crate::base::math::sin_cos(angle);
+            let (ts, tc) = crate::base::math::sin_cos(angle * 0.5 * twist as f32);
+            let out = 2.0 + side * tc * 0.4;
+            Vec3::new(c * out, side * ts * 0.4, s * out)
+        };
+        let positions = (0..m).flat_map(|i| [place(i, 1.0), place(i, -1.0)]).collect();
+        let at = |i: u32, side: u32| {
+            let flipped = if i >= m { (side + twist) % 2 } else { side };
+            (i % m) * 2 + flipped
+        };
+        let quad = |i: u32| [[at(i, 0), at(i, 1), at(i + 1, 1)], [at(i, 0), at(i + 1, 1), at(i + 1, 0)]];
+        Wood { positions, triangles: (0..m).flat_map(quad).collect() }
+    };
+    try_all(&strip(0));
+    try_all(&strip(1));
+    // Coordinates that overflow when squared in single precision.
+    let mut far = wood(&tree());
+    far.positions.iter_mut().for_each(|p| *p *= 1e30);
+    try_all(&far);
+}
+
+/// The folder of real trees, or none where the checkout has none; on CI it must be there.
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
+fn real_trees() -> Option<PathBuf> {
+    let data = std::env::var_os("TREEWRIGHT_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    assert!(data.is_dir() || std::env::var_os("CI").is_none(), "no data at {}", data.display());
+    if !data.is_dir() {
+        eprintln!("skipped: no data at {}", data.display());
+        return None;
+    }
+    Some(data)
+}
+
+#[test]
+fn meshes_agree_with_the_skeletons_that_they_were_made_from() {
+    let Some(data) = real_trees() else {
+        return;
+    };
+    for name in ["eztree_aspen_small", "eztree_oak_medium", "eztree_pine_medium"] {
+        let params = ImportParams::default();
+        let mesh = std::fs::read(data.join(format!("mesh/{name}.glb"))).unwrap();
+        let found = import_with(&mesh, name, &Files::new(), &params).unwrap().plant;
+        let file = std::fs::read(data.join(format!("skeleton/{name}.swc"))).unwrap();
+        let truth = import(&file, name, &params).unwrap().plant;
+        let a = agreement(&found, &truth);
+        assert!(a.length_found >= 0.95 && a.length_true >= 0.95, "{name} {a:?}");
+        assert!(a.radius_error <= 0.1 && (a.chains - 1.0).abs() <= 0.15, "{name} {a:?}");
+    }
+}
