@@ -119,7 +119,8 @@ impl Solid {
             Some(Diagnostic { message, .. }) => message.clone(),
             None => String::new(),
         };
-        let scene = scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
+        let scene =
+            scene::read(bytes, "", &scene::Files::new()).map_err(|found| SolidError::Unreadable(told(found)))?;
         let (mut points, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
         for part in scene.parts {
             let first = points.len() as u32;
