@@ -15,7 +15,7 @@ use treewright::plant::{Distribution, Habit, Plant, Span, Trait};
 use treewright::preset::plan::{GrowParams, ImportParams};
 use treewright::preset::species;
 use treewright::source::estimate::estimate;
-use treewright::source::grow::grow;
+use treewright::source::grow::{Solid, Solids, grow, grow_in, shape_files};
 use treewright::source::import::import;
 
 /// What the names of measured plants' files start with.
@@ -45,7 +45,7 @@ fn main() {
     for file in files(&root.join("presets/species"), &["ron"]) {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let text = std::fs::read_to_string(&file).unwrap_or_default();
-        match grown(&name, &text, seeds) {
+        match grown(&file, &name, &text, seeds) {
             Ok(habit) => {
                 verdicts.push(verdict(&name, &text, &habit, &span));
                 rows.push((format!("  {name}"), habit));
@@ -144,12 +144,18 @@ fn likeness(plants: &[(String, Plant)]) {
     }
 }
 
-fn grown(name: &str, text: &str, seeds: u64) -> Result<Habit, String> {
+fn grown(file: &Path, name: &str, text: &str, seeds: u64) -> Result<Habit, String> {
     let params = species(name, text).map_err(|errors| format!("{} errors", errors.len()))?;
+    let mut solids = Solids::new();
+    for shape in shape_files(&params) {
+        let bytes = std::fs::read(file.with_file_name(&shape.file)).map_err(|error| error.to_string())?;
+        let solid = Solid::read(&bytes, shape.reading).map_err(|error| error.to_string())?;
+        solids.insert(shape, solid);
+    }
     let mut habits = Vec::new();
     for seed in 1..=seeds.max(1) {
         let params = GrowParams { seed, ..params.clone() };
-        let (plant, _) = grow(&params, Seed::new(seed).child("grow")).map_err(|error| error.to_string())?;
+        let (plant, _) = grow_in(&params, &solids, Seed::new(seed).child("grow")).map_err(|error| error.to_string())?;
         habits.push(Habit::of(&plant));
     }
     let mut all = habits.swap_remove(0);

@@ -115,3 +115,42 @@ fn a_new_preset_is_good_and_never_overwrites() {
     assert!(fails(folder, &["new", "a b"]).contains("name"));
     assert!(fails(folder, &["new", "../lime"]).contains("--folder"));
 }
+
+#[test]
+fn an_estimated_species_is_written_once_and_grows() {
+    let project = tiny::project();
+    let folder = project.path();
+    let told = says(folder, &["estimate", "scans/tiny.swc"]);
+    assert!(told.starts_with("// `treewright estimate scans/tiny.swc`") && told.contains("iterations: ["), "{told}");
+    says(folder, &["estimate", "scans/tiny.swc", "-o", "species/like.ron"]);
+    assert_eq!(fs::read_to_string(folder.join("species/like.ron")).unwrap().trim(), told.trim());
+    assert!(fails(folder, &["estimate", "scans/tiny.swc", "-o", "species/like.ron"]).contains("it exists"));
+    // What `Grow(like: …)` grows in a preset is what that species grows.
+    let preset = "(sources: {\"a\": Grow(like: \"scans/tiny.swc\"), \"b\": Grow(species: \"species/like.ron\")},
+        variants: [Source(\"a\"), Source(\"b\")], lods: [Full])";
+    fs::write(folder.join("like.ron"), preset).unwrap();
+    assert!(treewright(folder, &["build", "like.ron", "--out", "out"]).status.success());
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("out/like/like.manifest.json")).unwrap()).unwrap();
+    let of = |i: usize| manifest["variants"][i]["trunk_radius"].as_f64();
+    assert!(of(0).is_some() && of(0) == of(1), "{manifest}");
+}
+
+#[test]
+fn json_of_a_plant_has_the_documented_fields() {
+    let project = tiny::project();
+    let text = says(project.path(), &["inspect", "species/tiny.ron", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let plant = &json["plant"];
+    for field in ["height", "width", "stems", "tips", "bifurcation_ratio", "strahler", "murray", "orders"] {
+        assert!(!plant[field].is_null(), "{field}: {text}");
+    }
+    for field in ["exponent", "forks", "residual"] {
+        assert!(plant["murray"][field].is_number(), "{field}: {text}");
+    }
+    for field in ["length", "base_radius", "branching_angle", "length_ratio", "radius_ratio", "slenderness"] {
+        for part in ["count", "min", "low", "lower", "median", "upper", "high", "max"] {
+            assert!(plant["orders"][1][field][part].is_number(), "{field}.{part}: {text}");
+        }
+    }
+}

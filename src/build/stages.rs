@@ -203,11 +203,11 @@ fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<Sou
         vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
     };
     let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
-    let mut params = estimate.params;
-    params.seed = like.seed;
-    if let ImportHeight::Metres(height) = like.height {
-        params.height = height;
-    }
+    let params = match like.height {
+        ImportHeight::AsIs => estimate.params,
+        ImportHeight::Metres(height) => estimate.at_height(height),
+    };
+    let params = GrowParams { seed: like.seed, ..params };
     let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
         .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
     notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));

@@ -3,7 +3,7 @@
 //! A fork is a place of a chain where others leave it; those that leave within one radius of each other are one fork.
 //! Radii are read at the chains' own points, clear of the fork where there is a point between it and the next one: at
 //! the last point one radius below it, at the first point one radius above it, and for a child at its first point
-//! outside its parent. Reading between points would read the taper from one to the next instead of the wood.
+//! outside its parent or at its own first fork. Reading between points would read the taper from one to the next instead of the wood.
 //!
 //! *Murray's exponent* is the x that brings the predicted radii `(Σ r_child^x)^(1/x)` nearest to the measured ones: least
 //! squares of the difference of their logarithms, over all forks with equal weight, so that a thousand twigs don't drown
@@ -100,7 +100,9 @@ impl Forks {
                 for &child in &leaving[first..end] {
                     let own = Curve::new(plant.points(child));
                     let (arc, radii) = (own.parameters(), plant.radii(child));
-                    let out = (clear * length / f64::from(own.length()).max(1e-12)).min(0.5);
+                    let next = children[child.index()].iter().map(|c| f64::from(plant.chain(*c).location));
+                    let fork = next.fold(0.5, f64::min);
+                    let out = (clear * length / f64::from(own.length()).max(1e-12)).min(fork);
                     let outside = arc.partition_point(|&t| t < out).clamp(1, radii.len() - 1);
                     found.children.push(f64::from(radii[outside]));
                 }

@@ -212,11 +212,11 @@ mod tests {
         let span = Span::of(&[Habit::of(&pole(20, 40.0)), Habit::of(&pole(20, 60.0))]);
         assert!(Habit::of(&pole(20, 50.0)).outside(&span).is_empty());
         let steep = Habit::of(&pole(20, 20.0));
-        let outside = steep.outside(&span);
+        let outside: Vec<_> = steep.outside(&span).into_iter().filter(|(of, _)| of.order > 0).collect();
         assert_eq!(outside.len(), 1);
         assert_eq!((outside[0].0.name, outside[0].0.order), ("branching angle, degrees", 2));
         assert!((outside[0].1 - 20.0).abs() < 0.01);
         // Too few branches say nothing.
-        assert!(Habit::of(&pole(3, 20.0)).outside(&span).is_empty());
+        assert!(Habit::of(&pole(3, 20.0)).outside(&span).iter().all(|(of, _)| of.order == 0));
     }
 }

@@ -1,7 +1,15 @@
-//! The crown's envelope: of the shapes that a species can take endpoints from, the smallest that holds nine tenths of the
-//! given tips, and how hollow it is.
+//! The crown's envelope: of the shapes that a species can take endpoints from, the one whose outline is nearest to that
+//! of the given tips, and how hollow it is.
+//!
+//! The outline is the 90th percentile of the tips' distance from the axis in up to [`SLICES`] layers of equal height; each
+//! shape gets the radius that fits it best by least squares. Rejected: the smallest shape that holds nine tenths of the
+//! tips. The few tips near the ends of an ellipsoid ask for any radius, and a cylinder won.
 
-/// Share of the tips that the envelope holds.
+use super::measure::quantile;
+
+/// Layers of the outline, at most.
+const SLICES: usize = 7;
+/// Share of the tips of a layer that lie within its outline.
 const HELD: f32 = 0.9;
 /// Share of the tips that may lie inside its hollow.
 const INSIDE: f32 = 0.15;
@@ -49,15 +57,6 @@ impl Shape {
         }
     }
 
-    /// Its volume over that of the cylinder around it.
-    const fn fill(self) -> f32 {
-        match self {
-            Self::Ellipsoid | Self::HalfEllipsoid => 2.0 / 3.0,
-            Self::Cone => 1.0 / 3.0,
-            Self::Cylinder => 1.0,
-        }
-    }
-
     /// How far out a tip lies in units of the shape: what `hollow` is measured by (`source/grow/volume.rs`).
     fn reach(self, u: f32, out: f32) -> f32 {
         match self {
@@ -70,26 +69,47 @@ impl Shape {
 
 /// Fits a crown to tips, each its height and its distance from the axis over the plant's height.
 pub(super) fn fit(tips: &[[f32; 2]]) -> Crown {
-    let quantile = |mut values: Vec<f32>, q: f32| {
-        values.sort_unstable_by(f32::total_cmp);
-        values.get(((values.len().max(1) - 1) as f32 * q + 0.5) as usize).copied().unwrap_or(0.0)
-    };
+    let tips: Vec<[f32; 2]> = tips.iter().filter(|t| t[0].is_finite() && t[1].is_finite()).copied().collect();
     let heights: Vec<f32> = tips.iter().map(|t| t[0]).collect();
-    let (low, high) = (quantile(heights.clone(), 0.05), quantile(heights, 0.95));
+    let (low, high) = (quantile(heights.clone(), 0.02), quantile(heights, 0.98));
     // A crown of one layer still is one.
-    let air = ((high - low) * 0.08).max(0.03);
+    let air = if high - low < 0.06 { 0.03 } else { 0.0 };
     let (bottom, top) = ((low - air).clamp(0.0, 0.93), (high + air).clamp(0.05, 1.0));
     let top = top.max(bottom + 0.05).min(1.0);
-    let share = |height: f32| ((height - bottom) / (top - bottom)).clamp(0.0, 1.0);
-    let radius = |shape: Shape| {
-        // Where a shape closes, any tip off the axis would ask for any radius.
-        let asked = tips.iter().map(|t| t[1] / shape.profile(share(t[0])).max(0.15)).collect();
-        quantile(asked, HELD).clamp(0.01, 4.0)
+    let slices = (tips.len() / 5).clamp(1, SLICES);
+    let mut layers: Vec<Vec<f32>> = vec![Vec::new(); slices];
+    for tip in &tips {
+        let share = (tip[0] - bottom) / (top - bottom);
+        layers[((share.clamp(0.0, 1.0) * slices as f32) as usize).min(slices - 1)].push(tip[1]);
+    }
+    // Height and outline of each layer.
+    let outline: Vec<(f32, f32)> = layers
+        .into_iter()
+        .enumerate()
+        .filter(|(_, layer)| !layer.is_empty())
+        .map(|(i, layer)| (bottom + (top - bottom) * (i as f32 + 0.5) / slices as f32, quantile(layer, HELD)))
+        .collect();
+    // Radius and squared miss of a shape with its top at a height.
+    let fitted = |shape: Shape, top: f32| {
+        let profile = |height: f32| shape.profile((height - bottom) / (top - bottom));
+        let (mut product, mut square) = (0.0_f32, 1e-9_f32);
+        for &(height, out) in &outline {
+            product += out * profile(height);
+            square += profile(height) * profile(height);
+        }
+        let radius = product / square;
+        let miss = |&(height, out): &(f32, f32)| out - radius * profile(height);
+        (radius, outline.iter().map(|layer| miss(layer) * miss(layer)).sum::<f32>())
     };
-    let volume = |shape: Shape| shape.fill() * radius(shape) * radius(shape);
-    let shape = Shape::ALL.into_iter().min_by(|a, b| volume(*a).total_cmp(&volume(*b))).unwrap_or(Shape::Cylinder);
-    let radius = radius(shape);
-    let reaches = tips.iter().map(|t| shape.reach(share(t[0]), t[1] / radius)).collect();
+    // Few tips lie in the point of a cone, so shapes may end above the highest.
+    let tops = [0.0, 0.15, 0.3].map(|more| (top + (top - bottom) * more).min(1.0));
+    let candidates = Shape::ALL.into_iter().flat_map(|shape| tops.map(|top| (shape, top)));
+    let best = candidates.min_by(|a, b| fitted(a.0, a.1).1.total_cmp(&fitted(b.0, b.1).1));
+    // One or two layers have no shape.
+    let (shape, top) = best.filter(|_| outline.len() > 2).unwrap_or((Shape::Ellipsoid, top));
+    let radius = fitted(shape, top).0.clamp(0.01, 4.0);
+    let reach = |t: &[f32; 2]| shape.reach(((t[0] - bottom) / (top - bottom)).clamp(0.0, 1.0), t[1] / radius);
+    let reaches = tips.iter().map(reach).collect();
     // A few tips say nothing about a hollow.
     let hollow = if tips.len() < 8 { 0.0 } else { quantile(reaches, INSIDE).clamp(0.0, 0.85) };
     Crown { shape, bottom, top, radius, hollow }
@@ -118,7 +138,7 @@ mod tests {
             let crown = fit(&tips(shape, 0.0));
             assert_eq!(crown.shape, shape, "{crown:?}");
             assert!((crown.radius - 0.25).abs() < 0.07, "{crown:?}");
-            assert!((crown.bottom - 0.3).abs() < 0.06 && (crown.top - 0.9).abs() < 0.16, "{crown:?}");
+            assert!((crown.bottom - 0.3).abs() < 0.08 && (crown.top - 0.9).abs() < 0.25, "{crown:?}");
         }
     }
 

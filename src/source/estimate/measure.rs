@@ -2,7 +2,8 @@
 //!
 //! Lengths are over the plant's height, angles degrees, unless said otherwise. Branches are told apart by length and not
 //! by order, since a scan's orders depend on every missed twig: the *limbs* are those that are at least [`LIMB`] of the
-//! longest, the rest is cut into groups of falling length.
+//! longest, and no fewer than one and a half times the root of the number of branches; the rest is cut into groups of
+//! falling length.
 
 use glam::Vec3;
 
@@ -107,7 +108,12 @@ impl Measures {
         branches.sort_by(|a, b| b.length.total_cmp(&a.length).then(a.base.total_cmp(&b.base)));
         let longest = branches.first().map_or(0.0, |b| b.length);
         let limbs = like.map_or_else(
-            || branches.iter().take(MOST_LIMBS).filter(|b| b.length >= longest * LIMB).count(),
+            || {
+                let long = branches.iter().filter(|b| b.length >= longest * LIMB).count();
+                // One limb may be far longer than all others.
+                let least = (1.5 * (branches.len() as f32).sqrt()).ceil() as usize;
+                long.max(least).min(branches.len()).min(MOST_LIMBS)
+            },
             |like| like.limbs.count.min(branches.len()),
         );
         let rest = branches.split_off(limbs);

@@ -13,6 +13,9 @@ const NODES: [f32; 2] = [12_000.0, 60_000.0];
 /// Share of what a trial missed that is corrected at once.
 const GAIN: f32 = 0.7;
 
+/// Most crookedness: the noise of a scan counts as winding, too, and would make a trunk a corkscrew.
+const WINDING: f32 = 0.4;
+
 /// A later iteration.
 #[derive(Clone, Debug, PartialEq)]
 struct Pass {
@@ -72,7 +75,7 @@ impl Recipe {
             taper: plant.rule.taper,
             flare: plant.flare,
             flare_height: plant.flare_height,
-            crookedness: 0.3,
+            crookedness: 0.2,
             bole: plant.bole,
             slenderness: plant.slenderness * 1.6,
             trunk: plant.trunk,
@@ -110,7 +113,7 @@ impl Recipe {
         self.tip_radius *= math::pow(radius, 0.5);
         self.allometry = (self.allometry / math::pow(radius, 0.3)).clamp(1.0, 5.0);
         self.slenderness *= factor(target.slenderness, grown.slenderness).max(1.0);
-        self.crookedness = (self.crookedness + (target.winding - grown.winding) * 4.0).clamp(0.0, 1.0);
+        self.crookedness = (self.crookedness + (target.winding - grown.winding) * 2.0).clamp(0.0, WINDING);
         let more = factor(target.branches as f32, grown.branches as f32);
         for side in 0..2 {
             self.limb_start[side] += (target.limb_start[side] - grown.limb_start[side]) * GAIN * 0.5;
