@@ -15,6 +15,7 @@ mod figures;
 mod grid;
 mod guide;
 mod nodes;
+mod outline;
 mod paths;
 mod radii;
 mod shed;
