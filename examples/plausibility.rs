@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use treewright::base::Seed;
 use treewright::plant::{Distribution, Habit, Plant, Span, Trait};
-use treewright::preset::plan::{GrowParams, ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{GrowParams, ImportParams};
 use treewright::preset::species;
 use treewright::source::estimate::estimate;
 use treewright::source::grow::grow;
@@ -166,13 +166,7 @@ fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
 }
 
 fn plants(folder: &Path) -> Vec<(String, Plant)> {
-    let params = ImportParams {
-        file: String::new(),
-        up: UpAxis::Detect,
-        height: ImportHeight::AsIs,
-        leaves: Vec::new(),
-        wood: Vec::new(),
-    };
+    let params = ImportParams::default();
     files(folder, &["csv", "txt", "swc"])
         .into_iter()
         .filter_map(|file| {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use treewright::base::Seed;
 use treewright::plant::{Habit, Plant, Span};
-use treewright::preset::plan::{GrowParams, ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{GrowParams, ImportParams};
 use treewright::preset::species;
 use treewright::source::estimate::estimate;
 use treewright::source::grow::grow;
@@ -35,13 +35,7 @@ const REAL: [&str; 6] = [
 ];
 
 fn scan(folder: &Path, name: &str) -> Plant {
-    let params = ImportParams {
-        file: String::new(),
-        up: UpAxis::Detect,
-        height: ImportHeight::AsIs,
-        leaves: Vec::new(),
-        wood: Vec::new(),
-    };
+    let params = ImportParams::default();
     import(&std::fs::read(folder.join(name)).unwrap(), name, &params).unwrap().plant
 }
 

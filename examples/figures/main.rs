@@ -9,11 +9,14 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 mod blend;
+mod formats;
 mod grow;
 mod import;
 mod line;
 mod plausibility;
 mod select;
+mod surface;
+mod trees;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use treewright::base::Seed;
 use treewright::plant::{Habit, Plant, Span};
-use treewright::preset::plan::{GrowParams, ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{GrowParams, ImportParams};
 use treewright::preset::species;
 use treewright::source::estimate::estimate;
 use treewright::source::grow::grow;
@@ -120,13 +120,7 @@ pub(crate) fn real(folder: &Path) -> Vec<(String, Plant)> {
 
 /// Name and plant of every skeleton in a folder.
 pub(crate) fn skeletons(folder: &Path) -> Vec<(String, Plant)> {
-    let params = ImportParams {
-        file: String::new(),
-        up: UpAxis::Detect,
-        height: ImportHeight::AsIs,
-        leaves: Vec::new(),
-        wood: Vec::new(),
-    };
+    let params = ImportParams::default();
     files(folder, &["csv", "txt", "swc"])
         .into_iter()
         .filter_map(|file| {

@@ -1,7 +1,7 @@
 //! Figures of filtering, scoring and picking variants; `blend` prints them.
 
 use treewright::base::Seed;
-use treewright::blend::{batch, sample};
+use treewright::blend::{Tasks, sample};
 use treewright::plant::Plant;
 use treewright::preset::plan::{FilterParams, MatchParams, Pick, ScoreParams};
 use treewright::relate::{Family, KinId, fuzzy_family};
@@ -22,7 +22,7 @@ pub(crate) fn print() {
 }
 
 /// A plant of a shipped species, cut down to its `chains` thickest chains.
-fn source(species: &str, seed: u64, chains: usize) -> Plant {
+pub(crate) fn source(species: &str, seed: u64, chains: usize) -> Plant {
     let text = std::fs::read_to_string(root().join(format!("presets/species/{species}.ron"))).expect("it is shipped");
     let mut params = treewright::preset::species(species, &text).expect("the species is good");
     params.seed = seed;
@@ -41,10 +41,12 @@ fn speed() {
     let (a, b) = (source("oak", 1, 213), source("oak", 2, 594));
     let (from, to) = (a.chains().len(), b.chains().len());
     let family = fuzzy_family(a, b, &MATCHING).expect("they match");
+    let tasks = Tasks::new(&family, 0, 1);
     let mut trees: Vec<(Plant, Vec<KinId>)> = Vec::new();
     for i in 0.. {
         let left = 317 - trees.len();
-        trees.extend(batch(&family, 0, 1, Seed::new(i)).take(left).map(|w| family.blend_with_kins(&w)));
+        let states = tasks.batch(Seed::new(i), 1.0).take(left);
+        trees.extend(states.map(|state| family.blend_with_kins(&tasks.weights(&state))));
         if trees.len() == 317 {
             break;
         }

@@ -1,12 +1,13 @@
 //! The wood of the real meshes, and what is known of it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
 use treewright::plant::Plant;
 use treewright::preset::plan::{ImportParams, UpAxis};
-use treewright::source::glb::read_glb;
+use treewright::source::foliage::{self, Overrides};
 use treewright::source::import::import;
+use treewright::source::scene::{Files, read, refers};
 use treewright::source::skeletonize::Wood;
 
 /// A mesh of the data folder.
@@ -35,38 +36,29 @@ pub(crate) fn trees(data: &Path) -> Vec<Tree> {
 
 fn tree(data: &Path, path: &Path) -> Option<Tree> {
     let name = path.file_stem()?.to_str()?.to_owned();
+    if !["glb", "obj", "ply"].contains(&path.extension()?.to_str()?) {
+        return None;
+    }
     let bytes = std::fs::read(path).ok()?;
-    let (wood, up) = match path.extension()?.to_str()? {
-        "glb" => (of_glb(&bytes)?, UpAxis::Y),
-        _ => return None,
+    let mut beside: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    let files = |beside: &BTreeMap<String, Vec<u8>>| -> Vec<String> {
+        let files: Files<'_> = beside.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
+        refers(&bytes, &files)
     };
-    let truth = [format!("{name}.swc"), format!("pyhelios_{name}_qsm.txt")].into_iter().find_map(|file| {
-        let bytes = std::fs::read(data.join("skeleton").join(&file)).ok()?;
-        let params = ImportParams { file: String::new(), ..ImportParams::default() };
-        Some(import(&bytes, &file, &params).ok()?.plant)
-    });
-    Some(Tree { name, wood, up, truth })
-}
-
-/// Parts whose material says nothing of leaves, or all where none is left.
-fn of_glb(bytes: &[u8]) -> Option<Wood> {
-    let info = read_glb(bytes).ok()?;
-    let mut wood = Wood::default();
-    for instance in &info.instances {
-        let mesh = &info.meshes[instance.mesh];
-        for (p, primitive) in mesh.primitives.iter().enumerate() {
-            let material = primitive.material.map(|m| &info.materials[m]);
-            let name = material.map_or_else(String::new, |m| m.name.to_lowercase());
-            let leafy = ["leaf", "leaves", "leafs", "green"].iter().any(|w| name.contains(w));
-            if leafy || material.is_some_and(|m| m.alpha_mode != "OPAQUE") {
-                continue;
+    for _ in 0..3 {
+        for name in files(&beside) {
+            if let Ok(bytes) = std::fs::read(path.with_file_name(&name)) {
+                beside.insert(name, bytes);
             }
-            let first = wood.positions.len() as u32;
-            let positions = info.positions(instance.mesh, p).ok()?;
-            wood.positions.extend(positions.into_iter().map(|p| Vec3::from_array(instance.place(p))));
-            let triangles = info.triangles(instance.mesh, p).ok()?;
-            wood.triangles.extend(triangles.into_iter().map(|t| t.map(|v| v + first)));
         }
     }
-    Some(wood)
+    let files: Files<'_> = beside.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect();
+    let scene = read(&bytes, &name, &files).ok()?;
+    let truth = [format!("{name}.swc"), format!("pyhelios_{name}_qsm.txt")].into_iter().find_map(|file| {
+        let bytes = std::fs::read(data.join("skeleton").join(&file)).ok()?;
+        Some(import(&bytes, &file, &ImportParams::default()).ok()?.plant)
+    });
+    let parts = foliage::split(&scene, &files, &Overrides::default());
+    let wood = Wood { positions: parts.wood_positions, triangles: parts.wood };
+    Some(Tree { name, up: scene.up.0, wood, truth })
 }

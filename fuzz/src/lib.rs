@@ -8,7 +8,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::ImportParams;
 use treewright::source::{import, scene};
 
 /// What parts the files of an input.
@@ -72,7 +72,7 @@ pub fn read(bytes: &[u8]) -> bool {
     let main = files.next().unwrap_or_default();
     let mut beside: BTreeMap<String, &[u8]> = scene::Files::new();
     for _ in 0..3 {
-        for name in scene::refers(main, &beside) {
+        for name in import::refers(main, "file", &beside) {
             if let Some(file) = files.next() {
                 beside.insert(name, file);
             }
@@ -81,7 +81,7 @@ pub fn read(bytes: &[u8]) -> bool {
     if scene::sniff(main).is_some() {
         scene::read(main, "file", &beside).is_ok()
     } else {
-        let params = ImportParams { file: "file".into(), up: UpAxis::Detect, height: ImportHeight::AsIs };
+        let params = ImportParams::default();
         import::import(main, "file", &params).is_ok()
     }
 }

@@ -6,8 +6,10 @@ mod frame;
 mod key;
 pub mod math;
 mod seed;
+mod simplex;
 
 pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use key::{Key, KeyBuilder};
 pub use seed::{Draws, Seed};
+pub use simplex::simplex_point;

@@ -1,26 +1,55 @@
-//! The plain mix: the same shares everywhere (2017 TVCG, 4.6).
+//! Blends of any number of sources by weights (2017 TVCG, 4.6).
+//!
+//! A plain mix takes the same shares everywhere. A scattered one draws shares and degree of each kin about them, as if
+//! every kin's tasks stood at a time of their own: so trees of the same weights differ as those of batches do.
 
+use crate::base::Seed;
 use crate::relate::{Family, Weights};
 
 /// Every kin at the given shares of the sources, grown to the degree that the sources which have it amount to. So a
 /// branch that only a 30 % source has stands at 30 % of its length. Shares need not add up to 1; what is missing is 0.
 #[must_use]
 pub fn mix(family: &Family, shares: &[f32]) -> Weights {
+    scattered(family, shares, 0.0, Seed::new(0))
+}
+
+/// As [`mix`], with shares and degrees drawn about those given: at `scatter` 1 a share may go up to twice its value or
+/// down to nothing. No branch is more grown than the one that bears it, and a source alone stays as it is.
+#[must_use]
+pub fn scattered(family: &Family, shares: &[f32], scatter: f32, seed: Seed) -> Weights {
     let sources = family.sources().len();
     let clean: Vec<f32> =
         (0..sources).map(|s| shares.get(s).copied().filter(|w| w.is_finite() && *w > 0.0).unwrap_or(0.0)).collect();
-    let sum: f32 = clean.iter().sum();
     let mut weights = Weights::new(family.kin_count(), sources);
+    let mut given = clean.iter().enumerate().filter(|(_, share)| **share > 0.0);
+    match (given.next(), given.next()) {
+        (None, _) => return weights,
+        // A source alone: where kins share its chains, only those that stand for them.
+        (Some((only, _)), None) => return family.corner(only),
+        _ => {}
+    }
+    let sum: f64 = clean.iter().map(|w| f64::from(*w)).sum();
+    let scatter = if scatter.is_finite() { scatter.clamp(0.0, 1.0) } else { 0.0 };
+    let mut own = vec![0.0_f32; sources];
+    let mut degrees: Vec<f32> = vec![0.0; family.kin_count()];
     for kin in family.kin_ids() {
-        let (mut own, mut standing) = (0.0, false);
-        for (s, share) in clean.iter().enumerate() {
-            if *share > 0.0 && family.member(kin, s).is_some() {
-                own += share;
-                standing |= family.is_primary(kin, s);
-            }
+        if family.is_stand_in(kin) {
+            continue;
         }
-        // A kin that only doubles members which other kins stand for would lie inside them.
-        weights.set(kin, &clean, if standing && sum > 0.0 { own / sum } else { 0.0 });
+        let draw = seed.at(u64::from(kin.0));
+        let has = |s: usize| family.member(kin, s).is_some();
+        let held = clean.iter().enumerate().filter(|(s, _)| has(*s)).map(|(_, w)| f64::from(*w)).sum::<f64>();
+        let held = (held / sum).min(1.0) as f32;
+        for (s, share) in own.iter_mut().enumerate() {
+            *share = clean[s] * (1.0 + scatter * draw.at(s as u64).range(-1.0, 1.0));
+        }
+        // Nothing at 0 and 1, most half way.
+        let swing = 4.0 * held * (1.0 - held) * scatter * 0.5;
+        let drawn = (held + swing * draw.child("degree").range(-1.0, 1.0)).clamp(0.0, 1.0);
+        let most = family.parent(kin).map_or(1.0, |parent| degrees[parent.index()]);
+        let degree = if scatter > 0.0 { drawn.min(most) } else { drawn };
+        degrees[kin.index()] = degree;
+        weights.set(kin, &own, degree);
     }
     weights
 }

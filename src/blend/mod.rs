@@ -1,7 +1,13 @@
 //! Modes of blending: each only chooses [`Weights`](crate::relate::Weights) for a [`Family`](crate::relate::Family).
 
 mod mix;
+mod part;
 mod schedule;
+mod tasks;
+#[cfg(test)]
+mod tests;
 
-pub use mix::mix;
-pub use schedule::{Batch, batch, progress_of, sample};
+pub use mix::{mix, scattered};
+pub use part::{Chosen, chosen};
+pub use schedule::{Batch, State, sample};
+pub use tasks::Tasks;

@@ -6,6 +6,7 @@
 //! have the hashes listed there, is left alone.
 
 mod assets;
+mod blends;
 mod find;
 pub mod output;
 pub mod pipeline;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
 use super::{Loaded, World};
-use super::{selections, stages};
+use super::{blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
@@ -99,7 +99,7 @@ fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &W
     // An OBJ names its MTL, that its pictures: the third round finds nothing new.
     for _ in 0..3 {
         let files = input.files(inputs);
-        let mut names = import::refers(&input.bytes, &files);
+        let mut names = import::refers(&input.bytes, file, &files);
         names.retain(|name| !input.names.contains_key(name));
         if names.is_empty() {
             break;
@@ -219,18 +219,18 @@ pub fn make_set(
     step("leaves and bark");
     let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
     let pictures = &wardrobe.pictures;
-    let families = stages::families(plan, &wardrobe.plants)?;
+    let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
-    let selected = selections::selected(plan, &families)?;
+    let selected = selections::selected(plan, &blended)?;
     step("picking");
 
-    let identities: Vec<_> = plan.variants.iter().map(|variant| stages::identity(plan, variant, &selected)).collect();
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let made: Vec<(Plant, Ladder)> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = stages::variant(plan, variant, &wardrobe.plants, &families, &selected);
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
             let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);

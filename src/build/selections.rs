@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::stages::{self, Families};
+use super::blends::{self, Blends};
 use crate::base::{Diagnostic, Note};
 use crate::plant::{ChainId, Plant};
 use crate::preset::Plan;
@@ -43,11 +43,11 @@ impl Selected<'_> {
 /// # Errors
 ///
 /// When a selection selects nothing, at its field.
-pub(super) fn selected<'a>(plan: &'a Plan, families: &Families) -> Result<Selected<'a>, Vec<Diagnostic>> {
+pub(super) fn selected<'a>(plan: &'a Plan, made: &Blends) -> Result<Selected<'a>, Vec<Diagnostic>> {
     let mut all = Selected { kept: Vec::new(), notes: Vec::new() };
     let mut errors = Vec::new();
     for selection in &plan.selections {
-        match one(plan, selection, families) {
+        match one(plan, selection, made) {
             Ok((kept, notes)) => {
                 all.kept.push(kept);
                 all.notes.extend(notes);
@@ -61,8 +61,8 @@ pub(super) fn selected<'a>(plan: &'a Plan, families: &Families) -> Result<Select
 /// The kept trees of one selection and what is to be said of them.
 type Outcome<'a> = (Vec<Kept<'a>>, Vec<Note>);
 
-fn one<'a>(plan: &Plan, selection: &'a Selection, families: &Families) -> Result<Outcome<'a>, Diagnostic> {
-    let blended = |recipe: &Variant| stages::blend_of(plan, recipe, families);
+fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outcome<'a>, Diagnostic> {
+    let blended = |recipe: &Variant| blends::blend_of(plan, recipe, made);
     let first = selection.candidates.first().and_then(blended);
     let Some((family, _)) = first else { return Ok((Vec::new(), Vec::new())) };
     let sources = Sources::of(family, &selection.filter);
@@ -161,7 +161,7 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
 }
 
 /// A kept tree, bare.
-pub(super) fn plant(plan: &Plan, kept: &Kept<'_>, families: &Families) -> Option<Plant> {
-    let (family, weights) = stages::blend_of(plan, kept.recipe, families)?;
+pub(super) fn plant(plan: &Plan, kept: &Kept<'_>, made: &Blends) -> Option<Plant> {
+    let (family, weights) = blends::blend_of(plan, kept.recipe, made)?;
     Some(select::without(&family.blend(&weights), &kept.gone))
 }

@@ -6,18 +6,15 @@ use std::sync::{Arc, Mutex};
 use rayon::prelude::*;
 
 use super::pipeline::Inputs;
-use super::selections::{self, Selected};
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
-use crate::blend;
 use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MatchParams, Source,
-    SourceRecipe, Variant, Wear,
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
+    Wear,
 };
-use crate::relate::{self, Family};
 use crate::source::{estimate, grow, import};
 
 /// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
@@ -107,9 +104,6 @@ pub(super) struct Pictures {
     /// Tiling.
     pub(super) bark: Maps,
 }
-
-/// Two sources in correspondence, by their indices and the weights that matched them.
-pub(super) type Families = Vec<((usize, usize, MatchParams), Family)>;
 
 /// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
 fn remember<T>(
@@ -453,91 +447,17 @@ fn dress_params(plan: &Plan) -> DressParams {
     DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
 }
 
-/// Matches every pair of sources that a variant blends, each once.
-pub(super) fn families(plan: &Plan, sources: &[Plant]) -> Result<Families, Vec<Diagnostic>> {
-    let mut pairs: Vec<(usize, usize, MatchParams)> = Vec::new();
-    for variant in plan.variants.iter().chain(plan.selections.iter().flat_map(|s| &s.candidates)) {
-        if let Variant::Blend { from, to, matching, .. } = variant
-            && !pairs.contains(&(*from, *to, *matching))
-        {
-            pairs.push((*from, *to, *matching));
-        }
-    }
-    pairs
-        .into_par_iter()
-        .map(|(from, to, matching)| {
-            let family = relate::fuzzy_family(sources[from].clone(), sources[to].clone(), &matching);
-            let family = family.map_err(|error| {
-                let (from, to) = (&plan.sources[from].name, &plan.sources[to].name);
-                let message = format!("can't be blended with \"{to}\": {error}");
-                vec![Diagnostic::new("", message).with_field(format!("sources[\"{from}\"]"))]
-            })?;
-            Ok(((from, to, matching), family))
-        })
-        .collect()
-}
-
-/// The family of a blend and its weights there; none for what is no blend.
-pub(super) fn blend_of<'f>(
-    plan: &Plan,
-    variant: &Variant,
-    families: &'f Families,
-) -> Option<(&'f Family, relate::Weights)> {
-    let Variant::Blend { from, to, matching, batch, progress } = variant else { return None };
-    let pair = (*from, *to, *matching);
-    let family = families.iter().find(|(key, _)| *key == pair).map(|(_, family)| family)?;
-    // Trees of one batch are states of one schedule, so its address holds the pair and the batch only.
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let seed = Seed::new(plan.seed).child("schedule").child(name(*from)).child(name(*to)).at(*batch);
-    Some((family, blend::sample(family, 0, 1, seed, *progress)))
-}
-
-/// One variant, bare.
-pub(super) fn variant(
-    plan: &Plan,
-    variant: &Variant,
-    sources: &[Plant],
-    families: &Families,
-    selected: &Selected<'_>,
-) -> Plant {
-    let made = match variant {
-        Variant::Source(index) => Some(sources[*index].clone()),
-        Variant::Blend { .. } => blend_of(plan, variant, families).map(|(family, weights)| family.blend(&weights)),
-        Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, families)),
-    };
-    made.expect("families hold every pair that is blended, selections as many trees as they keep")
-}
-
 /// The sources that a variant is made of.
 fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
-        Variant::Blend { from, to, .. } => vec![*from, *to],
+        Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
         Variant::Selected { selection, .. } => {
             // The candidates of a selection are blends of the same sources.
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
             first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
         }
     }
-}
-
-/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
-/// that adding a variant changes no other, nor does being picked.
-pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
-    let kept = selected.get(variant);
-    let name = |index: usize| plan.sources[index].name.as_str();
-    let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
-        Variant::Source(index) => serde_json::json!({ "source": name(*index) }),
-        Variant::Blend { from, to, matching, batch, progress } => serde_json::json!({
-            "blend": [name(*from), name(*to)], "batch": batch, "progress": progress, "matching": matching,
-        }),
-        Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
-    };
-    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
-    if let Some(kept) = kept {
-        recipe["selected"] = kept.told.clone();
-    }
-    (recipe, seed)
 }
 
 #[cfg(test)]

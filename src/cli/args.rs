@@ -18,6 +18,8 @@ pub(super) enum Command {
     Build(BuildArguments),
     /// Reads presets and what they name, and reports every error, without building.
     Check(CheckArguments),
+    /// Writes a species file that grows plants like a scan or skeleton.
+    Estimate(EstimateArguments),
     /// Tells what a plant, a source or an asset holds.
     Inspect(InspectArguments),
     /// Starts a preset of your own, with its species file, every line explained.
@@ -49,6 +51,15 @@ pub(super) struct CheckArguments {
     /// Preset files, or folders whose *.ron files are presets.
     #[arg(required = true, value_name = "PRESET|DIR")]
     pub(super) presets: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct EstimateArguments {
+    /// The plant to grow like: a scan or skeleton, a plant dump or a species file.
+    pub(super) file: PathBuf,
+    /// The species file that is written; without it the text goes to standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -67,6 +67,16 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
 }
 
+/// Reads a plant from any file that holds or describes one: the file's name as it is shown, and the plant.
+pub(super) fn read_file(path: &Path, seed: u64) -> Result<(String, Plant), Failure> {
+    let file = path.to_string_lossy().replace('\\', "/");
+    let folder = World::at(path.parent().unwrap_or(Path::new("")));
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let bytes = folder.read(&name).map_err(|why| Failure::Diagnostics(vec![Diagnostic::new(&file, why)]))?;
+    let (_, plant, _) = read_plant(&file, &bytes, &folder, seed)?;
+    Ok((file, plant))
+}
+
 /// A plant out of any file that holds or describes one; a species' shapes are read from `folder`.
 fn read_plant(file: &str, bytes: &[u8], folder: &World, seed: u64) -> Result<(String, Plant, Vec<String>), Failure> {
     let text = match std::str::from_utf8(bytes) {

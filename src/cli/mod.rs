@@ -5,6 +5,7 @@
 
 mod args;
 mod build;
+mod estimate;
 mod inspect;
 mod new;
 mod report;
@@ -24,6 +25,7 @@ pub fn run() -> ExitCode {
     let result = match arguments.command {
         Command::Build(build) => build::run(&build),
         Command::Check(check) => build::check(&check),
+        Command::Estimate(estimate) => estimate::run(&estimate),
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),
         Command::Schema => report::print(&crate::preset::describe()),

@@ -12,13 +12,13 @@ pub(crate) fn carried(radius: f64) -> f64 {
 }
 
 /// The radius that carries this much; the inverse of [`carried`].
-pub(crate) fn carrier(carried: f64) -> f64 {
+fn carrier(carried: f64) -> f64 {
     math::pow64(carried, 1.0 / f64::from(ALLOMETRIC_EXPONENT))
 }
 
 /// Whether a child at `location` counts for a point at `parameter`: it leaves at the point or above it, give or take
 /// rounding.
-pub(crate) fn counts(location: f32, parameter: f64) -> bool {
+fn counts(location: f32, parameter: f64) -> bool {
     f64::from(location) >= parameter - 1e-6
 }
 

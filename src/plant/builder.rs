@@ -37,9 +37,12 @@ impl PlantBuilder {
         self.push(chain, points, radii)
     }
 
-    /// An empty builder with room for this much.
-    pub(crate) fn with_capacity(chains: usize, points: usize, leaves: usize) -> Self {
-        let mut plant = Plant::default();
+    /// An empty builder in the memory of a plant that is no longer needed, with room for this much.
+    pub(crate) fn reusing(mut plant: Plant, chains: usize, points: usize, leaves: usize) -> Self {
+        plant.chains.clear();
+        plant.points.clear();
+        plant.radii.clear();
+        plant.leaves.clear();
         plant.chains.reserve(chains);
         plant.points.reserve(points);
         plant.radii.reserve(points);
@@ -47,26 +50,27 @@ impl PlantBuilder {
         Self { plant }
     }
 
-    /// Opens a chain on `parent`, or a stem at `origin`, whose points and radii are
-    /// [added](Self::extend) next.
-    pub(crate) fn open(&mut self, parent: Option<ChainId>, location: f32, origin: Vec3) -> ChainId {
-        match parent {
-            None => self.stem(origin, &[], &[]),
-            Some(parent) => self.branch(parent, location, &[], &[]),
-        }
-    }
-
-    /// Adds points and their radii to the chain opened last.
-    pub(crate) fn extend(&mut self, points: impl Iterator<Item = Vec3>, radii: impl Iterator<Item = f32>) {
-        self.plant.points.extend(points);
-        self.plant.radii.extend(radii);
-        let end = self.plant.points.len() as u32;
-        if let Some(chain) = self.plant.chains.last_mut() {
-            chain.len = end - chain.first;
-        }
+    /// Adds a chain on `parent`, or a stem at `origin`; one radius a point.
+    pub(crate) fn chain(
+        &mut self,
+        parent: Option<ChainId>,
+        location: f32,
+        origin: Vec3,
+        points: &[Vec3],
+        radii: &[f32],
+    ) -> ChainId {
+        let id = ChainId(self.plant.chains.len() as u32);
+        let order = parent.map_or(1, |p| self.plant.chains[p.index()].order.saturating_add(1));
+        let (location, origin) = if parent.is_some() { (location, Vec3::ZERO) } else { (0.0, origin) };
+        let (first, len) = (self.plant.points.len() as u32, points.len() as u32);
+        self.plant.chains.push(Chain { parent, location, order, origin, first, len });
+        self.plant.points.extend_from_slice(points);
+        self.plant.radii.extend_from_slice(radii);
+        id
     }
 
     /// What was added so far.
+    #[cfg(test)]
     pub(crate) fn so_far(&self) -> &Plant {
         &self.plant
     }

@@ -158,6 +158,12 @@ impl Crown {
         }
     }
 
+    /// The support function in one of the [`DIRECTIONS`], from the anchor, metres; minus infinity when empty.
+    #[must_use]
+    pub(crate) fn support(&self, direction: usize) -> f32 {
+        self.support[direction]
+    }
+
     /// Distance of the farthest point from the anchor, metres; 0 when empty.
     #[must_use]
     pub fn reach(&self) -> f32 {

@@ -115,22 +115,6 @@ impl<'a> Curve<'a> {
     }
 }
 
-/// Appends the arc-length parameters of a polyline, as [`Curve::parameters`] gives them, without other allocation.
-pub(crate) fn measure_parameters(points: &[Vec3], out: &mut Vec<f64>) {
-    let start = out.len();
-    let mut length = 0.0_f64;
-    for (i, point) in points.iter().enumerate() {
-        if i > 0 {
-            length += points[i - 1].as_dvec3().distance(point.as_dvec3());
-        }
-        out.push(length);
-    }
-    let last = (points.len().max(2) - 1) as f64;
-    for (i, t) in out[start..].iter_mut().enumerate() {
-        *t = if length > 0.0 { *t / length } else { i as f64 / last };
-    }
-}
-
 /// A value given at each of some parameters (never falling), at `t`, linearly in between.
 pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
     let t = f64::from(t);

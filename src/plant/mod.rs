@@ -20,12 +20,12 @@ mod validate;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use allometry::carried;
 pub use allometry::{ALLOMETRIC_EXPONENT, rule_radii};
-pub(crate) use allometry::{carried, carrier, counts};
 pub use builder::PlantBuilder;
 pub use crown::{Crown, DIRECTIONS};
 pub use curve::{Curve, STATIONS};
-pub(crate) use curve::{frame_at, measure_parameters, value_at};
+pub(crate) use curve::{frame_at, value_at};
 pub use distributions::{Distribution, distribution_distance};
 pub use dump::{dump, undump};
 pub use forks::MurrayFit;

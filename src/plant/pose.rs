@@ -27,6 +27,18 @@ pub struct Posed {
 impl Posed {
     /// Poses every chain, parents first; linear in the number of points.
     pub(super) fn of(plant: &Plant) -> Self {
+        Self::with_frames(plant, &vec![true; plant.chains().len()])
+    }
+
+    /// As [`of`](Self::of), but with frames of those chains only that bear chains; the others have one frame all along,
+    /// that of their parent where they leave it. Frames are most of the cost, and most chains bear nothing.
+    pub(crate) fn of_bearers(plant: &Plant) -> Self {
+        let mut bears = vec![false; plant.chains().len()];
+        plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
+        Self::with_frames(plant, &bears)
+    }
+
+    fn with_frames(plant: &Plant, framed: &[bool]) -> Self {
         let mut positions = vec![Vec3::ZERO; plant.all_points().len()];
         let mut arc = Vec::with_capacity(positions.len());
         let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(plant.chains().len());
@@ -47,7 +59,7 @@ impl Posed {
                 *position = base + frame.to_world(point);
             }
             let curve = Curve::new(points);
-            frames.push(curve.frames(frame));
+            frames.push(if framed[id.index()] { curve.frames(frame) } else { [frame; STATIONS + 1] });
             arc.extend_from_slice(curve.arc());
         }
         Self { positions, arc, frames }
@@ -93,6 +105,26 @@ impl Posed {
         Pose {
             position: pose.position + pose.frame.to_world(leaf.offset),
             frame: Frame { x: axis(Vec3::X), y: axis(Vec3::Y), z: axis(Vec3::Z) },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    #[test]
+    fn a_pose_of_bearers_has_the_same_positions_and_the_same_frames_where_something_leaves() {
+        for seed in 0..10 {
+            let plant = random_plant(Seed::new(seed), 50, Oddity::Wild);
+            let (all, some) = (plant.pose(), Posed::of_bearers(&plant));
+            assert!(all.positions == some.positions && all.arc == some.arc);
+            for chain in plant.chains() {
+                let Some(parent) = chain.parent else { continue };
+                assert!(all.frame(parent, chain.location) == some.frame(parent, chain.location));
+            }
         }
     }
 }

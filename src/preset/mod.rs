@@ -5,6 +5,7 @@
 //! whose parameter structs hold no `Option` and no value out of range. Every later stage reads its own struct from `plan`
 //! and nothing else.
 
+mod blends;
 mod guiding;
 mod look;
 mod nearest;

@@ -15,6 +15,9 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// What blended variants are made of, one for each entry of the preset that blends.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blends: Vec<BlendParams>,
     /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub selections: Vec<Selection>,
@@ -45,6 +48,35 @@ pub struct Source {
     pub name: String,
     /// Where it comes from.
     pub recipe: SourceRecipe,
+    /// Its named parts.
+    pub parts: Vec<Part>,
+}
+
+/// A part of a source, for partial blending.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Part {
+    /// The preset's name for it.
+    pub name: String,
+    /// Which chains are in it.
+    pub region: PartRegion,
+}
+
+/// Which chains a part holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum PartRegion {
+    /// The chain of this number in the source's plant, from 0, and all that it bears.
+    Branch(u32),
+    /// Chains by where they stand.
+    Region {
+        /// Lowest height of a chain's base, as a share of the plant's height 0..=1.
+        low: f32,
+        /// Highest.
+        high: f32,
+        /// The side that tips point to from the plant's axis: radians from the front (+z) towards +x.
+        azimuth: f32,
+        /// How far to both sides of it, radians, 0..=π.
+        within: f32,
+    },
 }
 
 /// How a source comes about.
@@ -487,18 +519,12 @@ pub enum ImportHeight {
 pub enum Variant {
     /// A source as it is; index into the plan's sources.
     Source(usize),
-    /// One tree out of a stochastic blending batch.
+    /// A tree between sources.
     Blend {
-        /// Index of the first source.
-        from: usize,
-        /// Index of the second source.
-        to: usize,
-        /// Weights of the matching cost.
-        matching: MatchParams,
-        /// Which batch of the entry; each has a schedule of its own.
-        batch: u64,
-        /// How far into the batch the tree is taken, 0..=1.
-        progress: f32,
+        /// Index into the plan's blends.
+        blend: usize,
+        /// Which of its trees.
+        tree: BlendTree,
     },
     /// One of the kept trees of a selection.
     Selected {
@@ -507,6 +533,76 @@ pub enum Variant {
         /// Which of its kept trees, from 0.
         place: usize,
     },
+}
+
+/// A tree of a blend.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BlendTree {
+    /// One tree out of a stochastic batch.
+    State {
+        /// Which batch of the entry; each has a schedule of its own.
+        batch: u64,
+        /// How far into the batch the tree is taken, 0..=1.
+        progress: f32,
+        /// How far its tasks move in a step; 1 is the usual.
+        pace: f32,
+    },
+    /// A point of the space that the sources span (4.6).
+    Point {
+        /// A share for each source; they add up to 1.
+        shares: Vec<f32>,
+        /// How far each branch's own shares may stray from them, 0..=1.
+        scatter: f32,
+        /// Address of the straying.
+        draw: u64,
+    },
+}
+
+/// A blend: sources in correspondence, and how trees are taken from between them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlendParams {
+    /// Which entry of the preset's variants it is.
+    pub entry: usize,
+    /// Indices of the sources, in the order of the preset; two for batches.
+    pub of: Vec<usize>,
+    /// Weights of the matching cost.
+    pub matching: MatchParams,
+    /// What becomes of stems without a partner.
+    pub stems: StemRule,
+    /// What is put in correspondence.
+    pub scale: BlendScale,
+    /// Which chains take part.
+    pub only: OnlyParams,
+}
+
+/// What becomes of the stems that one source has more than the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum StemRule {
+    /// They grow and wilt like all chains without a partner.
+    Apart,
+    /// They split from stems of the other, and merge with them.
+    Merge,
+}
+
+/// What is put in correspondence along matched chains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum BlendScale {
+    /// Chains as a whole, by arc length.
+    Chain,
+    /// The growth units between matched branches, each with a time of its own.
+    GrowthUnit,
+}
+
+/// Which chains take part in a blend; all when nothing is asked. Demands of one kind are alternatives, demands of
+/// different kinds must all hold.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OnlyParams {
+    /// Gravelius orders, from and to.
+    pub orders: Vec<(u16, u16)>,
+    /// Heights of a chain's base as shares of the plant's height, from and to, 0..=1.
+    pub heights: Vec<(f32, f32)>,
+    /// Names of parts.
+    pub parts: Vec<String>,
 }
 
 /// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.

@@ -309,14 +309,22 @@ impl<'t, 'r> Reader<'t, 'r> {
                 return None;
             }
         };
-        if found.is_none() && !self.report.is_full() {
-            let quote = |name: &&str| format!("\"{}\"", clip(name));
-            let all: Vec<String> = names.iter().take(16).map(quote).collect();
-            let meant = nearest(typed, names.iter().copied()).map(|name| quote(&name));
-            let message = format!("there is no {what} \"{}\"", clip(typed));
-            self.report.at(item.span(), &item.path, message, there_are(meant, &all));
+        if found.is_none() {
+            self.no_such(item.span(), &item.path, what, typed, names);
         }
         found
+    }
+
+    /// Reports a name that is none of `names`.
+    pub(super) fn no_such(&self, span: impl Into<Option<Span>>, path: &str, what: &str, typed: &str, names: &[&str]) {
+        if self.report.is_full() {
+            return;
+        }
+        let quote = |name: &&str| format!("\"{}\"", clip(name));
+        let all: Vec<String> = names.iter().take(16).map(quote).collect();
+        let meant = nearest(typed, names.iter().copied()).map(|name| quote(&name));
+        let message = format!("there is no {what} \"{}\"", clip(typed));
+        self.report.at(span, path, message, there_are(meant, &all));
     }
 
     /// A kind and a reader of its fields, handed to `read`; none where it is absent or wrong.
@@ -420,14 +428,19 @@ impl<'t, 'r> Reader<'t, 'r> {
     /// The entries of a map from names, with the place of each name.
     pub(super) fn map(&self, name: &str) -> Vec<(Name, Item<'t>)> {
         let kind = self.schema(name).kind;
-        let Kind::Named { high, .. } = kind else { return Vec::new() };
+        let (Kind::Named { low, high, .. } | Kind::Shares { least: low, most: high, .. }) = kind else {
+            return Vec::new();
+        };
         let Some(item) = self.item(name) else { return Vec::new() };
+        if !item.given {
+            return Vec::new();
+        }
         let Cow::Borrowed(Node { value: Value::Map(given), .. }) = item.node else {
             let message = format!("expected a map in {{ }}, found {}", item.node.value.is_called());
             self.report.at(item.span(), &item.path, message, "write {\"name\": …}");
             return Vec::new();
         };
-        if !(1..=high).contains(&given.len()) {
+        if !(low..=high).contains(&given.len()) {
             self.report.at(item.span(), &item.path, entries(given.len(), kind), "");
         }
         let mut found = Vec::new();
@@ -442,6 +455,31 @@ impl<'t, 'r> Reader<'t, 'r> {
             found.push((name, Item { node: Cow::Borrowed(node), path, given: true }));
         }
         found
+    }
+
+    /// The numbers of a map from names, in the order of the text, with the place of each name.
+    pub(super) fn shares(&self, name: &str) -> Vec<(Name, Item<'t>, f32)> {
+        let kind = self.schema(name).kind;
+        let Kind::Shares { low, high, .. } = kind else { return Vec::new() };
+        let number = |(name, item): (Name, Item<'t>)| {
+            let value = match item.node.value {
+                Value::Integer(value) => value as f64,
+                Value::Float(value) => value,
+                _ => {
+                    let message = format!("expected a number, {low} to {high}, found {}", item.node.value.is_called());
+                    self.report.at(item.span(), &item.path, message, "");
+                    return None;
+                }
+            };
+            if !(low..=high).contains(&(value as f32)) {
+                let shown = if value.is_finite() { value.to_string() } else { "it".to_string() };
+                self.report.at(item.span(), &item.path, format!("{shown} is out of range: {low} to {high}"), "");
+                return None;
+            }
+            // -0.0 would be another hash for the same preset.
+            Some((name, item, value as f32 + 0.0))
+        };
+        self.map(name).into_iter().filter_map(number).collect()
     }
 
     fn mistyped(&self, item: &Item<'_>, kind: Kind) {

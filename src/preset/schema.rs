@@ -47,8 +47,10 @@ pub(super) enum Kind {
     Rows { record: &'static Record, low: usize, high: usize },
     /// A list of `low` to `high` texts.
     Texts { what: &'static str, low: usize, high: usize },
-    /// A map from names to kinds, 1 to `high` of them.
-    Named { choice: &'static Choice, high: usize },
+    /// A map from names to kinds, `low` to `high` of them.
+    Named { choice: &'static Choice, low: usize, high: usize },
+    /// A map from names to numbers of a range, both ends included, `least` to `most` of them.
+    Shares { what: &'static str, low: f32, high: f32, least: usize, most: usize },
 }
 
 /// What holds when a field is absent.
@@ -204,8 +206,11 @@ impl Kind {
             Self::Rows { low, high, .. } => format!("a list of {low} to {high} groups of fields"),
             Self::Texts { what, low, high } if low == high => format!("a list of {low} {what}"),
             Self::Texts { what, low, high } => format!("a list of {low} to {high} {what}"),
-            Self::Named { choice, high } => {
-                format!("a map of 1 to {high} names, each to {}", one_of(choice.names()))
+            Self::Named { choice, low, high } => {
+                format!("a map of {low} to {high} names, each to {}", one_of(choice.names()))
+            }
+            Self::Shares { what, low, high, least, most } => {
+                format!("a map of {least} to {most} {what}, each to a number, {low} to {high}")
             }
         }
     }

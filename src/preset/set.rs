@@ -1,22 +1,19 @@
 //! The preset of a set: sources, variants and what they share, resolved into a [`Plan`].
 //!
 //! Seeds: a `Grow` source has its own, so the same species and seed is the same tree in every set; the set's seed drives
-//! all else. A `Blend` of `count` trees takes tree i at a point of the van der Corput sequence between `from` and `to`,
-//! which spreads any count evenly and leaves the first trees where they were when the count is raised. Each tree has
-//! a batch (a schedule of which branch grows, wilts or moves when) of its own, unless `batches` says how many share
-//! theirs; batches are numbered behind the entry's `seed`, so two entries with different seeds share nothing. With
-//! `pick` that holds for the candidates, of which `count` are kept when the set is built.
+//! all else. How blends are read stands in `preset/blends.rs`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::blends::{self, BLEND, Blended, EXPLORE, MIX, PART, parts};
 use super::look::{self, BARK, FOLIAGE, path};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
-use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
+use super::pick::Wanted;
 use super::plan::{
-    GrowParams, ImportHeight, ImportParams, LikeParams, MatchParams, MeshParams, Plan, Selection, Source, SourceRecipe,
-    UpAxis, Variant,
+    BlendParams, GrowParams, ImportHeight, ImportParams, LikeParams, MeshParams, Part, Plan, Selection, Source,
+    SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -27,10 +24,7 @@ use crate::base::Diagnostic;
 
 /// Most variants of a set.
 const MOST_VARIANTS: usize = 4096;
-/// Most trees of one blend.
-const MOST_TREES: u64 = 256;
-
-const BY_DEFAULTS: Default = Default::Is("()");
+pub(super) const BY_DEFAULTS: Default = Default::Is("()");
 
 /// The preset of a set.
 pub(super) static SET: Record = Record {
@@ -45,7 +39,7 @@ pub(super) static SET: Record = Record {
         },
         Field {
             name: "sources",
-            kind: Kind::Named { choice: &SOURCE, high: 64 },
+            kind: Kind::Named { choice: &SOURCE, low: 1, high: 64 },
             default: Default::Required,
             about: "the trees that variants are made from",
         },
@@ -120,6 +114,12 @@ static GROW: Record = Record {
             default: Default::Else("as the species or scan"),
             about: "height of this tree",
         },
+        Field {
+            name: "parts",
+            kind: Kind::Named { choice: &PART, low: 0, high: 64 },
+            default: Default::Else("none"),
+            about: "names for some of its branches, for a blend's `only`",
+        },
     ],
 };
 
@@ -149,6 +149,12 @@ static IMPORT: Record = Record {
             default: Default::Is("[]"),
             about: "what in a mesh is wood, where it isn't found by itself",
         },
+        Field {
+            name: "parts",
+            kind: Kind::Named { choice: &PART, low: 0, high: 64 },
+            default: Default::Else("none"),
+            about: "names for some of its branches, for a blend's `only`",
+        },
     ],
 };
 
@@ -166,6 +172,12 @@ static VARIANT: Choice = Choice {
     kinds: &[
         KindOf { name: "Source", form: Form::One(&AS_IS), about: "a source as it is" },
         KindOf { name: "Blend", form: Form::Fields(&BLEND), about: "trees between two sources" },
+        KindOf { name: "Mix", form: Form::Fields(&MIX), about: "trees at given weights between any number of sources" },
+        KindOf {
+            name: "Explore",
+            form: Form::Fields(&EXPLORE),
+            about: "trees spread evenly over the space that any number of sources span",
+        },
     ],
 };
 
@@ -178,73 +190,6 @@ static AS_IS: Record = Record {
         default: Default::Required,
         about: "which one",
     }],
-};
-
-static BLEND: Record = Record {
-    title: "Blend",
-    about: "Stochastic blending (Wang et al. 2017): branches of one source grow, wilt or turn into those of the other.",
-    fields: &[
-        Field {
-            name: "of",
-            kind: Kind::Texts { what: "sources' names", low: 2, high: 2 },
-            default: Default::Required,
-            about: "from the first to the second",
-        },
-        Field {
-            name: "count",
-            kind: Kind::Integer { low: 1, high: MOST_TREES, unit: "trees" },
-            default: Default::Required,
-            about: "how many variants it gives",
-        },
-        Field {
-            name: "from",
-            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-            default: Default::Is("0.15"),
-            about: "least progress; 0 is the first source",
-        },
-        Field {
-            name: "to",
-            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-            default: Default::Is("0.85"),
-            about: "most progress; 1 is the second source",
-        },
-        Field {
-            name: "batches",
-            kind: Kind::Integer { low: 1, high: MOST_TREES, unit: "" },
-            default: Default::Else("one a tree"),
-            about: "how many schedules the trees share; 1 puts them all on one way from source to source",
-        },
-        Field {
-            name: "seed",
-            kind: Kind::Integer { low: 0, high: 1_000_000, unit: "" },
-            default: Default::Is("0"),
-            about: "another one gives other trees of the same two sources",
-        },
-        Field {
-            name: "matching",
-            kind: Kind::Fields(&MATCHING),
-            default: BY_DEFAULTS,
-            about: "what makes two branches alike",
-        },
-        PICK_FIELD,
-        CANDIDATES_FIELD,
-        SCORES_FIELD,
-        FILTER_FIELD,
-    ],
-};
-
-const fn weight(name: &'static str, default: &'static str, about: &'static str) -> Field {
-    Field { name, kind: Kind::Number { low: 0.0, high: 100.0, unit: "" }, default: Default::Is(default), about }
-}
-
-static MATCHING: Record = Record {
-    title: "Matching",
-    about: "Weights against each other; only their ratios count.",
-    fields: &[
-        weight("crown", "0.5", "shape of the crown that a branch bears"),
-        weight("direction", "0.3", "direction in which it branches off"),
-        weight("ratio", "0.2", "share of it that bears branches"),
-    ],
 };
 
 /// Reads a preset and the species files it names. `file` is the preset's path as the user knows it, with `/` between
@@ -279,7 +224,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let (variants, selections) = variants(set, &names);
+    let Variants { trees: variants, blends, selections } = variants(set, &names, &sources);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
@@ -293,6 +238,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         seed,
         sources,
         variants,
+        blends,
         selections,
         dress: foliage.dress,
         leaf_art: foliage.art,
@@ -339,7 +285,7 @@ impl SpeciesFiles<'_> {
 fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, BTreeMap<String, usize>) {
     // By name in lower case, as some file systems don't tell the cases apart: name and line.
     let mut seen: BTreeMap<String, (String, u32)> = BTreeMap::new();
-    let mut found: BTreeMap<String, Option<SourceRecipe>> = BTreeMap::new();
+    let mut found: BTreeMap<String, Option<(SourceRecipe, Vec<Part>)>> = BTreeMap::new();
     for (name, item) in set.map("sources") {
         if let Some((message, hint)) = name_fault(&name.text) {
             set.report().at(name.span, &item.path, message, hint);
@@ -351,17 +297,23 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
             continue;
         }
         seen.insert(name.text.to_lowercase(), (name.text.clone(), name.span.line));
-        let recipe = set.kind(&SOURCE, &item, |kind, fields| match kind {
-            "Grow" if fields.has("like") => like(fields).map(SourceRecipe::Like),
-            "Grow" => grow(fields, files).map(SourceRecipe::Grow),
-            _ => Some(SourceRecipe::Import(import(fields))),
+        let recipe = set.kind(&SOURCE, &item, |kind, fields| {
+            let parts = parts(fields);
+            let recipe = match kind {
+                "Grow" if fields.has("like") => like(fields).map(SourceRecipe::Like),
+                "Grow" => grow(fields, files).map(SourceRecipe::Grow),
+                _ => Some(SourceRecipe::Import(import(fields))),
+            };
+            Some((recipe?, parts))
         });
         found.insert(name.text, recipe);
     }
     let names = found.keys().cloned().zip(0..).collect();
     // A source that is wrong keeps its index; the plan is not handed out then.
-    let sources = found.into_iter().filter_map(|(name, recipe)| Some(Source { name, recipe: recipe? })).collect();
-    (sources, names)
+    let source = |(name, found): (String, Option<(SourceRecipe, Vec<Part>)>)| {
+        found.map(|(recipe, parts)| Source { name, recipe, parts })
+    };
+    (found.into_iter().filter_map(source).collect(), names)
 }
 
 fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
@@ -392,8 +344,7 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
         fields.fault("like", message, "leave one of the two out");
     }
     let file = path(fields, "like");
-    let scan =
-        ImportParams { file, up: UpAxis::Detect, height: ImportHeight::AsIs, leaves: Vec::new(), wood: Vec::new() };
+    let scan = ImportParams { file, ..ImportParams::default() };
     (!scan.file.is_empty()).then_some(LikeParams { scan, seed, height })
 }
 
@@ -428,39 +379,52 @@ fn texts(fields: &Reader<'_, '_>, name: &str) -> Vec<String> {
     fields.list(name).into_iter().filter_map(text).collect()
 }
 
-/// What an entry of the variants gives.
-enum Entry {
-    /// These trees.
-    Trees(Vec<Variant>),
-    /// Some of the candidates.
-    Some(Selection),
+/// What the variants of a preset are.
+struct Variants {
+    trees: Vec<Variant>,
+    blends: Vec<BlendParams>,
+    selections: Vec<Selection>,
 }
 
-fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> (Vec<Variant>, Vec<Selection>) {
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[Source]) -> Variants {
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    let (mut variants, mut selections) = (Vec::new(), Vec::new());
+    let mut made = Variants { trees: Vec::new(), blends: Vec::new(), selections: Vec::new() };
     // Where each tree was made first.
-    let mut made: BTreeMap<[u64; 7], String> = BTreeMap::new();
-    for item in set.list("variants") {
+    let mut firsts: BTreeMap<String, String> = BTreeMap::new();
+    for (entry, item) in set.list("variants").into_iter().enumerate() {
         if set.report().is_full() {
             break;
         }
-        let entry = set.kind(&VARIANT, &item, |kind, fields| match kind {
-            "Source" => Some(Entry::Trees(vec![Variant::Source(source(fields, &fields.item("of")?, &names)?)])),
-            _ => blend(fields, &names),
+        // The trees, each with what tells it from all others, and which of them are kept.
+        let read = set.kind(&VARIANT, &item, |kind, fields| {
+            let Blended { blend, trees, wanted, count } = match kind {
+                "Source" => {
+                    let index = source(fields, &fields.item("of")?, &names)?;
+                    return Some((vec![(index.to_string(), Variant::Source(index))], None));
+                }
+                "Mix" => blends::mix(entry, fields, &names, sources)?,
+                "Explore" => blends::explore(entry, fields, &names, sources)?,
+                _ => blends::blend(entry, fields, &names, sources)?,
+            };
+            let alike = BlendParams { entry: 0, ..blend.clone() };
+            let index = made.blends.len();
+            made.blends.push(blend);
+            let of = |tree| (format!("{alike:?} {tree:?}"), Variant::Blend { blend: index, tree });
+            let selection = wanted.map(|Wanted { pick, scores, filter, candidates: _ }| {
+                let field = fields.path().to_string();
+                Selection { field, candidates: Vec::new(), keep: count as usize, pick, scores, filter }
+            });
+            Some((trees.into_iter().map(of).collect(), selection))
         });
-        let Some(entry) = entry else { continue };
-        let (trees, kept) = match &entry {
-            Entry::Trees(trees) => (trees, trees.len()),
-            Entry::Some(selection) => (&selection.candidates, selection.keep),
-        };
-        if variants.len() + kept > MOST_VARIANTS {
+        let Some((trees, selection)) = read else { continue };
+        let kept = selection.as_ref().map_or(trees.len(), |selection| selection.keep);
+        if made.trees.len() + kept > MOST_VARIANTS {
             let message = format!("more than {MOST_VARIANTS} variants in all");
             set.report().at(item.span(), &item.path, message, "split the set");
             break;
         }
-        for tree in trees {
-            if let Some(first) = made.insert(identity(tree), item.path.clone()) {
+        for (key, _) in &trees {
+            if let Some(first) = firsts.insert(key.clone(), item.path.clone()) {
                 let (message, hint) = if first == item.path {
                     ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
                 } else {
@@ -473,82 +437,20 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> (Vec<Varia
                 break;
             }
         }
-        match entry {
-            Entry::Trees(trees) => variants.extend(trees),
-            Entry::Some(selection) => {
-                let index = selections.len();
-                variants.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
-                selections.push(selection);
+        let trees = trees.into_iter().map(|(_, tree)| tree);
+        match selection {
+            None => made.trees.extend(trees),
+            Some(selection) => {
+                let index = made.selections.len();
+                made.trees.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
+                made.selections.push(Selection { candidates: trees.collect(), ..selection });
             }
         }
     }
-    (variants, selections)
-}
-
-/// What decides which tree a variant is.
-fn identity(variant: &Variant) -> [u64; 7] {
-    match *variant {
-        Variant::Source(source) => [0, source as u64, 0, 0, 0, 0, 0],
-        Variant::Blend { from, to, matching: MatchParams { crown, direction, ratio: _ }, batch, progress } => {
-            let bits = |x: f32| u64::from(x.to_bits());
-            [1, from as u64, to as u64, bits(crown), bits(direction), batch, bits(progress)]
-        }
-        Variant::Selected { selection, place } => [2, selection as u64, place as u64, 0, 0, 0, 0],
-    }
-}
-
-fn blend(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Entry> {
-    let items = fields.list("of");
-    let of: Vec<Option<usize>> = items.iter().map(|item| source(fields, item, names)).collect();
-    let count = fields.integer("count");
-    let wanted = wanted(fields, count);
-    let made = wanted.as_ref().map_or(count, |w| w.candidates);
-    let batches = fields.integer_or("batches", made);
-    let seed = fields.integer("seed");
-    let (low, high) = (fields.number("from"), fields.number("to"));
-    if low > high {
-        fields.fault("from", format!("`from` {low} is above `to` {high}"), "swap the two");
-    }
-    if batches > made {
-        let message = format!("{batches} batches for {made} trees");
-        fields.fault("batches", message, "leave it out for a batch a tree");
-    }
-    let matching = fields.group("matching", matching)?;
-    let [Some(from), Some(to)] = of[..] else { return None };
-    if from == to {
-        fields.fault("of", "blends a source with itself", "name two different sources");
-        return None;
-    }
-    let tree = |i| {
-        let progress = (low + (high - low) * radical_inverse(i + 1)).clamp(0.0, 1.0);
-        Variant::Blend { from, to, matching, batch: (seed << 32) | (i % batches.max(1)), progress }
-    };
-    let trees = (0..made).map(tree).collect();
-    Some(match wanted {
-        None => Entry::Trees(trees),
-        Some(Wanted { pick, scores, filter, candidates: _ }) => {
-            let (field, keep) = (fields.path().to_string(), count as usize);
-            Entry::Some(Selection { field, candidates: trees, keep, pick, scores, filter })
-        }
-    })
-}
-
-fn matching(fields: &Reader<'_, '_>) -> MatchParams {
-    let (crown, direction, ratio) = (fields.number("crown"), fields.number("direction"), fields.number("ratio"));
-    let sum = crown + direction + ratio;
-    if sum < 1e-3 {
-        fields.report().at(fields.span(), fields.path(), "all weights are zero", "give one of them");
-        return MatchParams { crown: 1.0, direction: 0.0, ratio: 0.0 };
-    }
-    MatchParams { crown: crown / sum, direction: direction / sum, ratio: ratio / sum }
+    made
 }
 
 /// The index of the source that `item` names.
-fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &[&str]) -> Option<usize> {
+pub(super) fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &[&str]) -> Option<usize> {
     fields.reference(item, "source", names)
-}
-
-/// The i-th number of the van der Corput sequence, 0..1: 1/2, 1/4, 3/4, 1/8, …
-fn radical_inverse(i: u64) -> f32 {
-    ((i.reverse_bits() >> 40) as f32) / 16_777_216.0
 }

@@ -7,6 +7,8 @@
 //!
 //! Limits: memory is sources × (all points of a kin's members), so it grows with the square of the number of sources.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +16,8 @@ use super::Weights;
 use super::alignment::alignment;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
-use crate::base::Rotation;
+use super::units::Units;
+use crate::base::{Rotation, math};
 use crate::plant::{ChainId, Curve, Plant, value_at};
 
 /// Index of a kin in its family.
@@ -89,6 +92,10 @@ pub(super) struct Member {
     pub(super) location: f32,
     /// Turns the kin's branching vector (its first member's) to this member's.
     pub(super) turn: Rotation,
+    /// Half the angle of that turn, radians.
+    pub(super) half_angle: f32,
+    /// How many kins on the same parent kin share this chain, itself included.
+    pub(super) sharers: u32,
     /// Its radius at the base, metres.
     pub(super) base: f32,
     /// The next kin on the same parent kin that shares this chain, in a ring; [`NONE`] when there is no other.
@@ -96,6 +103,14 @@ pub(super) struct Member {
     /// Its radius at the base over its parent's radius there, but at least 1: how thick a blend may make it. Infinite
     /// where the parent has no thickness.
     pub(super) stoutness: f32,
+}
+
+/// A member on its way into a block.
+#[derive(Clone, Debug)]
+pub(super) struct Line<'a> {
+    pub(super) parameters: Cow<'a, [f64]>,
+    pub(super) points: Cow<'a, [Vec3]>,
+    pub(super) radii: Cow<'a, [f32]>,
 }
 
 /// Where a leaf may stand: on a kin, for its source.
@@ -118,12 +133,15 @@ pub struct Family {
     /// The kins that grow on each kin: `children[first_child[k]..first_child[k + 1]]`.
     pub(super) first_child: Vec<u32>,
     pub(super) children: Vec<u32>,
-    /// For each kin of several members where its points start in `shapes` and how many a member has; 0 points for
-    /// the others. A block holds the members in order of source.
+    /// For each kin of several members where its block starts in `shapes`, counted in points, and how many points a
+    /// member has; 0 for the others. A block holds the members in order of source.
     pub(super) blocks: Vec<(u32, u32)>,
-    /// Resampled members, turned onto the kin's branching vector.
-    pub(super) shapes: Vec<Vec3>,
-    pub(super) shape_radii: Vec<f32>,
+    /// Resampled members, turned onto the kin's branching vector: for each member all x, then all y, z and radii.
+    pub(super) shapes: Vec<f32>,
+    /// Kins that only stand in for one source's chain where that source is alone; see [`Family::is_stand_in`].
+    pub(super) stand_ins: Vec<bool>,
+    /// Growth units, where they are asked for.
+    pub(super) units: Option<Units>,
     /// For each source the kin that stands for each of its chains.
     pub(super) primary: Vec<Vec<u32>>,
     /// In order of source and leaf.
@@ -160,7 +178,8 @@ impl Family {
             blocks: Vec::with_capacity(kins.len()),
             members: Vec::with_capacity(kins.len() * plants.len()),
             shapes: Vec::new(),
-            shape_radii: Vec::new(),
+            stand_ins: stand_ins(kins, &primary),
+            units: None,
             leaf_sites: leaf_sites(&plants, kins),
             plants,
             parameters,
@@ -170,6 +189,7 @@ impl Family {
             primary,
         };
         family.prepare(kins);
+        family.lay_blocks();
         family.link_twins();
         Ok(family)
     }
@@ -222,6 +242,13 @@ impl Family {
         self.member(kin, source).is_some_and(|chain| self.primary(source, chain) == kin)
     }
 
+    /// Whether a kin is shown only where its source is alone: its one member is shared by a kin elsewhere that stands
+    /// for it on the way to other sources (split and merge).
+    #[must_use]
+    pub fn is_stand_in(&self, kin: KinId) -> bool {
+        self.stand_ins[kin.index()]
+    }
+
     /// The weights that give a source back.
     #[must_use]
     pub fn corner(&self, source: usize) -> Weights {
@@ -253,13 +280,15 @@ impl Family {
             held.sort_unstable();
             for ring in held.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|ring| ring.len() > 1) {
                 for (i, sharer) in ring.iter().enumerate() {
-                    self.members[sharer.2 as usize * sources + s].twin = ring[(i + 1) % ring.len()].2;
+                    let member = &mut self.members[sharer.2 as usize * sources + s];
+                    member.twin = ring[(i + 1) % ring.len()].2;
+                    member.sharers = ring.len() as u32;
                 }
             }
         }
     }
 
-    /// Fills `members`, `blocks` and the shapes.
+    /// Fills `members`.
     fn prepare(&mut self, kins: &[Kin]) {
         for kin in kins {
             let mut reference: Option<Vec3> = None;
@@ -269,6 +298,8 @@ impl Family {
                         chain: NONE,
                         location: 0.0,
                         turn: Rotation::IDENTITY,
+                        half_angle: 0.0,
+                        sharers: 1,
                         base: 0.0,
                         twin: NONE,
                         stoutness: 1.0,
@@ -279,43 +310,77 @@ impl Family {
                 let direction = branching_vector(plant.points(id));
                 let turn = match reference {
                     None => Rotation::IDENTITY,
-                    Some(reference) => alignment(reference, direction),
+                    // The shorter arc, as slerp takes it.
+                    Some(reference) => match alignment(reference, direction) {
+                        turn if turn.w < 0.0 => Rotation { v: -turn.v, w: -turn.w },
+                        turn => turn,
+                    },
                 };
                 reference = reference.or(Some(direction));
                 self.members.push(Member {
                     chain: id.0,
                     location: plant.chain(id).location,
                     turn,
+                    half_angle: math::atan2(turn.v.length(), turn.w),
+                    sharers: 1,
                     base: plant.radii(id)[0],
                     twin: NONE,
                     stoutness: stoutness(plant, &self.parameters[s], id),
                 });
             }
-            let row = &self.members[self.members.len() - self.plants.len()..];
-            let present: Vec<(usize, ChainId)> =
-                kin.members.iter().enumerate().filter_map(|(s, m)| m.map(|id| (s, id))).collect();
-            let start = self.shapes.len() as u32;
+        }
+    }
+
+    /// Fills `blocks` and the shapes, by arc length or by growth units.
+    pub(super) fn lay_blocks(&mut self) {
+        self.blocks.clear();
+        self.shapes.clear();
+        let mut units = self.units.take();
+        for k in 0..self.parents.len() {
+            let row = self.row(k);
+            let present: Vec<usize> = (0..row.len()).filter(|&s| row[s].chain != NONE).collect();
+            let start = (self.shapes.len() / 4) as u32;
             if present.len() < 2 {
                 self.blocks.push((start, 0));
                 continue;
             }
-            let lines: Vec<Polyline<'_>> = present
+            let spans: Vec<(usize, std::ops::Range<usize>)> =
+                present.iter().map(|&s| (s, self.plants[s].span(ChainId(row[s].chain)))).collect();
+            let whole = |(s, span): &(usize, std::ops::Range<usize>)| Line {
+                parameters: Cow::Borrowed(&self.parameters[*s][span.clone()]),
+                points: Cow::Borrowed(&self.plants[*s].all_points()[span.clone()]),
+                radii: Cow::Borrowed(&self.plants[*s].all_radii()[span.clone()]),
+            };
+            let lines: Vec<Line<'_>> = spans
                 .iter()
-                .map(|&(s, id)| Polyline {
-                    parameters: &self.parameters[s][self.plants[s].span(id)],
-                    points: self.plants[s].points(id),
-                    radii: self.plants[s].radii(id),
+                .map(|span| match &units {
+                    None => whole(span),
+                    Some(units) => units.cut(k, span.0, &whole(span)),
                 })
                 .collect();
-            let (count, mut points, radii) = resample(&lines);
-            for (k, &(s, _)) in present.iter().enumerate() {
+            let lines: Vec<Polyline<'_>> = lines
+                .iter()
+                .map(|line| Polyline { parameters: &line.parameters, points: &line.points, radii: &line.radii })
+                .collect();
+            let slots = resample(&lines);
+            let count = slots.parameters.len();
+            let mut block = Vec::with_capacity(4 * count * present.len());
+            for (place, &s) in present.iter().enumerate() {
                 let back = row[s].turn.inverse();
-                points[k * count..(k + 1) * count].iter_mut().for_each(|p| *p = back.rotate(*p));
+                let member = place * count..(place + 1) * count;
+                let turned: Vec<Vec3> = slots.points[member.clone()].iter().map(|p| back.rotate(*p)).collect();
+                for axis in 0..3 {
+                    block.extend(turned.iter().map(|p| p[axis]));
+                }
+                block.extend_from_slice(&slots.radii[member]);
             }
             self.blocks.push((start, count as u32));
-            self.shapes.extend(points);
-            self.shape_radii.extend(radii);
+            self.shapes.append(&mut block);
+            if let Some(units) = &mut units {
+                units.coordinates.extend(slots.parameters);
+            }
         }
+        self.units = units;
     }
 }
 
@@ -366,6 +431,21 @@ fn primaries(plants: &[Plant], kins: &[Kin]) -> Result<Vec<Vec<u32>>, FamilyErro
         }
     }
     Ok(primary)
+}
+
+/// Kins with one member that they stand for while another kin holds it, too.
+fn stand_ins(kins: &[Kin], primary: &[Vec<u32>]) -> Vec<bool> {
+    let mut holders: Vec<Vec<u32>> = primary.iter().map(|chains| vec![0; chains.len()]).collect();
+    let members = |kin: &Kin| kin.members.iter().enumerate().filter_map(|(s, m)| Some((s, (*m)?.index()))).collect();
+    let all: Vec<Vec<(usize, usize)>> = kins.iter().map(members).collect();
+    for &(s, chain) in all.iter().flatten() {
+        holders[s][chain] += 1;
+    }
+    let stands = |(k, members): (usize, &Vec<(usize, usize)>)| match members[..] {
+        [(s, chain)] => holders[s][chain] > 1 && primary[s][chain] == k as u32,
+        _ => false,
+    };
+    all.iter().enumerate().map(stands).collect()
 }
 
 fn child_lists(parents: &[u32]) -> (Vec<u32>, Vec<u32>) {

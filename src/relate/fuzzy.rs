@@ -10,23 +10,32 @@
 //! - branching vectors: 1 − half the Euclidean distance of the unit vectors;
 //! - crown ratios: 1 − their difference.
 //!
+//! The optimum of a sibling set is found without measuring every pair (`relate/pruned.rs`): eight directions of a crown
+//! and the exact rest bound a cost from below.
+//!
 //! Limits: a sibling set of more than [`MOST_CELLS`] candidate pairs is cut in halves along the parent, both sides at
-//! the median of their locations, until it fits; matches then stay within their band. So time grows with the number of
-//! siblings, not with its cube.
+//! the median of their locations, until it fits; matches then stay within their band.
 
 use rayon::prelude::*;
 
 use super::assignment::assign;
-use super::topology_tree::TopologyTree;
-use super::{Family, FamilyError, Kin, KinId};
-use crate::plant::{ChainId, Crown, Plant};
+use super::pruned::assign_pruned;
+use super::topology_tree::{TopologyNode, TopologyTree};
+use crate::plant::{ChainId, Crown, DIRECTIONS};
 use crate::preset::plan::MatchParams;
 
-/// Most cells of one cost matrix: 512 × 1024 siblings, 4 MB, some 50 ms.
-pub const MOST_CELLS: usize = 1 << 19;
+/// Most pairs of siblings that are matched at once: 2048 × 2048, 16 MB of bounds.
+pub const MOST_CELLS: usize = 1 << 22;
 
-/// Cost matrices below this are filled on one thread.
-const PARALLEL_CELLS: usize = 1 << 13;
+/// Sibling sets with fewer pairs are measured whole.
+const DENSE_CELLS: usize = 1 << 10;
+/// Bounds of fewer pairs are worked out on one thread.
+const PARALLEL_CELLS: usize = 1 << 14;
+/// Directions of a crown that bound a distance.
+const COARSE: usize = 8;
+
+/// Chains taken for alike, and at what cost.
+pub(super) type Pair = (ChainId, ChainId, f32);
 
 /// For each chain of `from` the chain of `to` that it is matched with, if any; one-to-one.
 #[must_use]
@@ -35,10 +44,9 @@ pub fn match_fuzzy(from: &TopologyTree, to: &TopologyTree, params: &MatchParams)
     let mut level: Vec<(&[ChainId], &[ChainId])> = vec![(from.stems(), to.stems())];
     while !level.is_empty() {
         // In the order of the level, whatever thread finishes first.
-        let matched: Vec<Vec<(ChainId, ChainId)>> =
-            level.par_iter().map(|(a, b)| match_siblings(from, a, to, b, params)).collect();
+        let matched: Vec<Vec<Pair>> = level.par_iter().map(|(a, b)| match_siblings(from, a, to, b, params)).collect();
         level.clear();
-        for (a, b) in matched.into_iter().flatten() {
+        for (a, b, _) in matched.into_iter().flatten() {
             partner[a.index()] = Some(b);
             let (below_a, below_b) = (from.children(a), to.children(b));
             if !below_a.is_empty() && !below_b.is_empty() {
@@ -49,42 +57,14 @@ pub fn match_fuzzy(from: &TopologyTree, to: &TopologyTree, params: &MatchParams)
     partner
 }
 
-/// The family of two plants under [`match_fuzzy`]: a kin for each chain of `from`, in its order, then one for each
-/// unmatched chain of `to`.
-///
-/// # Errors
-///
-/// When a plant has no chain or holds a length beyond all measure; see [`FamilyError`].
-pub fn fuzzy_family(from: Plant, to: Plant, params: &MatchParams) -> Result<Family, FamilyError> {
-    let (tree_a, tree_b) = rayon::join(|| TopologyTree::of(&from), || TopologyTree::of(&to));
-    let partner = match_fuzzy(&tree_a, &tree_b, params);
-    let mut kin_of = vec![None; to.chains().len()];
-    let mut kins: Vec<Kin> = Vec::with_capacity(partner.len());
-    for id in from.chain_ids() {
-        let other = partner[id.index()];
-        if let Some(other) = other {
-            kin_of[other.index()] = Some(KinId(kins.len() as u32));
-        }
-        kins.push(Kin { parent: from.chain(id).parent.map(|p| KinId(p.0)), members: vec![Some(id), other] });
-    }
-    for id in to.chain_ids() {
-        if kin_of[id.index()].is_none() {
-            kin_of[id.index()] = Some(KinId(kins.len() as u32));
-            let parent = to.chain(id).parent.and_then(|p| kin_of[p.index()]);
-            kins.push(Kin { parent, members: vec![None, Some(id)] });
-        }
-    }
-    Family::new(vec![from, to], &kins)
-}
-
 /// Matches two sets of siblings; every one of the smaller set gets a partner.
-fn match_siblings(
+pub(super) fn match_siblings(
     from: &TopologyTree,
     a: &[ChainId],
     to: &TopologyTree,
     b: &[ChainId],
     params: &MatchParams,
-) -> Vec<(ChainId, ChainId)> {
+) -> Vec<Pair> {
     let (crowns_a, crowns_b) = (scaled_crowns(from, a), scaled_crowns(to, b));
     let by_location = |tree: &TopologyTree, ids: &[ChainId]| {
         let mut order: Vec<usize> = (0..ids.len()).collect();
@@ -107,28 +87,96 @@ fn match_siblings(
             bands.extend([(high_a, high_b), (low_a, low_b)]);
             continue;
         }
-        let line = |&i: &usize| -> Vec<f64> {
-            let node = from.node(a[i]);
-            columns
-                .iter()
-                .map(|&j| {
-                    let other = to.node(b[j]);
-                    let crown = crowns_a[i].distance(&crowns_b[j]).min(1.0);
-                    let direction = (node.direction - other.direction).length() * 0.5;
-                    let ratio = (node.crown_ratio - other.crown_ratio).abs();
-                    f64::from(crown * params.crown + direction * params.direction + ratio * params.ratio)
-                })
-                .collect()
+        let cost = |i: usize, j: usize| {
+            let (node, other) = (from.node(a[i]), to.node(b[j]));
+            let crown = crowns_a[i].distance(&crowns_b[j]).min(1.0);
+            let direction = (node.direction - other.direction).length() * 0.5;
+            let ratio = (node.crown_ratio - other.crown_ratio).abs();
+            crown * params.crown + direction * params.direction + ratio * params.ratio
         };
-        let costs: Vec<f64> = if rows.len() * columns.len() < PARALLEL_CELLS {
-            rows.iter().flat_map(line).collect()
+        // The smaller side as rows.
+        let turned = rows.len() > columns.len();
+        let (short, long) = if turned { (columns, rows) } else { (rows, columns) };
+        let paired = |r: usize, c: usize| if turned { (long[c], short[r]) } else { (short[r], long[c]) };
+        let exact = |r: usize, c: usize| {
+            let (i, j) = paired(r, c);
+            f64::from(cost(i, j))
+        };
+        let answer: Vec<usize> = if short.len() * long.len() <= DENSE_CELLS {
+            let costs: Vec<f64> =
+                (0..short.len() * long.len()).map(|i| exact(i / long.len(), i % long.len())).collect();
+            assign(&costs, short.len(), long.len()).into_iter().flatten().collect()
         } else {
-            rows.par_iter().map(line).collect::<Vec<_>>().concat()
+            let traits = |tree: &TopologyTree, ids: &[ChainId], crowns: &[Crown], order: &[usize]| {
+                Traits::of(order.iter().map(|&i| (tree.node(ids[i]), &crowns[i])))
+            };
+            let (own, other) = (traits(from, a, &crowns_a, rows), traits(to, b, &crowns_b, columns));
+            let (short, long) = if turned { (&other, &own) } else { (&own, &other) };
+            assign_pruned(short.len, long.len, &short.bounds(long, params), &exact)
         };
-        let answer = assign(&costs, rows.len(), columns.len());
-        pairs.extend(answer.iter().zip(rows).filter_map(|(column, &i)| column.map(|c| (a[i], b[columns[c]]))));
+        pairs.extend(answer.iter().enumerate().map(|(r, &c)| {
+            let (i, j) = paired(r, c);
+            (a[i], b[j], cost(i, j))
+        }));
     }
+    pairs.sort_unstable_by_key(|pair| (pair.0, pair.1));
     pairs
+}
+
+/// What costs of some siblings are bounded by, trait after trait.
+struct Traits {
+    len: usize,
+    /// For each of [`COARSE`] directions the crowns' support there.
+    support: Vec<f32>,
+    /// x, y and z of branching vectors, then crown ratios.
+    direction: [Vec<f32>; 3],
+    ratio: Vec<f32>,
+}
+
+impl Traits {
+    fn of<'a>(siblings: impl ExactSizeIterator<Item = (&'a TopologyNode, &'a Crown)> + Clone) -> Self {
+        let support = |d: usize| siblings.clone().map(move |(_, crown)| crown.support(d * DIRECTIONS / COARSE + 11));
+        Self {
+            len: siblings.len(),
+            support: (0..COARSE).flat_map(support).collect(),
+            direction: [0, 1, 2].map(|axis| siblings.clone().map(|(node, _)| node.direction[axis]).collect()),
+            ratio: siblings.clone().map(|(node, _)| node.crown_ratio).collect(),
+        }
+    }
+
+    /// Lower bounds of the costs between these siblings and others, row after row.
+    fn bounds(&self, other: &Self, params: &MatchParams) -> Vec<f32> {
+        let columns = other.len;
+        let mut bounds = vec![0.0_f32; self.len * columns];
+        let fill = |(row, line): (usize, &mut [f32])| {
+            for d in 0..COARSE {
+                let own = self.support[d * self.len + row];
+                for (most, support) in line.iter_mut().zip(&other.support[d * columns..(d + 1) * columns]) {
+                    let apart = (own - support).abs();
+                    *most = if apart > *most { apart } else { *most };
+                }
+            }
+            let [x, y, z] = [0, 1, 2].map(|axis| self.direction[axis][row]);
+            let ratio = self.ratio[row];
+            let [xs, ys, zs] = &other.direction;
+            let columns = line.iter_mut().zip(xs).zip(ys).zip(zs).zip(&other.ratio);
+            for ((((cost, ox), oy), oz), other_ratio) in columns {
+                let (dx, dy, dz) = (x - ox, y - oy, z - oz);
+                let direction = (dx * dx + dy * dy + dz * dz).sqrt() * 0.5;
+                let crown = if *cost < 1.0 { *cost } else { 1.0 };
+                let bound =
+                    crown * params.crown + direction * params.direction + (ratio - other_ratio).abs() * params.ratio;
+                // A hair below, whatever rounding does to the crown's own sum.
+                *cost = bound - 1e-6;
+            }
+        };
+        if bounds.len() < PARALLEL_CELLS {
+            bounds.chunks_exact_mut(columns).enumerate().for_each(fill);
+        } else {
+            bounds.par_chunks_exact_mut(columns).with_min_len(8).enumerate().for_each(fill);
+        }
+        bounds
+    }
 }
 
 /// The crowns of some siblings, measured in the farthest reach among them.
@@ -145,7 +193,8 @@ mod tests {
 
     use super::*;
     use crate::base::Seed;
-    use crate::plant::PlantBuilder;
+    use crate::plant::{Plant, PlantBuilder};
+    use crate::relate::fuzzy_family;
     use crate::relate::random_plant::{Oddity, random_plant};
 
     const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
@@ -220,7 +269,7 @@ mod tests {
                 .collect();
             tree(&branches, 1.0)
         };
-        let (a, b) = (wide(720, 1), wide(760, 2));
+        let (a, b) = (wide(2060, 1), wide(2100, 2));
         let matched = match_plants(&a, &b);
         assert!(matched.iter().all(Option::is_some));
         // The lower half goes with the lower half.
@@ -230,9 +279,37 @@ mod tests {
             .map(|id| (a.chain(id).location, b.chain(matched[id.index()].unwrap()).location))
             .collect();
         partners.sort_by(|x, y| x.0.total_cmp(&y.0));
-        let (low, high) = partners.split_at(360);
+        let (low, high) = partners.split_at(1030);
         let top = low.iter().map(|p| p.1).fold(0.0, f32::max);
         assert!(high.iter().all(|p| p.1 >= top));
+    }
+
+    #[test]
+    fn pruning_leaves_the_cost_of_the_whole_matrix() {
+        let wide = |count: u64, seed: u64| {
+            let branches: Vec<(f32, Vec3)> = (0..count)
+                .map(|i| {
+                    let at = Seed::new(seed).at(i);
+                    (at.unit(), at.child("tip").direction() * at.child("length").range(0.1, 1.0))
+                })
+                .collect();
+            tree(&branches, 1.0)
+        };
+        let (a, b) = (TopologyTree::of(&wide(90, 1)), TopologyTree::of(&wide(110, 2)));
+        let (own, other) = (a.children(ChainId(0)), b.children(ChainId(0)));
+        let (crowns_a, crowns_b) = (scaled_crowns(&a, own), scaled_crowns(&b, other));
+        let cost = |i: usize, j: usize| {
+            let (node, partner) = (a.node(own[i]), b.node(other[j]));
+            let crown = crowns_a[i].distance(&crowns_b[j]).min(1.0);
+            let direction = (node.direction - partner.direction).length() * 0.5;
+            f64::from(crown * 0.5 + direction * 0.3 + (node.crown_ratio - partner.crown_ratio).abs() * 0.2)
+        };
+        let costs: Vec<f64> = (0..90 * 110).map(|i| cost(i / 110, i % 110)).collect();
+        let least: f64 = assign(&costs, 90, 110).iter().enumerate().map(|(i, c)| costs[i * 110 + c.unwrap()]).sum();
+        for pairs in [match_siblings(&a, own, &b, other, &EVEN), match_siblings(&b, other, &a, own, &EVEN)] {
+            let found: f64 = pairs.iter().map(|pair| f64::from(pair.2)).sum();
+            assert!(pairs.len() == 90 && (found - least).abs() < 1e-4, "{found} {least}");
+        }
     }
 
     #[test]

@@ -5,16 +5,25 @@ mod assignment;
 mod family;
 mod fuzzy;
 mod kernel;
+mod merge;
+mod nway;
+mod place;
+mod pruned;
 #[cfg(test)]
 pub(crate) mod random_plant;
 mod resample;
+mod rule;
 #[cfg(test)]
 mod tests;
 mod topology_tree;
+mod units;
 mod weights;
 
 pub use assignment::assign;
 pub use family::{Family, FamilyError, Kin, KinId};
-pub use fuzzy::{MOST_CELLS, fuzzy_family, match_fuzzy};
+pub use fuzzy::{MOST_CELLS, match_fuzzy};
+pub use kernel::Blender;
+pub use merge::{match_merged, merged_family};
+pub use nway::{fuzzy_family, match_nway, nway_family};
 pub use topology_tree::{TopologyNode, TopologyTree};
 pub use weights::Weights;

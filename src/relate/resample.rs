@@ -21,8 +21,19 @@ pub(super) struct Polyline<'a> {
     pub(super) radii: &'a [f32],
 }
 
-/// Resamples all members; points and radii of the first, then of the second, and so on, all of the returned length.
-pub(super) fn resample(members: &[Polyline<'_>]) -> (usize, Vec<Vec3>, Vec<f32>) {
+/// Members with equal numbers of points.
+#[derive(Clone, Debug)]
+pub(super) struct Slots {
+    /// The parameter of each slot: the mean of those that share it.
+    pub(super) parameters: Vec<f64>,
+    /// Points of the first member, then of the second, and so on, one a slot each.
+    pub(super) points: Vec<Vec3>,
+    /// Radii, likewise.
+    pub(super) radii: Vec<f32>,
+}
+
+/// Resamples all members.
+pub(super) fn resample(members: &[Polyline<'_>]) -> Slots {
     // (parameter, member, vertex), sorted; a member's own vertices stay in order.
     let mut all: Vec<(f64, usize, usize)> = Vec::new();
     for (m, member) in members.iter().enumerate() {
@@ -40,13 +51,15 @@ pub(super) fn resample(members: &[Polyline<'_>]) -> (usize, Vec<Vec3>, Vec<f32>)
         taken[m] = slots.last().map_or(usize::MAX, slot_id);
     }
     let count = slots.len();
+    let mean = |slot: &std::ops::Range<usize>| all[slot.clone()].iter().map(|v| v.0).sum::<f64>() / slot.len() as f64;
+    let parameters: Vec<f64> = slots.iter().map(mean).collect();
     let (mut points, mut radii) =
         (Vec::with_capacity(count * members.len()), Vec::with_capacity(count * members.len()));
     for (m, member) in members.iter().enumerate() {
         let last = member.parameters.len() - 1;
         // The member's last vertex at or before the slot.
         let mut at = 0;
-        for slot in &slots {
+        for (slot, &t) in slots.iter().zip(&parameters) {
             let own = all[slot.clone()].iter().find(|v| v.1 == m);
             if let Some(&(_, _, vertex)) = own {
                 at = vertex;
@@ -54,7 +67,6 @@ pub(super) fn resample(members: &[Polyline<'_>]) -> (usize, Vec<Vec3>, Vec<f32>)
                 radii.push(member.radii[vertex]);
                 continue;
             }
-            let t = all[slot.clone()].iter().map(|v| v.0).sum::<f64>() / slot.len() as f64;
             let next = (at + 1).min(last);
             let span = member.parameters[next] - member.parameters[at];
             let f = if span > 0.0 { ((t - member.parameters[at]) / span).clamp(0.0, 1.0) as f32 } else { 0.0 };
@@ -62,7 +74,7 @@ pub(super) fn resample(members: &[Polyline<'_>]) -> (usize, Vec<Vec3>, Vec<f32>)
             radii.push(member.radii[at] + (member.radii[next] - member.radii[at]) * f);
         }
     }
-    (count, points, radii)
+    Slots { parameters, points, radii }
 }
 
 /// A slot is known by where it starts.
@@ -86,8 +98,8 @@ mod tests {
             Polyline { parameters: &a, points: &pa, radii: &ra },
             Polyline { parameters: &b, points: &pb, radii: &rb },
         ];
-        let (count, points, radii) = resample(&members);
-        assert_eq!(count, 5);
+        let Slots { parameters, points, radii } = resample(&members);
+        assert_eq!(parameters.len(), 5);
         let heights: Vec<f32> = points.iter().map(|p| p.y).collect();
         assert_eq!(heights[..5], [0.0, 0.25, 0.5, 0.9, 1.0]);
         assert_eq!(heights[5..], [0.0, 0.25, 0.500_05, 0.9, 1.0]);
@@ -103,8 +115,8 @@ mod tests {
             Polyline { parameters: &a, points: &pa, radii: &ra },
             Polyline { parameters: &b, points: &pb, radii: &rb },
         ];
-        let (count, points, _) = resample(&members);
-        assert_eq!(count, 5);
+        let Slots { parameters, points, .. } = resample(&members);
+        assert_eq!(parameters.len(), 5);
         assert_eq!(points[..5], pa[..]);
         assert_eq!(points[9], Vec3::Y);
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::KinId;
+use crate::base::Seed;
 
 /// For each kin a share for each source and a degree of growth.
 ///
@@ -14,13 +15,15 @@ pub struct Weights {
     sources: usize,
     shares: Vec<f32>,
     degrees: Vec<f32>,
+    /// Address of the times of growth units; 0 for all at once.
+    units: u64,
 }
 
 impl Weights {
     /// All zero, for `kins` kins over `sources` sources.
     #[must_use]
     pub fn new(kins: usize, sources: usize) -> Self {
-        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins] }
+        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins], units: 0 }
     }
 
     /// Sets one kin: a share for each source, in their order, and the degree of growth 0..=1. Shares that are missing
@@ -32,6 +35,18 @@ impl Weights {
         for (s, slot) in own.iter_mut().enumerate() {
             *slot = shares.get(s).copied().unwrap_or(0.0);
         }
+    }
+
+    /// The same weights, for families [by units](super::Family::by_units) with every growth unit at a time of its own.
+    #[must_use]
+    pub fn with_unit_seed(mut self, seed: Seed) -> Self {
+        self.units = seed.bits();
+        self
+    }
+
+    /// Address of the times of growth units; 0 for all at once.
+    pub(super) fn units(&self) -> u64 {
+        self.units
     }
 
     /// How many kins.

@@ -18,7 +18,7 @@ use super::wood::Wood;
 /// Most segments of a piece.
 const PIECE: usize = 4;
 /// Pieces of a leaf of the tree.
-const LEAF: usize = 8;
+const LEAF: usize = 4;
 /// Most touching pairs, a segment.
 const MOST_CONTACTS: usize = 64;
 
@@ -85,6 +85,9 @@ pub(super) fn contacts(wood: &Wood) -> Vec<Contact> {
         if level == 0 {
             let run = |k: usize| k * LEAF..((k + 1) * LEAF).min(pieces.len());
             for p in run(i) {
+                if i != j && !pieces[p].bounds.overlaps(&levels[0][j]) {
+                    continue;
+                }
                 let others = if i == j { p + 1..run(j).end } else { run(j) };
                 for q in others {
                     if pieces[p].chain != pieces[q].chain && pieces[p].bounds.overlaps(&pieces[q].bounds) {

@@ -27,9 +27,9 @@ use crate::preset::plan::FilterParams;
 use crate::relate::{Family, KinId};
 
 /// Lines along a surface.
-const RING: usize = 16;
+const RING: usize = 12;
 /// Steps along a stretch, for each of the segments it touches, up to 4.
-const STATIONS: usize = 16;
+const STATIONS: usize = 10;
 
 /// Two branches that collide seriously.
 #[derive(Clone, Copy, Debug, PartialEq)]

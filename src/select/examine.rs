@@ -3,7 +3,7 @@
 use super::collide::{Collision, Habits, collisions};
 use super::profile::Profile;
 use super::proportions::{Departure, Proportions};
-use crate::plant::{ChainId, Plant, PlantBuilder};
+use crate::plant::{ChainId, Plant, PlantBuilder, Posed};
 use crate::preset::plan::FilterParams;
 use crate::relate::{Family, KinId};
 
@@ -20,7 +20,7 @@ impl Sources {
     /// Measures every source of a family.
     #[must_use]
     pub fn of(family: &Family, params: &FilterParams) -> Self {
-        let profiles = family.sources().iter().map(|plant| Profile::of(plant, &plant.pose())).collect();
+        let profiles = family.sources().iter().map(|plant| Profile::of(plant, &Posed::of_bearers(plant))).collect();
         let habits = if params.collisions < 1.0 { Habits::of(family, params) } else { Habits::default() };
         Self { profiles, habits }
     }

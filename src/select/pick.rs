@@ -1,7 +1,7 @@
 //! Which of the candidates are kept.
 //!
 //! - `All`: the first ones.
-//! - `Inspiring` (2017 TVCG, 4.5): k-means of the scores, one tree of each cluster. The paper takes ⌈√(N/2)⌉ clusters of N
+//! - `Inspiring` (2017 TVCG, 4.5): k-means of the scores (`cluster.rs`), one tree of each cluster. The paper takes ⌈√(N/2)⌉ clusters of N
 //!   trees and keeps one each; here the preset says how many are kept, and makes 2·k² candidates for k kept ones unless it
 //!   says otherwise, which is the same number.
 //! - `Diverse`: farthest-point sampling (Gonzalez 1985), begun at the tree that is farthest from its nearest source.
@@ -77,9 +77,12 @@ pub fn pick(how: Pick, keep: usize, botany: f32, trees: &[Examined], scores: &Sc
     match how {
         Pick::All => kept.extend(&good[..keep]),
         Pick::Inspiring => {
-            let values: Vec<f64> = good.iter().map(|&i| f64::from(scores.each[i].inspiring)).collect();
-            let centres = clusters(&values, keep);
-            kept.extend(centres.iter().filter_map(|c| representative(&values, c)).map(|i| good[i]));
+            let points: Vec<Vec<f32>> = good.iter().map(|&i| scores.each[i].summands(&scores.params)).collect();
+            let found = clusters(&points, keep);
+            kept.extend(found.iter().filter_map(|c| representative(&points, c)).map(|i| good[i]));
+            // Fewer different trees than asked for: the next ones in order.
+            let rest: Vec<usize> = good.iter().copied().filter(|i| !kept.contains(i)).collect();
+            kept.extend(rest.into_iter().take(keep - kept.len()));
         }
         Pick::Natural => kept = nearest(keep, &good, scores),
         Pick::Diverse { apart: asked } => {
@@ -212,8 +215,8 @@ mod tests {
     fn inspiring_trees_stand_for_clusters_of_scores() {
         let (trees, scores) = candidates(32);
         let kept = pick(Pick::Inspiring, 4, 1e9, &trees, &scores).unwrap().kept;
-        let values: Vec<f64> = scores.each.iter().map(|s| f64::from(s.inspiring)).collect();
-        for cluster in clusters(&values, 4) {
+        let points: Vec<Vec<f32>> = scores.each.iter().map(|s| s.summands(&EVEN)).collect();
+        for cluster in clusters(&points, 4) {
             assert_eq!(cluster.iter().filter(|i| kept.contains(i)).count(), 1);
         }
     }

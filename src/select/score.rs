@@ -41,6 +41,15 @@ pub struct Score {
     pub from_sources: Vec<Difference>,
 }
 
+impl Score {
+    /// What the score is the sum of: the weighted parts of each difference.
+    #[must_use]
+    pub fn summands(&self, params: &ScoreParams) -> Vec<f32> {
+        let parts = |d: &Difference| [params.crown * d.crown, params.ratio * d.ratio, params.topology * d.topology];
+        self.from_sources.iter().flat_map(parts).collect()
+    }
+}
+
 /// The scores of some trees, and what further comparisons of them need.
 #[derive(Clone, Debug)]
 pub struct Scores {
@@ -147,6 +156,8 @@ mod tests {
             assert_eq!(there, scores.each[1].from_sources[0]);
             assert!([there.crown, there.ratio, there.topology].iter().all(|d| (0.0..=1.0).contains(d)));
             assert_eq!(scores.between(&trees, 0, &[1])[0], there);
+            let sum: f32 = scores.each[0].summands(&EVEN).iter().sum();
+            assert!((sum - scores.each[0].inspiring).abs() < 1e-6);
             assert!((scores.diversity(&trees, &[0, 1]) - there.total).abs() < 1e-6);
         }
     }

@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::Pick;
+use crate::preset::plan::{BlendTree, Pick};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -46,8 +46,8 @@ fn what_is_left_out_has_the_documented_default() {
         .variants
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) | Variant::Selected { .. } => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     assert!(progress.iter().zip([0.5, 0.325, 0.675]).all(|(a, b)| (a - b).abs() < 1e-6), "{progress:?}");
@@ -95,8 +95,8 @@ fn raising_a_count_leaves_the_first_trees_alone() {
     let mut progress: Vec<f32> = many
         .iter()
         .map(|variant| match variant {
-            Variant::Blend { progress, .. } => *progress,
-            Variant::Source(_) | Variant::Selected { .. } => 0.0,
+            Variant::Blend { tree: BlendTree::State { progress, .. }, .. } => *progress,
+            _ => 0.0,
         })
         .collect();
     progress.sort_by(f32::total_cmp);

@@ -41,7 +41,7 @@ use measure::Measures;
 use recipe::Recipe;
 
 /// Trial trees.
-const ROUNDS: u64 = 4;
+const ROUNDS: u64 = 6;
 
 /// What was estimated.
 #[derive(Clone, Debug, PartialEq)]

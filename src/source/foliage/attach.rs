@@ -13,7 +13,7 @@ use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder, Posed};
 use crate::source::skeletonize::Placement;
 
 /// Places along axes that are looked at, about.
-const PLACES: f32 = 200_000.0;
+const PLACES: f32 = 40_000.0;
 /// A leaf is far from the wood beyond this share of the plant's height and two of its lengths.
 const FAR: f32 = 0.05;
 

@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3};
 
 use super::component::Component;
 use super::decide::{Piece, Role};
+use super::frond;
 use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;
@@ -84,11 +85,11 @@ struct Window {
 
 /// Makes the cards of all leaves, and their pictures.
 pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery: &mut Gallery<'_>, parts: &mut Parts) {
-    let groups = groups(scene, tones, pieces);
-    if groups.is_empty() {
+    if !pieces.iter().any(|p| matches!(p.role, Role::Leaf | Role::Frond)) {
         return;
     }
     let near = Near::new(sample(scene, pieces, &[Role::Wood, Role::Stalk]).into_iter());
+    let groups = groups(scene, tones, pieces);
     let windows: Vec<Window> = groups.iter().map(|group| window(group, &near)).collect();
     let slots = slots(&groups, &windows);
     let (mut crushed, mut strangers) = (0, 0);
@@ -108,7 +109,9 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
         }
     }
     let joined = join_backs(&mut parts.cards, &faces);
+    let fronds = fronds(scene, pieces, &near, gallery, parts);
     for (n, what) in [
+        (fronds, "fronds became cards along their spines"),
         (joined, "leaves have a back of their own, which was joined with the front"),
         (crushed, "leaves without an area were dropped"),
         (strangers, "leaves of rare shapes wear the likest of the other leaves' pictures"),
@@ -117,6 +120,27 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
             parts.notes.push(format!("{n} {what}"));
         }
     }
+}
+
+/// Makes the cards of all fronds; how many there are.
+fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_>, parts: &mut Parts) -> usize {
+    let mut slots: Vec<(Option<usize>, u16)> = Vec::new();
+    let mut count = 0;
+    for piece in pieces.iter().filter(|p| p.role == Role::Frond) {
+        let part = &scene.parts[piece.component.part];
+        let known = slots.iter().find(|(material, _)| *material == part.material).map(|(_, first)| *first);
+        let first = known.unwrap_or_else(|| {
+            let first = parts.art.leaves.len() as u16;
+            let plain = worn(scene, part.material, gallery);
+            let pictures = frond::pictures(part, &piece.component, near, &plain);
+            parts.art.leaves.extend(pictures.into_iter().map(LeafPicture::Card));
+            slots.push((part.material, first));
+            first
+        });
+        parts.cards.extend(frond::cards(part, &piece.component, near, first));
+        count += 1;
+    }
+    count
 }
 
 /// All leaves by what they look like, in order of their first.
@@ -394,11 +418,17 @@ fn picture(scene: &Scene, group: &Group, window: &Window, gallery: &mut Gallery<
         let (t, s) = (q.perp_dot(window.across) / det, window.up.perp_dot(q) / det);
         CardCorner { at: Vec2::new(s + 0.5, 1.0 - t), uv: group.uvs[i as usize], color: group.colors[i as usize] }
     };
-    let material = group.material.and_then(|m| scene.materials.get(m));
     let width = place(group, &group.sheets[0], window, 0).map_or(1.0, |card| card.width / card.length);
+    let triangles = group.triangles.iter().map(|t| t.map(corner)).collect();
+    CardPicture { width, triangles, ..worn(scene, group.material, gallery) }
+}
+
+/// A picture of a material without triangles.
+fn worn(scene: &Scene, material: Option<usize>, gallery: &mut Gallery<'_>) -> CardPicture {
+    let material = material.and_then(|m| scene.materials.get(m));
     CardPicture {
-        width,
-        triangles: group.triangles.iter().map(|t| t.map(corner)).collect(),
+        width: 1.0,
+        triangles: Vec::new(),
         color: material.map_or([1.0; 4], |m| m.color),
         image: material.and_then(|m| gallery.add(m.color_image)),
         normal: material.and_then(|m| gallery.add(m.normal_image)),

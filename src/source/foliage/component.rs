@@ -13,8 +13,7 @@ use crate::source::scene::Part;
 pub(super) struct Component {
     /// Index of the part.
     pub(super) part: usize,
-    /// Corners by index into the part's positions, each position by one index only; no triangle twice, none without
-    /// area... other than slivers.
+    /// Corners by index into the part's positions, each position by one index only; no triangle twice.
     pub(super) triangles: Vec<[u32; 3]>,
     /// Each position once, in the order in which the triangles name them.
     pub(super) points: Vec<u32>,
@@ -86,11 +85,6 @@ fn root(sets: &mut [u32], mut i: u32) -> u32 {
         i = sets[i as usize];
     }
     i
-}
-
-/// Some triangles of a part as one piece, connected or not; none where they have no area.
-pub(super) fn whole(part: &Part, index: usize, triangles: Vec<[u32; 3]>) -> Option<Component> {
-    component(part, index, triangles.into_iter())
 }
 
 fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>) -> Option<Component> {

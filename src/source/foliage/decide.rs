@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::component::{Component, components, whole};
+use super::component::{Component, components};
 use super::near::Near;
 use super::tone::{Tones, is_green};
 use super::words::{Hint, hint};
@@ -105,7 +105,9 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
     let mut doubtful = Vec::new();
     for (component, green) in open {
         let compact = component.extents[2] > 0.3 * component.extents[0];
-        let role = if component.is_sheet() {
+        let role = if green && is_cap(&component, size) {
+            Role::Crown
+        } else if component.is_sheet() {
             sheet_role(&component, size)
         } else if green && (compact || component.length() < 0.5 * size) {
             if compact && component.length() > 0.08 * size { Role::Crown } else { sheet_role(&component, size) }
@@ -120,7 +122,6 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
     crowns_without_color(&mut found, &doubtful, size);
     patches(scene, &mut found, named);
     ensure_wood(&mut found);
-    let mut found = sliced(scene, found);
     found.sort_by_key(|piece| piece.component.part);
     found
 }
@@ -132,7 +133,9 @@ fn by_hint(hint: Hint, component: &Component, size: f32, firm: bool) -> Role {
         Hint::Fruit => Role::Fruit,
         Hint::Leaf => {
             let compact = component.extents[2] > 0.2 * component.extents[0];
-            if component.is_sheet() {
+            if is_cap(component, size) {
+                Role::Crown
+            } else if component.is_sheet() {
                 sheet_role(component, size)
             } else if compact && component.length() > 0.08 * size {
                 Role::Crown
@@ -143,6 +146,16 @@ fn by_hint(hint: Hint, component: &Component, size: f32, firm: bool) -> Role {
             }
         }
     }
+}
+
+/// A wide cone or dome without its floor: it faces one way as a sheet does, but is round and deep.
+fn is_cap(component: &Component, size: f32) -> bool {
+    let [long, middle, short] = component.extents;
+    component.triangles.len() >= 8
+        && long > 0.12 * size
+        && middle > 0.7 * long
+        && short > 0.12 * long
+        && component.facing < 0.95
 }
 
 /// A leaf, or a frond where it is long, bent and made of more than a few triangles.
@@ -214,29 +227,4 @@ fn ensure_wood(found: &mut [Piece]) {
     if let Some(piece) = found.iter_mut().filter(lump).max_by(|a, b| a.component.area.total_cmp(&b.component.area)) {
         piece.role = Role::Wood;
     }
-}
-
-/// Cuts fronds across into slices, each a leaf: cards that follow the bend.
-fn sliced(scene: &Scene, found: Vec<Piece>) -> Vec<Piece> {
-    let mut out = Vec::with_capacity(found.len());
-    for piece in found {
-        if piece.role != Role::Frond {
-            out.push(piece);
-            continue;
-        }
-        let c = &piece.component;
-        let part = &scene.parts[c.part];
-        let slices = 2 + (c.extents[2] / c.length() * 14.0).min(4.0) as usize;
-        let along = |t: &[u32; 3]| {
-            let middle = t.iter().map(|&i| part.positions[i as usize]).sum::<Vec3>() / 3.0;
-            (middle - c.centre).dot(c.axes[0])
-        };
-        let (low, high) = c.triangles.iter().map(along).fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
-        for k in 0..slices {
-            let of = |d: f32| (((d - low) / (high - low).max(1e-20) * slices as f32) as usize).min(slices - 1);
-            let triangles: Vec<[u32; 3]> = c.triangles.iter().filter(|t| of(along(t)) == k).copied().collect();
-            out.extend(whole(part, c.part, triangles).map(|component| Piece { component, role: Role::Leaf }));
-        }
-    }
-    out
 }

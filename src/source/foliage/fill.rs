@@ -16,13 +16,13 @@ use crate::base::{Frame, Rotation, Seed, math};
 use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Curve, Leaf, Plant, PlantBuilder, frame_at};
 
 /// Points that pull branches, over all crowns.
-const PULLS: usize = 1600;
+const PULLS: usize = 420;
 /// Rounds of growth.
 const ROUNDS: usize = 80;
 /// Leaf area over the area of the crown's surface.
-const COVER: f32 = 2.4;
+const COVER: f32 = 3.2;
 /// Length of a leaf's card as a share of the cube root of the crown's volume.
-const LENGTH: f32 = 0.2;
+const LENGTH: f32 = 0.22;
 /// Most leaves on all crowns of a plant.
 const MOST_LEAVES: usize = 12_000;
 /// Share of the leaves that lie deeper.
@@ -51,7 +51,7 @@ pub(super) fn fill(plant: Plant, crowns: &[Crown], seed: Seed) -> Plant {
         let Some(volume) = volume else { continue };
         let cells: Vec<Vec3> = volume.cells().collect();
         let share = (PULLS as f32 * sizes[i] / total) as usize;
-        let wanted = share.clamp(24, 500).min(cells.len());
+        let wanted = share.clamp(12, 300).min(cells.len());
         for k in 0..wanted {
             // One of each run of cells, shaken: even and never twice the same.
             let s = seed.child("pull").at(i as u64).at(k as u64);
@@ -236,10 +236,10 @@ fn leaves(plant: Plant, crowns: &[Crown], volumes: &[Option<Volume>], sizes: &[f
             let aside = s.child("aside").direction();
             let y = (out * 0.75 + aside * 0.65 + Vec3::NEG_Y * 0.18).normalize_or(out);
             // The tip ends at the surface, or a good way below it.
-            let below = if deep { s.child("below").range(0.8, 2.6) } else { s.child("below").range(0.0, 0.3) };
+            let below = if deep { s.child("below").range(0.8, 2.6) } else { s.child("below").range(-0.12, 0.2) };
             let tip = place - out * (below * length);
             let tip = if deep { tip.lerp(centre, 0.15) } else { tip };
-            let base = tip - y * (length * y.dot(out).max(0.35));
+            let base = tip - y * length;
             let face = out + Vec3::Y * 0.25 + s.child("face").direction() * 0.5;
             let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
             let Some((chain, location, _)) = axes.nearest(base) else { continue };

@@ -16,6 +16,7 @@ mod card;
 mod component;
 mod decide;
 mod fill;
+mod frond;
 mod near;
 mod picture;
 mod tone;
@@ -118,6 +119,8 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
                 let sum = c.triangles.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
                 let color = (sum / c.triangles.len() as f32).to_array();
                 let needles = [part.name.as_str(), name].iter().any(|name| words::is_conifer(name));
+                // Leaves shade each other, the lump of the file does not.
+                let color = color.map(|c| (c * 1.3).min(1.0));
                 let slots = spray_slots(&mut parts.art, color, needles);
                 parts.crowns.push(CrownVolume { positions, triangles, slots });
             }

@@ -128,7 +128,7 @@ pub(super) fn bark(
         return None;
     }
     // How much of the picture the wood spans, by the mean span of its triangles' coordinates.
-    let (mut low, mut high, mut sum, mut area) = (Vec2::MAX, Vec2::MIN, Vec3::ZERO, 0.0_f32);
+    let (mut spread, mut low, mut high, mut sum, mut area) = (0.0_f32, Vec2::MAX, Vec2::MIN, Vec3::ZERO, 0.0_f32);
     for c in of() {
         let part = &scene.parts[c.part];
         for t in &c.triangles {
@@ -136,12 +136,18 @@ pub(super) fn bark(
                 let uv = part.uvs[i as usize];
                 (low, high) = (low.min(uv), high.max(uv));
             }
+            if !part.uvs.is_empty() {
+                let [a, b, c] = t.map(|i| part.uvs[i as usize]);
+                spread += (a.max(b).max(c) - a.min(b).min(c)).max_element();
+            }
             sum += tones.of_triangle(part, *t);
             area += 1.0;
         }
     }
     let described = material.and_then(|m| scene.materials.get(m));
-    let spans = (high - low).min_element() >= 0.7;
+    // A palette is touched in spots. A picture of the bark is spread over each triangle, and repeats or fills its picture.
+    let size = (high - low).abs();
+    let spans = spread / area.max(1.0) > 0.02 && (size.max_element() > 1.05 || size.min_element() >= 0.4);
     let opaque = described.is_none_or(|m| m.alpha == Alpha::Opaque);
     let image = described.filter(|_| spans && opaque).and_then(|m| gallery.add(m.color_image));
     let normal = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.normal_image));

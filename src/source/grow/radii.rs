@@ -26,7 +26,7 @@ const FLARE_POINTS: usize = 6;
 pub(super) fn with_radii(plant: &Plant, params: &GrowParams) -> Plant {
     let loads = loads(plant, f64::from(params.taper));
     let radius = |load: f64| params.tip_radius * math::pow64(load, 1.0 / f64::from(params.allometry)) as f32;
-    let mut builder = PlantBuilder::with_capacity(plant.chains().len(), plant.all_points().len(), 0);
+    let mut builder = PlantBuilder::reusing(Plant::default(), plant.chains().len(), plant.all_points().len(), 0);
     for id in plant.chain_ids() {
         let chain = plant.chain(id);
         let span = plant.span(id);

@@ -116,6 +116,9 @@ pub(in crate::source) fn join(
         return Err("the wood has no axis with any length".into());
     }
     let up = stand(&mut limbs, up, notes);
+    // No wood is without any thickness.
+    let thickest = limbs.iter().flat_map(|l| &l.nodes).fold(0.0_f64, |r, n| r.max(n.radius));
+    limbs.iter_mut().flat_map(|l| &mut l.nodes).for_each(|n| n.radius = n.radius.max(thickest * 1e-4));
     let roots = bases(&limbs, notes);
     let mut pieces: Vec<Piece> = Vec::new();
     for (limb, root) in limbs.iter().zip(roots) {
@@ -128,7 +131,6 @@ pub(in crate::source) fn join(
         }
     }
     let order = mend::order(&pieces, &mend::roots(&pieces));
-    mend::radii(&mut pieces, &order, notes);
     let before = pieces[0].start;
     let (order, joined) = connect::connect(&mut pieces, order, Shape::Nodes);
     let shift = pieces[0].start - before;

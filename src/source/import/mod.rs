@@ -1,13 +1,21 @@
-//! Import: quantitative structure models of laser-scanned trees, and SWC, become a [`Plant`].
+//! Import: any tree mesh, structure model of a laser scan, or skeleton becomes a [`Plant`].
 //!
-//! Read are TreeQSM models as CSV or as the text its save function writes, SimpleForest and aRchi CSV, and SWC. The
-//! format is told by the content, never by the name. All of them become one middle form, a list of pieces
-//! (straight stretches of wood that name the piece they grow from), and take the same way from there:
+//! [`import_with`] is the one door. The format is told by the content, never by the name:
 //!
-//! 1. `cylinders`/`swc`: text to pieces; every number that is none is an error with its place.
+//! - glTF, GLB, OBJ with MTL, PLY: a mesh, read by [`scene`](crate::source::scene);
+//! - TreeQSM's cylinders as CSV, as the text that its save function writes, or as a MAT-file of version 5 to 7; SimpleForest
+//!   and aRchi CSV; SWC; MTG with coordinates or with lengths and angles.
+//!
+//! All but meshes become one middle form, a list of pieces (straight stretches of wood that name the piece they grow
+//! from), and take the same way from there:
+//!
+//! 1. `cylinders`, `swc`, `mat`, `mtg`: to pieces; every number that is none is an error with its place.
 //! 2. `mend`: parents found by id, cycles cut, missing radii filled in.
 //! 3. `foothold`, `connect`: branches to the nearest place on their axis; links that can't be true and further roots are bridged to the nearest suitable wood.
 //! 4. `trace`: pieces to the nodes of a [`Skeleton`](crate::plant::Skeleton); every branch starts on its parent's axis.
+//!
+//! Up is the axis that the thick wood runs along, Z when in doubt (`upright`); glTF says Y. Units are metres, but for MTG,
+//! whose units are told from its size (`mtg_shape`). `up` and `height` in the preset override both.
 //!
 //! What was mended is said in [`Imported::notes`]. What is an error: no rows, rows cut short, cells that are no number,
 //! duplicate ids, numbers out of all bounds, more than [`MOST_ROWS`] rows, and parents that don't exist in more than 5 %
@@ -21,8 +29,12 @@ mod connect;
 mod cylinders;
 mod foothold;
 pub(in crate::source) mod limb;
+mod mat;
+mod mat_stream;
 mod mend;
 mod mesh;
+mod mtg;
+mod mtg_shape;
 mod nearest;
 mod piece;
 mod swc;
@@ -55,6 +67,10 @@ pub enum Format {
     SimpleForest,
     /// aRchi's cylinders.
     Archi,
+    /// TreeQSM's model as MATLAB keeps it.
+    TreeQsmMat,
+    /// A multiscale tree graph.
+    Mtg,
     /// Nodes of a skeleton, as neurons are stored.
     Swc,
     /// A mesh.
@@ -70,6 +86,8 @@ impl Format {
             Self::TreeQsmText => "TreeQSM text",
             Self::SimpleForest => "SimpleForest CSV",
             Self::Archi => "aRchi CSV",
+            Self::TreeQsmMat => "TreeQSM MAT",
+            Self::Mtg => "MTG",
             Self::Swc => "SWC",
             Self::Mesh(format) => format.name(),
         }
@@ -89,10 +107,22 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// The files that a file names and that `files` lacks: materials, pictures and buffers of a mesh; see [`scene::refers`].
+/// The files that a file named `file` needs beside it and that `files` lacks, relative to its folder: materials, pictures
+/// and buffers of a mesh (see [`scene::refers`]); the dressing file of an MTG, which has its name and ends in `.drf`.
+/// Any of them may be missing. Call it again with what was found until it names nothing new.
 #[must_use]
-pub fn refers(bytes: &[u8], files: &Files<'_>) -> Vec<String> {
+pub fn refers(bytes: &[u8], file: &str, files: &Files<'_>) -> Vec<String> {
+    if mtg::is_mtg(bytes) {
+        let dressing = dressing(file);
+        return if files.contains_key(&dressing) { Vec::new() } else { vec![dressing] };
+    }
     scene::refers(bytes, files)
+}
+
+/// The name of an MTG's dressing file.
+fn dressing(file: &str) -> String {
+    let name = file.rsplit_once('/').map_or(file, |(_, name)| name);
+    format!("{}.drf", name.rsplit_once('.').map_or(name, |(stem, _)| stem))
 }
 
 /// Imports a file that stands alone; see [`import_with`].
@@ -120,7 +150,7 @@ pub fn import_with(
 ) -> Result<Imported, Vec<Diagnostic>> {
     match scene::sniff(bytes) {
         Some(format) => mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params),
-        None => model(bytes, file, params),
+        None => model(bytes, file, files, params),
     }
 }
 
@@ -128,14 +158,20 @@ pub fn import_with(
 ///
 /// Linear in the file's size but for sorting and for the search of wood near each further root (n log n); memory stays
 /// below about thirty times the file, of which the plant itself is the most.
-fn model(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
-    let table::Sniffed { table, format } = table::sniff(bytes, file)?;
-    let mut read = match format {
-        table::Kind::Swc => swc::read(table)?,
-        table::Kind::Cylinders(header) => cylinders::read(table, &header)?,
+fn model(bytes: &[u8], file: &str, files: &Files<'_>, params: &ImportParams) -> Result<Imported, Vec<Diagnostic>> {
+    let mut notes = Vec::new();
+    let mut read = if mat::is_mat(bytes) {
+        mat::read(bytes, file, &mut notes)?
+    } else if mtg::is_mtg(bytes) {
+        mtg::read(bytes, files.get(&dressing(file)).copied(), file, &mut notes)?
+    } else {
+        let table::Sniffed { table, format } = table::sniff(bytes, file)?;
+        match format {
+            table::Kind::Swc => swc::read(table)?,
+            table::Kind::Cylinders(header) => cylinders::read(table, &header)?,
+        }
     };
     let whole = |message: String, hint: &str| vec![Diagnostic::new(file, message).with_hint(hint)];
-    let mut notes = Vec::new();
     mend::parents(&mut read, file, &mut notes)?;
     upright::stand(&mut read.pieces, params.up, &mut notes);
     let order = mend::cut_cycles(&mut read, &mut notes);

@@ -193,7 +193,8 @@ pub(super) struct Sniffed<'a> {
     pub(super) format: Kind<'a>,
 }
 
-const READ: &str = "read are TreeQSM cylinders as CSV or text, SimpleForest and aRchi CSV, and SWC";
+const READ: &str =
+    "read are meshes (glTF, GLB, OBJ, PLY), TreeQSM (CSV, text, MAT), SimpleForest and aRchi CSV, SWC and MTG";
 
 /// Finds out what a file is.
 ///
@@ -204,8 +205,8 @@ pub(super) fn sniff<'a>(bytes: &'a [u8], file: &'a str) -> Result<Sniffed<'a>, V
     let refuse = |message: &str, hint: String| Err(vec![Diagnostic::new(file, message).with_hint(hint)]);
     if bytes.starts_with(b"MATLAB") || bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return refuse(
-            "this is a MATLAB file, which is not read",
-            format!("save the model's cylinders as CSV or text (TreeQSM: save_model_text); {READ}"),
+            "this is a MATLAB file of a version that is not read (7.3 is HDF5), or a part of one",
+            format!("save it in MATLAB with `save(file, 'QSM', '-v7')`; {READ}"),
         );
     }
     if let Some(at) = bytes.iter().position(|&b| b == 0) {
@@ -216,9 +217,6 @@ pub(super) fn sniff<'a>(bytes: &'a [u8], file: &'a str) -> Result<Sniffed<'a>, V
     let Some(first) = table.next()? else {
         return refuse("the file is empty", READ.into());
     };
-    if first.text.trim_ascii().starts_with(b"CODE") {
-        return refuse("this is an MTG file, which is not read", format!("convert it to SWC; {READ}"));
-    }
     table.separator = [b'\t', b';', b',']
         .into_iter()
         .find(|b| first.text.contains(b))

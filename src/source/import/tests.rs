@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::piece::Piece;
 use super::*;
 use crate::base::Seed;
 use crate::plant::{ChainId, PlantStats};
@@ -268,7 +269,7 @@ fn what_is_not_read_is_refused_by_one_error_that_says_what_is() {
         (b"\x89HDF\r\n\x1a\nxx", "MATLAB"),
         (b"id,parent\x00", "binary"),
         (b"\xff\xfe\x01\x02", "neither"),
-        (b"CODE:\tFORM-A\n", "MTG"),
+        (b"CODE:\tFORM-A\n", "no entity"),
         (b"hello world", "neither"),
         (b",,,,", "neither"),
         (b"1,2,3,4,5,6,7,8", "8 numbers and no header"),
@@ -418,4 +419,85 @@ fn real_models_are_upright_connected_and_as_high_as_measured() {
         // The trunk goes most of the way: no fork takes its name early.
         assert!(stats.orders[0].length.max > 0.7 * stats.height, "{name}: {:?}", stats.orders[0]);
     }
+}
+
+/// The pieces of a real file, as read.
+fn pieces_of(folder: &std::path::Path, name: &str, files: &Files<'_>) -> piece::Read {
+    let bytes = std::fs::read(folder.join(name)).unwrap();
+    let mut notes = Vec::new();
+    if mat::is_mat(&bytes) {
+        return mat::read(&bytes, name, &mut notes).unwrap();
+    }
+    if mtg::is_mtg(&bytes) {
+        return mtg::read(&bytes, files.values().next().copied(), name, &mut notes).unwrap();
+    }
+    let table::Sniffed { table, format } = table::sniff(&bytes, name).unwrap();
+    match format {
+        table::Kind::Swc => swc::read(table).unwrap(),
+        table::Kind::Cylinders(header) => cylinders::read(table, &header).unwrap(),
+    }
+}
+
+#[test]
+fn a_mat_file_holds_the_cylinders_of_its_csv() {
+    let Some(folder) = real_models() else { return };
+    for name in ["itsme_buttressed_1", "itsme_tree_1", "itsme_tree_2", "rtwig_small"] {
+        let of = |extension: &str| pieces_of(&folder, &format!("{name}.{extension}"), &Files::new());
+        let (mat, csv) = (of("mat"), of("csv"));
+        assert_eq!(
+            (mat.format, csv.format, mat.pieces.len()),
+            (Format::TreeQsmMat, Format::TreeQsmCsv, csv.pieces.len())
+        );
+        for (a, b) in mat.pieces.iter().zip(&csv.pieces) {
+            assert_eq!(
+                (a.id, a.parent_id, a.axis, a.extension_id, a.order),
+                (b.id, b.parent_id, b.axis, b.extension_id, b.order)
+            );
+            // The CSV has five digits behind the point.
+            assert!(a.start.distance(b.start) < 2e-5 && a.end.distance(b.end) < 5e-5, "{name}: {a:?} {b:?}");
+            assert!((a.radius - b.radius).abs() < 1e-5, "{name}: {a:?} {b:?}");
+        }
+        let file = format!("{name}.mat");
+        let tree = import(&std::fs::read(folder.join(&file)).unwrap(), &file, &params()).unwrap();
+        assert_eq!(tree.format, Format::TreeQsmMat);
+    }
+}
+
+#[test]
+fn an_mtg_with_coordinates_holds_the_nodes_of_its_reference() {
+    let Some(folder) = real_models() else { return };
+    let dressing = std::fs::read(folder.join("mtg_agraf.drf")).unwrap();
+    let truth = pieces_of(&folder, "mtg_apple_agraf.swc", &Files::new()).pieces;
+    for files in [Files::from([("mtg_agraf.drf".to_owned(), dressing.as_slice())]), Files::new()] {
+        let found = pieces_of(&folder, "mtg_agraf.mtg", &files).pieces;
+        assert_eq!(found.len(), truth.len());
+        let sorted = |pieces: &[Piece]| {
+            let key = |p: &Piece| [p.end.x, p.end.y, p.end.z, p.radius].map(|v| (v * 1e5).round() as i64);
+            let mut all: Vec<[i64; 4]> = pieces.iter().map(key).collect();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(sorted(&found), sorted(&truth));
+    }
+}
+
+#[test]
+fn an_mtg_of_lengths_and_angles_takes_the_shape_of_its_reference() {
+    let Some(folder) = real_models() else { return };
+    let truth = pieces_of(&folder, "plantgeom_coffee.swc", &Files::new()).pieces;
+    let found = pieces_of(&folder, "plantgeom_coffee.mtg", &Files::new()).pieces;
+    assert_eq!(found.len(), truth.len());
+    let mut near = 0;
+    for (i, (a, b)) in found.iter().zip(&truth).enumerate() {
+        // The reference counts its rows from 1, and has the same tree.
+        assert_eq!(a.parent_id, if i == 0 { -1 } else { b.parent_id - 1 });
+        near += usize::from(a.end.distance(b.end) < 1e-3);
+        let (length, true_length) = (
+            a.end.distance(found[a.parent_id.max(0) as usize].end),
+            b.end.distance(truth[(b.parent_id - 1).max(0) as usize].end),
+        );
+        assert!((length - true_length).abs() < 2e-3, "{i}: {length} {true_length}");
+    }
+    // All but the laterals of laterals, whose sides the file does not say.
+    assert!(near > 1300, "{near} of {} nodes within a millimetre", truth.len());
 }

@@ -18,6 +18,8 @@ use crate::source::import::limb::Limb;
 const SCATTER: f64 = 0.4;
 /// Rings of less than this share of the widest are tips, where rounding makes any shape.
 const TIP: f64 = 0.1;
+/// What a point is taken for, a share of the widest ring: an axis has wood everywhere.
+const POINT: f64 = 0.02;
 /// Least length of an axis over its greatest radius: a disc's layers are rings too.
 const SLENDER: f64 = 0.8;
 /// Most apexes of a closed skin from which layers are tried.
@@ -120,6 +122,9 @@ fn axis(surface: &Surface, neighbours: &[Vec<(u32, u32)>], start: &[u32]) -> Opt
         return None;
     }
     smooth_caps(&mut nodes);
+    for node in &mut nodes {
+        node.1 = node.1.max(widest * POINT);
+    }
     Some(Limb::path(&nodes))
 }
 

@@ -1,0 +1,159 @@
+//! Partial blending: which kins take part (2017 TVCG, 5.1: "a set of user-defined task packs containing operations on
+//! the branches that users are interested in").
+//!
+//! A kin is chosen by its Gravelius order, by how high its base stands, or by a named part of a source. Demands of one
+//! kind are alternatives, demands of different kinds must all hold: orders 2 or 3, and above the middle. Order and height
+//! are those of the first source that has the kin; a part is asked of every source that has one of that name.
+
+use glam::Vec3;
+
+use crate::base::math;
+use crate::plant::{ChainId, Plant};
+use crate::preset::plan::{OnlyParams, PartRegion};
+use crate::relate::{Family, KinId, Weights};
+
+/// Which kins take part.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chosen {
+    kins: Vec<bool>,
+}
+
+impl Chosen {
+    /// Whether a kin takes part.
+    #[must_use]
+    pub fn has(&self, kin: KinId) -> bool {
+        self.kins.get(kin.index()).copied().unwrap_or(false)
+    }
+
+    /// How many do.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.kins.iter().filter(|part| **part).count()
+    }
+
+    /// The weights with every kin that takes no part as the first source has it.
+    #[must_use]
+    pub fn hold(&self, family: &Family, mut weights: Weights) -> Weights {
+        let first: Vec<f32> = (0..family.sources().len()).map(|s| if s == 0 { 1.0 } else { 0.0 }).collect();
+        for kin in family.kin_ids().filter(|&kin| !self.has(kin)) {
+            weights.set(kin, &first, if family.is_primary(kin, 0) { 1.0 } else { 0.0 });
+        }
+        weights
+    }
+}
+
+/// The kins that meet the demands. `parts` names regions of sources: the source's index in the family, the name.
+#[must_use]
+pub fn chosen(family: &Family, only: &OnlyParams, parts: &[(usize, &str, PartRegion)]) -> Chosen {
+    let posed: Vec<Placed> = family.sources().iter().map(Placed::of).collect();
+    let wanted: Vec<(usize, PartRegion)> =
+        parts.iter().filter(|part| only.parts.iter().any(|name| name == part.1)).map(|part| (part.0, part.2)).collect();
+    let takes_part = |kin: KinId| {
+        let mut members = (0..posed.len()).filter_map(|s| family.member(kin, s).map(|chain| (s, chain)));
+        let Some((s, chain)) = members.clone().next() else { return false };
+        let order = family.sources()[s].chain(chain).order;
+        let height = posed[s].height_of(chain);
+        (only.orders.is_empty() || only.orders.iter().any(|(low, high)| (*low..=*high).contains(&order)))
+            && (only.heights.is_empty() || only.heights.iter().any(|(low, high)| (*low..=*high).contains(&height)))
+            && (only.parts.is_empty()
+                || members.any(|(s, chain)| {
+                    let own = wanted.iter().filter(|part| part.0 == s);
+                    own.clone().any(|part| posed[s].lies_in(&family.sources()[s], chain, part.1))
+                }))
+    };
+    Chosen { kins: family.kin_ids().map(takes_part).collect() }
+}
+
+/// Where the chains of a source stand.
+struct Placed {
+    /// Base and tip of each chain.
+    ends: Vec<(Vec3, Vec3)>,
+    height: f32,
+}
+
+impl Placed {
+    fn of(plant: &Plant) -> Self {
+        let posed = plant.pose();
+        let ends = plant.chain_ids().map(|id| {
+            let points = posed.chain(plant, id);
+            (points[0], points[points.len() - 1])
+        });
+        let height = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
+        Self { ends: ends.collect(), height: height.max(1e-6) }
+    }
+
+    /// Of a chain's base, as a share of the plant's.
+    fn height_of(&self, chain: ChainId) -> f32 {
+        (self.ends[chain.index()].0.y / self.height).clamp(0.0, 1.0)
+    }
+
+    fn lies_in(&self, plant: &Plant, chain: ChainId, region: PartRegion) -> bool {
+        match region {
+            PartRegion::Branch(number) => {
+                let mut at = Some(chain);
+                while let Some(id) = at {
+                    if id.0 == number {
+                        return true;
+                    }
+                    at = plant.chain(id).parent;
+                }
+                false
+            }
+            PartRegion::Region { low, high, azimuth, within } => {
+                let tip = self.ends[chain.index()].1;
+                // From the front (+z) towards +x.
+                let own = math::atan2(tip.x, tip.z);
+                let turn = std::f32::consts::TAU;
+                let apart = (own - azimuth).rem_euclid(turn);
+                (low..=high).contains(&self.height_of(chain)) && apart.min(turn - apart) <= within
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::preset::plan::MatchParams;
+    use crate::relate::fuzzy_family;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    fn family() -> Family {
+        let plant = |i| random_plant(Seed::new(21).at(i), 50, Oddity::Tame);
+        fuzzy_family(plant(0), plant(1), &MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 }).unwrap()
+    }
+
+    #[test]
+    fn demands_of_different_kinds_must_all_hold() {
+        let family = family();
+        let count = |only: &OnlyParams| chosen(&family, only, &[]).count();
+        assert_eq!(count(&OnlyParams::default()), family.kin_count());
+        let orders = OnlyParams { orders: vec![(2, 3)], ..OnlyParams::default() };
+        let heights = OnlyParams { heights: vec![(0.5, 1.0)], ..OnlyParams::default() };
+        let both = OnlyParams { orders: vec![(2, 3)], heights: vec![(0.5, 1.0)], ..OnlyParams::default() };
+        assert!(count(&both) < count(&orders) && count(&both) < count(&heights) && count(&both) > 0);
+        let either = OnlyParams { orders: vec![(2, 2), (3, 3)], ..OnlyParams::default() };
+        assert_eq!(count(&either), count(&orders));
+        assert_eq!(count(&OnlyParams { orders: vec![(40, 60)], ..OnlyParams::default() }), 0);
+    }
+
+    #[test]
+    fn a_part_is_a_branch_with_all_it_bears_or_a_region() {
+        let family = family();
+        let only = OnlyParams { parts: vec!["limb".to_owned()], ..OnlyParams::default() };
+        let limb = family.kin_ids().find(|&k| family.member(k, 0).is_some_and(|c| c.0 == 4)).unwrap();
+        let chosen_kins = chosen(&family, &only, &[(0, "limb", PartRegion::Branch(4))]);
+        assert!(chosen_kins.has(limb));
+        for kin in family.kin_ids().filter(|&k| chosen_kins.has(k) && k != limb) {
+            assert!(chosen_kins.has(family.parent(kin).unwrap()));
+        }
+        let half = |azimuth: f32| {
+            let region = PartRegion::Region { low: 0.0, high: 1.0, azimuth, within: std::f32::consts::FRAC_PI_2 };
+            chosen(&family, &only, &[(0, "limb", region)]).count()
+        };
+        let all = family.kin_ids().filter(|&k| family.member(k, 0).is_some()).count();
+        assert_eq!(half(0.3) + half(0.3 + std::f32::consts::PI), all);
+        assert_eq!(chosen(&family, &only, &[(0, "other", PartRegion::Branch(0))]).count(), 0);
+    }
+}

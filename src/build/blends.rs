@@ -1,0 +1,285 @@
+//! The blending stages: sources in correspondence, and each variant bare.
+
+use rayon::prelude::*;
+
+use super::selections::{self, Selected};
+use crate::base::{Diagnostic, Seed};
+use crate::blend::{self, Chosen, Tasks};
+use crate::plant::Plant;
+use crate::preset::Plan;
+use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
+use crate::relate::{self, Family, FamilyError, Weights};
+
+/// What the blended variants of a plan are made from.
+#[derive(Debug)]
+pub(super) struct Blends {
+    /// Families, each once.
+    families: Vec<Family>,
+    /// For each blend of the plan.
+    made: Vec<Made>,
+}
+
+/// One blend of the plan.
+#[derive(Debug)]
+struct Made {
+    /// Index of its family.
+    family: usize,
+    /// Which kins take part.
+    chosen: Chosen,
+}
+
+/// Matches the sources of every blend, each set of them once, and finds which branches take part.
+pub(super) fn blends(plan: &Plan, sources: &[Plant]) -> Result<Blends, Vec<Diagnostic>> {
+    let alike = |a: &BlendParams, b: &BlendParams| {
+        (&a.of, a.stems, a.scale) == (&b.of, b.stems, b.scale) && a.matching == b.matching
+    };
+    let mut firsts: Vec<usize> = Vec::new();
+    let mut family_of: Vec<usize> = Vec::new();
+    for (i, params) in plan.blends.iter().enumerate() {
+        let known = firsts.iter().position(|&first| alike(&plan.blends[first], params));
+        family_of.push(known.unwrap_or(firsts.len()));
+        if known.is_none() {
+            firsts.push(i);
+        }
+    }
+    let families: Vec<Result<Family, Diagnostic>> =
+        firsts.par_iter().map(|&i| family(plan, &plan.blends[i], sources)).collect();
+    let mut errors: Vec<Diagnostic> = families.iter().filter_map(|family| family.as_ref().err().cloned()).collect();
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let families: Vec<Family> = families.into_iter().filter_map(Result::ok).collect();
+    let made: Vec<Result<Made, Diagnostic>> = plan
+        .blends
+        .par_iter()
+        .zip(&family_of)
+        .map(|(params, &of)| {
+            let chosen = chosen(plan, params, &families[of])?;
+            Ok(Made { family: of, chosen })
+        })
+        .collect();
+    errors.extend(made.iter().filter_map(|made| made.as_ref().err().cloned()));
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    Ok(Blends { families, made: made.into_iter().filter_map(Result::ok).collect() })
+}
+
+fn family(plan: &Plan, params: &BlendParams, sources: &[Plant]) -> Result<Family, Diagnostic> {
+    let plants = || params.of.iter().map(|&s| sources[s].clone());
+    let matched = match (params.stems, &params.of[..]) {
+        (StemRule::Merge, &[from, to]) => {
+            relate::merged_family(sources[from].clone(), sources[to].clone(), &params.matching)
+        }
+        _ => relate::nway_family(plants().collect(), &params.matching),
+    };
+    let matched = match params.scale {
+        BlendScale::Chain => matched,
+        BlendScale::GrowthUnit => matched.map(Family::by_units),
+    };
+    matched.map_err(|error| {
+        let at = match error {
+            FamilyError::TooLarge { source_index } => params.of.get(source_index).copied(),
+            _ => params.of.iter().copied().find(|&s| sources[s].chains().is_empty()),
+        };
+        let name = |index: usize| plan.sources[index].name.as_str();
+        let others: Vec<String> = params.of.iter().map(|&s| format!("\"{}\"", name(s))).collect();
+        let message = format!("can't blend {}: {error}", others.join(" and "));
+        let field = match at {
+            Some(source) => format!("sources[\"{}\"]", name(source)),
+            None => format!("variants[{}].of", params.entry),
+        };
+        Diagnostic::new("", message).with_field(field)
+    })
+}
+
+/// Which kins take part in a blend.
+fn chosen(plan: &Plan, params: &BlendParams, family: &Family) -> Result<Chosen, Diagnostic> {
+    let parts: Vec<(usize, &str, PartRegion)> = params
+        .of
+        .iter()
+        .enumerate()
+        .flat_map(|(place, &s)| plan.sources[s].parts.iter().map(move |p| (place, p.name.as_str(), p.region)))
+        .collect();
+    let chosen = blend::chosen(family, &params.only, &parts);
+    let acting = match params.of.len() {
+        2 => Tasks::partial(family, 0, 1, &|kin| chosen.has(kin)).count(),
+        _ => chosen.count(),
+    };
+    if acting == 0 {
+        let deepest = family.sources().iter().flat_map(Plant::chains).map(|chain| chain.order).max().unwrap_or(0);
+        return Err(Diagnostic::new("", "selects no branch that could change")
+            .with_field(format!("variants[{}].only", params.entry))
+            .with_hint(format!(
+                "its sources have orders 1 to {deepest}; a branch grows only where its parent stands"
+            )));
+    }
+    Ok(chosen)
+}
+
+/// The address of a batch's schedule: it holds the pair and the batch only, so that trees of one batch are states of
+/// one schedule.
+fn schedule_seed(plan: &Plan, params: &BlendParams, batch: u64) -> Seed {
+    let named = |seed: Seed, &s: &usize| seed.child(&plan.sources[s].name);
+    params.of.iter().fold(Seed::new(plan.seed).child("schedule"), named).at(batch)
+}
+
+/// The family of a blend and its weights there; none for what is no blend.
+pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -> Option<(&'b Family, Weights)> {
+    let Variant::Blend { blend, tree } = variant else { return None };
+    let (params, made) = (&plan.blends[*blend], &blends.made[*blend]);
+    let family = &blends.families[made.family];
+    let weights = match tree {
+        BlendTree::State { batch, progress, pace } => {
+            let seed = schedule_seed(plan, params, *batch);
+            let tasks = Tasks::partial(family, 0, 1, &|kin| made.chosen.has(kin));
+            tasks.weights(&tasks.sample(seed, *progress, *pace)).with_unit_seed(seed.child("units"))
+        }
+        BlendTree::Point { shares, scatter, draw } => {
+            let seed = schedule_seed(plan, params, *draw);
+            made.chosen.hold(family, blend::scattered(family, shares, *scatter, seed))
+        }
+    };
+    Some((family, weights))
+}
+
+/// One variant, bare.
+pub(super) fn variant(
+    plan: &Plan,
+    variant: &Variant,
+    sources: &[Plant],
+    blends: &Blends,
+    selected: &Selected<'_>,
+) -> Plant {
+    let made = match variant {
+        Variant::Source(index) => Some(sources[*index].clone()),
+        Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
+        Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+    };
+    made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
+}
+
+/// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
+/// that adding a variant changes no other, nor does being picked.
+pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
+    let kept = selected.get(variant);
+    let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
+        Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
+        Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
+        Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
+    };
+    let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
+    if let Some(kept) = kept {
+        recipe["selected"] = kept.told.clone();
+    }
+    (recipe, seed)
+}
+
+fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_json::Value {
+    let names: Vec<&str> = params.of.iter().map(|&s| plan.sources[s].name.as_str()).collect();
+    let mut recipe = match tree {
+        BlendTree::State { batch, progress, .. } => serde_json::json!({
+            "blend": names, "batch": batch, "progress": progress, "matching": params.matching,
+        }),
+        BlendTree::Point { shares, scatter, draw } => serde_json::json!({
+            "mix": names, "weights": shares, "scatter": scatter, "draw": draw, "matching": params.matching,
+        }),
+    };
+    if let Some(fields) = recipe.as_object_mut() {
+        // What is as usual is not told, so that presets from before these fields keep their trees' leaves.
+        if let BlendTree::State { pace, .. } = tree
+            && *pace != 1.0
+        {
+            fields.insert("pace".to_owned(), serde_json::json!(pace));
+        }
+        if params.stems != StemRule::Apart {
+            fields.insert("stems".to_owned(), serde_json::json!(params.stems));
+        }
+        if params.scale != BlendScale::Chain {
+            fields.insert("scale".to_owned(), serde_json::json!(params.scale));
+        }
+        if params.only != crate::preset::plan::OnlyParams::default() {
+            fields.insert("only".to_owned(), serde_json::json!(params.only));
+        }
+    }
+    recipe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantStats;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+
+    /// A plan over three sources "a", "b" and "c"; "a" has a part "limb".
+    fn plan(variants: &str) -> Plan {
+        let source =
+            |name: &str, seed: u32, more: &str| format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}{more}),");
+        let sources = source("a", 1, ", parts: {\"limb\": Branch(2)}") + &source("b", 2, "") + &source("c", 3, "");
+        let text = format!("(sources: {{{sources}}}, variants: [{variants}])");
+        let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
+        loaded.unwrap_or_else(|found| panic!("{found:?}"))
+    }
+
+    fn plants() -> Vec<Plant> {
+        (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect()
+    }
+
+    fn made(plan: &Plan) -> Vec<Plant> {
+        let plants = plants();
+        let blends = blends(plan, &plants).unwrap();
+        let selected = selections::selected(plan, &blends).unwrap();
+        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected)).collect()
+    }
+
+    #[test]
+    fn every_way_of_blending_gives_sound_trees_that_differ() {
+        let plan = plan(
+            "Blend(of: [\"a\", \"b\"], count: 2),
+             Blend(of: [\"a\", \"b\"], count: 3, batches: 2, trees: 8),
+             Blend(of: [\"a\", \"b\"], count: 2, seed: 3, scale: GrowthUnit),
+             Blend(of: [\"b\", \"c\"], count: 2, stems: Merge),
+             Blend(of: [\"a\", \"b\"], count: 2, seed: 4, only: [Order(from: 2, to: 9)]),
+             Blend(of: [\"a\", \"c\"], count: 2, seed: 1, batches: 2, trees: 6, pick: Diverse()),
+             Mix(of: {\"a\": 0.5, \"b\": 0.3, \"c\": 0.2}),
+             Mix(of: {\"a\": 1, \"c\": 1}, count: 2, scatter: 0.5),
+             Explore(of: [\"c\", \"b\", \"a\"], count: 3),",
+        );
+        let trees = made(&plan);
+        assert_eq!(trees.len(), 19);
+        for (i, tree) in trees.iter().enumerate() {
+            assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
+            assert!(trees[..i].iter().all(|other| other != tree), "{i}");
+        }
+    }
+
+    #[test]
+    fn a_greater_count_keeps_the_first_trees() {
+        let (few, many) = (
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 2)"),
+            plan("Explore(of: [\"a\", \"b\", \"c\"], count: 5)"),
+        );
+        assert!(made(&few) == made(&many)[..2]);
+        let pool = |count: u32| plan(&format!("Blend(of: [\"a\", \"b\"], count: {count}, batches: 2, trees: 9)"));
+        assert!(made(&pool(3)) == made(&pool(7))[..3]);
+    }
+
+    #[test]
+    fn an_only_that_selects_nothing_is_told_at_its_field() {
+        for (only, sound) in
+            [("[Order(from: 60, to: 70)]", false), ("[Part(\"limb\")]", true), ("[Part(\"limb\"), Above(1.0)]", false)]
+        {
+            let plan = plan(&format!("Source(\"c\"), Blend(of: [\"a\", \"b\"], count: 2, only: {only})"));
+            match blends(&plan, &plants()) {
+                Ok(_) => assert!(sound, "{only}"),
+                Err(found) => {
+                    assert!(!sound && found.len() == 1, "{only}");
+                    assert_eq!(found[0].field, "variants[1].only");
+                    assert_eq!(found[0].message, "selects no branch that could change");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! `treewright estimate`: a species file that grows plants like a scan, for a designer to edit.
+//!
+//! What `Grow(like: …)` does inside of a build, written down. Goes to standard output unless a file is named; an existing
+//! file is never overwritten.
+
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use super::args::EstimateArguments;
+use super::inspect::read_file;
+use super::report::{Failure, Meter, print};
+use crate::base::Diagnostic;
+use crate::source::estimate::estimate;
+
+/// Estimates one file.
+pub(super) fn run(arguments: &EstimateArguments) -> Result<(), Failure> {
+    let (file, plant) = read_file(&arguments.file, 1)?;
+    let estimate = estimate(&plant).map_err(|e| {
+        let hint = "it needs a tree with a trunk and branches";
+        Failure::Diagnostics(vec![Diagnostic::new(&file, format!("can't be grown like: {e}")).with_hint(hint)])
+    })?;
+    let text = format!(
+        "// `treewright estimate {file}`. Trees grown by it lie {:.2} from the plant, 0 alike to 1 nothing in common.\n{}",
+        estimate.distance, estimate.text
+    );
+    match &arguments.out {
+        None => print(&text),
+        Some(path) => {
+            write_new(path, &text)?;
+            Meter::plain().line(&format!("wrote {}", path.display()));
+            Ok(())
+        }
+    }
+}
+
+fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|e| {
+        let why = if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() };
+        Failure::Other(format!("can't write {}: {why}", path.display()))
+    })
+}

@@ -1,0 +1,246 @@
+//! Correspondences of N plants: pairwise matches joined by transitivity (2017 TVCG, 4.6, Algorithm 2).
+//!
+//! Level by level, the children of one kin are matched for every pair of sources (Algorithm 1), which gives a graph
+//! with at most one edge from a chain to each other source. A path in it visits each source once and is a kin by
+//! transitivity; the longest paths are taken first, among equals the one of the least summed cost. What no path takes
+//! is alone with all that it bears.
+//!
+//! The paper matches each pair of trees whole beforehand and cuts what hangs on parents that ended in different kins.
+//! Here children are matched when their parents are known to be kin: for pairs whose parents were matched that is the
+//! same assignment, and where the parents are kin by transitivity only their children are matched as well, which the paper's
+//! order leaves to chance.
+//!
+//! Limits: paths are enumerated, `(N−1)!` a chain at worst; up to 8 sources all of them, beyond that the first
+//! [`MOST_PATHS`] from each chain. Time grows with `N²` assignments.
+
+use rayon::prelude::*;
+
+use super::fuzzy::{Pair, match_siblings};
+use super::topology_tree::TopologyTree;
+use super::{Family, FamilyError, Kin, KinId};
+use crate::plant::{ChainId, Plant};
+use crate::preset::plan::MatchParams;
+
+/// Most paths looked at from one chain.
+const MOST_PATHS: usize = 6000;
+
+/// The family of some plants under [`match_nway`].
+///
+/// # Errors
+///
+/// When a plant has no chain or holds a length beyond all measure; see [`FamilyError`].
+pub fn nway_family(plants: Vec<Plant>, params: &MatchParams) -> Result<Family, FamilyError> {
+    let trees: Vec<TopologyTree> = plants.par_iter().map(TopologyTree::of).collect();
+    let kins = match_nway(&trees.iter().collect::<Vec<_>>(), params);
+    Family::new(plants, &kins)
+}
+
+/// The family of two plants under [`match_nway`].
+///
+/// # Errors
+///
+/// As [`nway_family`].
+pub fn fuzzy_family(from: Plant, to: Plant, params: &MatchParams) -> Result<Family, FamilyError> {
+    nway_family(vec![from, to], params)
+}
+
+/// The kins of some plants, ordered by their first source and its chain; every chain is in exactly one.
+#[must_use]
+pub fn match_nway(trees: &[&TopologyTree], params: &MatchParams) -> Vec<Kin> {
+    let stems: Vec<&[ChainId]> = trees.iter().map(|tree| tree.stems()).collect();
+    let mut kins: Vec<Kin> = Vec::new();
+    let mut level: Vec<(Option<KinId>, Vec<&[ChainId]>)> = vec![(None, stems)];
+    while !level.is_empty() {
+        // In the order of the level, whatever thread finishes first.
+        let joined: Vec<Vec<Vec<Option<ChainId>>>> =
+            level.par_iter().map(|(_, siblings)| join_siblings(trees, siblings, params)).collect();
+        let mut next = Vec::new();
+        for ((parent, _), found) in level.iter().zip(joined) {
+            for members in found {
+                let id = KinId(kins.len() as u32);
+                let below: Vec<&[ChainId]> = trees
+                    .iter()
+                    .zip(&members)
+                    .map(|(tree, m)| m.map_or(&[][..], |chain| tree.children(chain)))
+                    .collect();
+                if below.iter().any(|children| !children.is_empty()) {
+                    next.push((Some(id), below));
+                }
+                kins.push(Kin { parent: *parent, members });
+            }
+        }
+        level = next;
+    }
+    sorted(kins)
+}
+
+/// Kins in the order of their first members. A parent has a member wherever its child has one, so it stays ahead.
+fn sorted(kins: Vec<Kin>) -> Vec<Kin> {
+    let key = |kin: &Kin| kin.members.iter().enumerate().find_map(|(s, m)| m.map(|chain| (s, chain)));
+    let mut order: Vec<usize> = (0..kins.len()).collect();
+    order.sort_by_key(|&k| key(&kins[k]));
+    let mut place = vec![0_u32; kins.len()];
+    for (new, &old) in order.iter().enumerate() {
+        place[old] = new as u32;
+    }
+    let moved = |kin: &Kin| Kin { parent: kin.parent.map(|p| KinId(place[p.index()])), members: kin.members.clone() };
+    order.iter().map(|&k| moved(&kins[k])).collect()
+}
+
+/// Joins the siblings of all sources; each is in one of the groups.
+fn join_siblings(trees: &[&TopologyTree], siblings: &[&[ChainId]], params: &MatchParams) -> Vec<Vec<Option<ChainId>>> {
+    let sources = trees.len();
+    let bearing: Vec<usize> = (0..sources).filter(|&s| !siblings[s].is_empty()).collect();
+    // Nodes of the connection graph, source after source.
+    let mut first = vec![0_usize; sources + 1];
+    for s in 0..sources {
+        first[s + 1] = first[s] + siblings[s].len();
+    }
+    let count = first[sources];
+    let mut edges: Vec<Option<(u32, f32)>> = vec![None; count * sources];
+    for (i, &p) in bearing.iter().enumerate() {
+        for &q in &bearing[i + 1..] {
+            let node = |s: usize, chain: ChainId| siblings[s].binary_search(&chain).map(|i| first[s] + i);
+            let pairs: Vec<Pair> = match_siblings(trees[p], siblings[p], trees[q], siblings[q], params);
+            for (a, b, cost) in pairs {
+                if let (Ok(a), Ok(b)) = (node(p, a), node(q, b)) {
+                    edges[a * sources + q] = Some((b as u32, cost));
+                    edges[b * sources + p] = Some((a as u32, cost));
+                }
+            }
+        }
+    }
+    let mut taken = vec![false; count];
+    let mut groups: Vec<Vec<Option<ChainId>>> = Vec::new();
+    let source_of = |node: u32| first.partition_point(|&f| f <= node as usize) - 1;
+    let chain_of = |node: u32| {
+        let s = source_of(node);
+        (s, siblings[s][node as usize - first[s]])
+    };
+    for length in (2..=bearing.len()).rev() {
+        let mut paths: Vec<(f32, Vec<u32>)> = Vec::new();
+        for start in (0..count as u32).filter(|&node| !taken[node as usize]) {
+            let mut walk = Walk { edges: &edges, taken: &taken, sources, length, left: MOST_PATHS, found: &mut paths };
+            walk.from(&mut vec![start], &mut vec![source_of(start)], 0.0);
+        }
+        paths.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+        for (_, path) in paths {
+            if path.iter().any(|&node| taken[node as usize]) {
+                continue;
+            }
+            let mut members = vec![None; sources];
+            for node in path {
+                taken[node as usize] = true;
+                let (s, chain) = chain_of(node);
+                members[s] = Some(chain);
+            }
+            groups.push(members);
+        }
+    }
+    for node in (0..count as u32).filter(|&node| !taken[node as usize]) {
+        let (s, chain) = chain_of(node);
+        let mut members = vec![None; sources];
+        members[s] = Some(chain);
+        groups.push(members);
+    }
+    groups
+}
+
+/// Looks for the paths of one length.
+struct Walk<'a> {
+    edges: &'a [Option<(u32, f32)>],
+    taken: &'a [bool],
+    sources: usize,
+    length: usize,
+    left: usize,
+    found: &'a mut Vec<(f32, Vec<u32>)>,
+}
+
+impl Walk<'_> {
+    /// Goes on from the end of a path; each path is found from one of its ends only.
+    fn from(&mut self, path: &mut Vec<u32>, visited: &mut Vec<usize>, cost: f32) {
+        if path.len() == self.length {
+            if visited[0] < visited[visited.len() - 1] {
+                self.found.push((cost, path.clone()));
+            }
+            self.left = self.left.saturating_sub(1);
+            return;
+        }
+        let here = path[path.len() - 1] as usize;
+        for s in 0..self.sources {
+            let Some((next, edge)) = self.edges[here * self.sources + s] else { continue };
+            if self.left == 0 || self.taken[next as usize] || visited.contains(&s) {
+                continue;
+            }
+            path.push(next);
+            visited.push(s);
+            self.from(path, visited, cost + edge);
+            path.pop();
+            visited.pop();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::relate::match_fuzzy;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+
+    fn plants(seed: u64, count: u64, most: usize) -> Vec<Plant> {
+        (0..count).map(|i| random_plant(Seed::new(seed).at(i), most, Oddity::Tame)).collect()
+    }
+
+    #[test]
+    fn two_plants_are_matched_as_a_pair() {
+        for seed in 0..30 {
+            let plants = plants(seed, 2, 50);
+            let (a, b) = (TopologyTree::of(&plants[0]), TopologyTree::of(&plants[1]));
+            let partner = match_fuzzy(&a, &b, &EVEN);
+            let kins = match_nway(&[&a, &b], &EVEN);
+            for kin in &kins[..plants[0].chains().len()] {
+                assert_eq!(kin.members[1], partner[kin.members[0].unwrap().index()]);
+            }
+        }
+    }
+
+    #[test]
+    fn every_chain_is_in_one_kin_and_the_family_has_its_corners() {
+        for seed in 0..20 {
+            let plants = plants(seed, 4, 40);
+            let family = nway_family(plants.clone(), &EVEN).unwrap();
+            for (s, plant) in plants.iter().enumerate() {
+                let mut seen = vec![0; plant.chains().len()];
+                family.kin_ids().filter_map(|k| family.member(k, s)).for_each(|c| seen[c.index()] += 1);
+                assert!(seen.iter().all(|n| *n == 1));
+                assert!(family.blend(&family.corner(s)) == *plant);
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_plant_n_times_is_one_plant() {
+        let plant = random_plant(Seed::new(8), 60, Oddity::Tame);
+        let family = nway_family(vec![plant.clone(); 4], &EVEN).unwrap();
+        assert_eq!(family.kin_count(), plant.chains().len());
+        assert!(family.kin_ids().all(|k| (0..4).all(|s| family.member(k, s) == Some(ChainId(k.0)))));
+    }
+
+    #[test]
+    fn longer_paths_go_before_shorter_ones() {
+        // Random siblings: whoever is alone could not have joined a path of the longest length that is left.
+        let plants = plants(3, 3, 60);
+        let trees: Vec<TopologyTree> = plants.iter().map(TopologyTree::of).collect();
+        let trees: Vec<&TopologyTree> = trees.iter().collect();
+        let kins = match_nway(&trees, &EVEN);
+        let stems: Vec<usize> =
+            plants.iter().map(|p| p.chains().iter().filter(|c| c.parent.is_none()).count()).collect();
+        let whole = kins.iter().filter(|k| k.parent.is_none() && k.members.iter().all(Option::is_some)).count();
+        assert!(whole >= 1 && whole <= *stems.iter().min().unwrap());
+        // Two pairs of the least source's stems that meet in a third make a path of three.
+        assert!(kins.iter().any(|k| k.members.iter().flatten().count() == 3));
+    }
+}
