@@ -1,11 +1,12 @@
 //! Presets: the RON text that a designer writes, and the checked [`Plan`] that it means.
 //!
 //! A text becomes tokens (`token`), a tree of values with places (`syntax`), and values checked by tables (`schema`,
-//! `reader`); `set`, `pick`, `look`, `output` and `species` hold the tables and lower them once to `plan`, whose parameter
-//! structs hold no `Option` and no value out of range. Every later stage reads its own struct from `plan` and nothing
-//! else.
+//! `reader`); `set`, `pick`, `look`, `output`, `species` and `guiding` hold the tables and lower them once to `plan`,
+//! whose parameter structs hold no `Option` and no value out of range. Every later stage reads its own struct from `plan`
+//! and nothing else.
 
 mod blends;
+mod guiding;
 mod look;
 mod nearest;
 mod output;

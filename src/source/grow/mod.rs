@@ -25,6 +25,7 @@ mod near;
 mod nodes;
 mod obstacle;
 mod overlap;
+mod outline;
 mod paths;
 #[cfg(test)]
 mod promises;

@@ -5,30 +5,21 @@
 //! its ends whichever triangle asks, so a point lies under exactly one of two neighbours and the parity is never wrong
 //! for a closed mesh, however thin its triangles. Columns on the ground keep a question short.
 //!
-//! An outline is rasterized once into a half profile of [`ROWS`] rows, finer than any graph. Both halves of an unequal
-//! silhouette count: a ring belongs to it where either half does. Curves are cut into [`PIECES`] straight pieces.
+//! An outline is a half profile, see `outline`.
 //!
-//! Limits: [`MOST_TRIANGLES`], [`MOST_SEGMENTS`]. Nothing is read beside the given bytes: pictures in an SVG and
-//! buffers outside a glTF file count as absent. Coordinates behind a `rotate()` in an SVG are as exact as the platform's sine.
+//! Limits: [`MOST_TRIANGLES`]. Nothing is read beside the given bytes: buffers outside a glTF file count as absent.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
+use super::outline::{self, ROWS};
 use crate::base::Diagnostic;
 use crate::preset::plan::UpAxis;
 use crate::source::scene;
 
 /// Most triangles of a mesh.
 const MOST_TRIANGLES: usize = 500_000;
-/// Most straight pieces of an outline.
-const MOST_SEGMENTS: usize = 100_000;
-/// Most bytes of an SVG.
-const MOST_SVG: usize = 8 << 20;
-/// Straight pieces of a curve.
-const PIECES: u32 = 16;
-/// Rows of a profile.
-const ROWS: usize = 512;
 /// Widest outline, in its heights.
 const WIDEST: f32 = 16.0;
 
@@ -153,8 +144,9 @@ impl Solid {
     ///
     /// When it can't be read, is flat or too large.
     pub fn from_outline(bytes: &[u8]) -> Result<Self, SolidError> {
-        let rings = rings(bytes)?;
-        let (low, high) = bounds(rings.iter().flatten().map(|p| p.extend(0.0)));
+        let mut silhouettes = outline::silhouettes(bytes)?;
+        let points = silhouettes.iter().flat_map(|silhouette| silhouette.rings.iter().flatten());
+        let (low, high) = bounds(points.map(|p| p.extend(0.0)));
         let size = high - low;
         if !(size.is_finite() && size.x > 0.0 && size.y > 0.0 && size.x <= size.y * 2.0 * WIDEST) {
             return Err(SolidError::Flat);
@@ -162,8 +154,10 @@ impl Solid {
         let half = size.x / (2.0 * size.y);
         // SVG's y runs down.
         let fit = |p: &Vec2| Vec2::new((p.x - (low.x + high.x) * 0.5) / size.y, (high.y - p.y) / size.y);
-        let rings: Vec<Vec<Vec2>> = rings.iter().map(|ring| ring.iter().map(fit).collect()).collect();
-        let (columns, inside) = profile(&rings, half);
+        for ring in silhouettes.iter_mut().flat_map(|silhouette| &mut silhouette.rings) {
+            ring.iter_mut().for_each(|p| *p = fit(p));
+        }
+        let (columns, inside) = outline::profile(&silhouettes, half);
         if !inside.contains(&true) {
             return Err(SolidError::Flat);
         }
@@ -297,103 +291,6 @@ impl Columns {
             && normal.y != 0.0
             && a.y - (DVec2::new(p.x - a.x, p.z - a.z).dot(DVec2::new(normal.x, normal.z)) / normal.y) > p.y
     }
-}
-
-/// Closed rings of all paths of an SVG, curves cut into pieces.
-fn rings(bytes: &[u8]) -> Result<Vec<Vec<Vec2>>, SolidError> {
-    use usvg::tiny_skia_path::PathSegment;
-    if bytes.len() > MOST_SVG {
-        return Err(SolidError::TooLarge { found: bytes.len(), what: "bytes", most: MOST_SVG });
-    }
-    let mut options = usvg::Options::default();
-    options.image_href_resolver.resolve_string = Box::new(|_, _| None);
-    options.image_href_resolver.resolve_data = Box::new(|_, _, _| None);
-    let tree = usvg::Tree::from_data(bytes, &options).map_err(|e| SolidError::Unreadable(e.to_string()))?;
-    let mut rings: Vec<Vec<Vec2>> = Vec::new();
-    let mut work = vec![tree.root()];
-    let mut segments = 0_usize;
-    while let Some(group) = work.pop() {
-        for node in group.children() {
-            let path = match node {
-                usvg::Node::Group(group) => {
-                    work.push(group);
-                    continue;
-                }
-                usvg::Node::Path(path) if path.is_visible() => path,
-                _ => continue,
-            };
-            let transform = path.abs_transform();
-            let place = |p: usvg::tiny_skia_path::Point| {
-                Vec2::new(
-                    transform.sx * p.x + transform.kx * p.y + transform.tx,
-                    transform.ky * p.x + transform.sy * p.y + transform.ty,
-                )
-            };
-            let mut ring: Vec<Vec2> = Vec::new();
-            for segment in path.data().segments() {
-                let from = ring.last().copied().unwrap_or_default();
-                let along = (1..=PIECES).map(|i| i as f32 / PIECES as f32);
-                match segment {
-                    PathSegment::MoveTo(p) => rings.push(std::mem::replace(&mut ring, vec![place(p)])),
-                    PathSegment::LineTo(p) => ring.push(place(p)),
-                    PathSegment::QuadTo(b, c) => {
-                        let (b, c) = (place(b), place(c));
-                        ring.extend(along.map(|t| from.lerp(b, t).lerp(b.lerp(c, t), t)));
-                    }
-                    PathSegment::CubicTo(b, c, d) => {
-                        let (b, c, d) = (place(b), place(c), place(d));
-                        ring.extend(along.map(|t| {
-                            let (p, q, r) = (from.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
-                            p.lerp(q, t).lerp(q.lerp(r, t), t)
-                        }));
-                    }
-                    PathSegment::Close => {}
-                }
-            }
-            segments += ring.len();
-            rings.push(ring);
-            if segments + rings.last().map_or(0, Vec::len) > MOST_SEGMENTS {
-                return Err(SolidError::TooLarge { found: segments, what: "pieces", most: MOST_SEGMENTS });
-            }
-        }
-    }
-    rings.retain(|ring| ring.len() > 2);
-    if rings.is_empty() {
-        return Err(SolidError::Unreadable("the SVG file draws no path".to_owned()));
-    }
-    let found: usize = rings.iter().map(Vec::len).sum();
-    if found > MOST_SEGMENTS {
-        return Err(SolidError::TooLarge { found, what: "pieces", most: MOST_SEGMENTS });
-    }
-    Ok(rings)
-}
-
-/// Columns, and for each row and column whether the middle of the cell lies in the silhouette on either side of the
-/// axis, by the even-odd rule.
-fn profile(rings: &[Vec<Vec2>], half: f32) -> (usize, Vec<bool>) {
-    let columns = (half * ROWS as f32).ceil().max(1.0) as usize;
-    let mut inside = vec![false; columns * ROWS];
-    let edges = rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
-    let mut crossings: Vec<Vec<f32>> = vec![Vec::new(); ROWS];
-    for (a, b) in edges {
-        let (low, high) = if a.y < b.y { (a, b) } else { (b, a) };
-        // Rows whose middle lies in low.y..high.y.
-        let row = |y: f32| (y * ROWS as f32 - 0.5).ceil().clamp(0.0, ROWS as f32) as usize;
-        for (r, at) in crossings.iter_mut().enumerate().take(row(high.y)).skip(row(low.y)) {
-            let y = (r as f32 + 0.5) / ROWS as f32;
-            at.push(low.x + (high.x - low.x) * ((y - low.y) / (high.y - low.y)));
-        }
-    }
-    for (r, at) in crossings.iter_mut().enumerate() {
-        at.sort_by(f32::total_cmp);
-        for span in at.chunks_exact(2) {
-            for (from, to) in [(span[0], span[1]), (-span[1], -span[0])] {
-                let column = |x: f32| (x * ROWS as f32 - 0.5).ceil().clamp(0.0, columns as f32) as usize;
-                inside[r * columns + column(from)..r * columns + column(to).max(column(from))].fill(true);
-            }
-        }
-    }
-    (columns, inside)
 }
 
 #[cfg(test)]
