@@ -42,18 +42,22 @@ pub(crate) fn print() {
     let threads = rayon::current_num_threads();
     let even = typical(150_000, 1.0);
     let whole = |params: &GrowParams| seconds(9, || drop(grow(params, Seed::new(1)).expect("it grows")));
-    let how = format!("150,000 even nodes, 6,000 endpoints, 5 iterations, median of 9, {threads} threads; the paper: 9.5 s");
+    let how =
+        format!("150,000 even nodes, 6,000 endpoints, 5 iterations, median of 9, {threads} threads; the paper: 9.5 s");
     Figure::new("grow.paper_typical", whole(&even), "s", how).goal("<= 0.35 on 2 cores").print();
     let how = format!("the same with a graph that follows the tree (detail 2), median of 9, {threads} threads");
     Figure::new("grow.paper_typical_detailed", whole(&typical(150_000, 2.0)), "s", how).print();
 
     let time = seconds(9, || drop(graph(&even)));
     let built = graph(&even);
-    let how = format!("{} nodes, {} edges, median of 9, {threads} threads; the paper: 6 s", built.nodes(), built.edges());
+    let how =
+        format!("{} nodes, {} edges, median of 9, {threads} threads; the paper: 6 s", built.nodes(), built.edges());
     Figure::new("grow.nodes_and_graph", time * 1e3, "ms", how).goal("<= 120 on 2 cores").print();
     memory(&even, &built);
     let time = seconds(9, || drop(grow_on(&built, &even, &Solids::new(), Seed::new(2)).expect("it grows")));
-    Figure::new("grow.further_tree", time * 1e3, "ms", "another seed on the same graph, median of 9").goal("<= 150").print();
+    Figure::new("grow.further_tree", time * 1e3, "ms", "another seed on the same graph, median of 9")
+        .goal("<= 150")
+        .print();
 
     scaling();
     against_reference(&built);
@@ -93,7 +97,8 @@ fn scaling() {
     let (x, y) = (mean(|p| p.0), mean(|p| p.1));
     let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
         / points.iter().map(|p| (p.0 - x) * (p.0 - x)).sum::<f64>();
-    let how = "nodes, graph and one whole pass at 10k, 45k, 200k, 2M nodes: slope of log time by log nodes; n log n is 1.08";
+    let how =
+        "nodes, graph and one whole pass at 10k, 45k, 200k, 2M nodes: slope of log time by log nodes; n log n is 1.08";
     Figure::new("grow.scaling_exponent", slope, "", how).goal("about 1.1").print();
 }
 

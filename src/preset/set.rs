@@ -12,9 +12,8 @@ use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
-    Beside, BlendParams, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, LikeParams, Light, MeshParams,
-    Obstacle, Part, Plan, Selection, Source,
-    SourceRecipe, UpAxis, Variant,
+    Beside, BlendParams, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams,
+    Obstacle, Part, Plan, Selection, Source, SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -463,10 +462,7 @@ fn around(fields: &Reader<'_, '_>) -> Around {
     let obstacles = fields.list("obstacles");
     Around {
         light: fields.group("light", surroundings::light).unwrap_or_default(),
-        obstacles: obstacles
-            .iter()
-            .filter_map(|item| fields.kind(&OBSTACLE, item, surroundings::obstacle))
-            .collect(),
+        obstacles: obstacles.iter().filter_map(|item| fields.kind(&OBSTACLE, item, surroundings::obstacle)).collect(),
         clearance: fields.number("clearance"),
     }
 }

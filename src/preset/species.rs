@@ -7,7 +7,9 @@
 use super::guiding::{GUIDE, angle, degrees, guide, share};
 use super::look::path;
 use super::path::joined;
-use super::plan::{Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, GuideStart, Sampling, UpAxis, Volume};
+use super::plan::{
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, GuideStart, Sampling, UpAxis, Volume,
+};
 use super::reader::{Item, Reader};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};

@@ -18,14 +18,14 @@ mod field;
 #[cfg(test)]
 mod figures;
 mod frontier;
-mod growth;
 mod grid;
+mod growth;
 mod guide;
 mod near;
 mod nodes;
 mod obstacle;
-mod overlap;
 mod outline;
+mod overlap;
 mod paths;
 #[cfg(test)]
 mod promises;
@@ -47,14 +47,13 @@ use growth::extend;
 #[cfg(test)]
 use space::Space;
 
-
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use growth::Tree;
 pub use detail::{Detail, detail};
+use growth::Tree;
 pub use obstacle::obstacle_triangles;
 pub use overlap::overlaps;
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
@@ -174,7 +173,9 @@ pub fn grow_on(
         let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
         let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
         let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale, &barred);
-        notes.extend(tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }));
+        notes.extend(
+            tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }),
+        );
         match skeleton {
             Some(skeleton) if i == 0 => plants.push(skeleton),
             Some(mut skeleton) => {

@@ -46,9 +46,8 @@ impl Mended {
         let Self { found, dropped, left } = self;
         let es = |count: usize| if count == 1 { "" } else { "es" };
         let rest = if left > 0 { format!(", {left} overlap still") } else { String::new() };
-        (found > 0).then(|| {
-            format!("{found} branch{} grew into others: moved apart, {dropped} dropped{rest}", es(found))
-        })
+        (found > 0)
+            .then(|| format!("{found} branch{} grew into others: moved apart, {dropped} dropped{rest}", es(found)))
     }
 }
 
@@ -408,8 +407,7 @@ mod tests {
         chain(&mut nodes, None, &up, 0.1);
         let limb: Vec<Vec3> = (1..=30).map(|i| Vec3::new(i as f32 * 0.1, 1.0, 0.0)).collect();
         chain(&mut nodes, Some(10), &limb, 0.05);
-        let twig: Vec<Vec3> =
-            (1..=30).map(|i| Vec3::new(i as f32 * 0.08, 2.0 - i as f32 * 0.08, offset)).collect();
+        let twig: Vec<Vec3> = (1..=30).map(|i| Vec3::new(i as f32 * 0.08, 2.0 - i as f32 * 0.08, offset)).collect();
         chain(&mut nodes, Some(20), &twig, 0.01);
         Skeleton { nodes }
     }
