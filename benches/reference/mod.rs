@@ -39,16 +39,16 @@ impl<'a> KdTree<'a> {
         let there = self.points[other as usize];
         if other != node {
             let square = here.distance_squared(there);
-            let octant = usize::from(there.x < here.x)
-                | usize::from(there.y < here.y) << 1
-                | usize::from(there.z < here.z) << 2;
+            let octant =
+                usize::from(there.x < here.x) | usize::from(there.y < here.y) << 1 | usize::from(there.z < here.z) << 2;
             if (square, other) < best[octant] {
                 best[octant] = (square, other);
             }
         }
         let off = here[axis] - there[axis];
         let next = (axis + 1) % 3;
-        let (near, far) = if off < 0.0 { ((from, middle), (middle + 1, to)) } else { ((middle + 1, to), (from, middle)) };
+        let (near, far) =
+            if off < 0.0 { ((from, middle), (middle + 1, to)) } else { ((middle + 1, to), (from, middle)) };
         self.visit(node, near.0, near.1, next, best);
         // The far side matters to the octants that reach across.
         let worst = (0..8)
@@ -65,9 +65,8 @@ fn split(points: &[Vec3], order: &mut [u32], from: usize, to: usize, axis: usize
         return;
     }
     let middle = usize::midpoint(from, to);
-    order[from..to].select_nth_unstable_by(middle - from, |a, b| {
-        points[*a as usize][axis].total_cmp(&points[*b as usize][axis])
-    });
+    order[from..to]
+        .select_nth_unstable_by(middle - from, |a, b| points[*a as usize][axis].total_cmp(&points[*b as usize][axis]));
     split(points, order, from, middle, (axis + 1) % 3);
     split(points, order, middle + 1, to, (axis + 1) % 3);
 }

@@ -58,7 +58,9 @@ impl<'a> Tree<'a> {
 }
 
 /// Grows all plants on a graph, the first of which stands at the origin; gives back the graph that they end in.
-pub(super) fn grow_all<'g>(graph: &'g Graph, trees: &mut [Tree<'_>],
+pub(super) fn grow_all<'g>(
+    graph: &'g Graph,
+    trees: &mut [Tree<'_>],
     space: &GrowSpace,
     solids: &Solids,
 ) -> Cow<'g, Graph> {
@@ -101,12 +103,21 @@ pub(super) fn height_alone(params: &GrowParams, solids: &Solids) -> f32 {
 }
 
 /// Takes some iterations from the root on. `given` are endpoints that stand already, by plant and iteration.
-fn run(graph: &Graph, trees: &mut [Tree<'_>], iterations: std::ops::Range<usize>, light: Light, solids: &Solids, given: &[Vec<Vec<u32>>]) {
+fn run(
+    graph: &Graph,
+    trees: &mut [Tree<'_>],
+    iterations: std::ops::Range<usize>,
+    light: Light,
+    solids: &Solids,
+    given: &[Vec<Vec<u32>>],
+) {
     let space = graph.space();
     let views: Vec<Cow<'_, Space>> = trees
         .iter()
         .enumerate()
-        .map(|(i, t)| if i == 0 { Cow::Borrowed(space) } else { Cow::Owned(space.seen_from(graph.roots()[i], t.share)) })
+        .map(
+            |(i, t)| if i == 0 { Cow::Borrowed(space) } else { Cow::Owned(space.seen_from(graph.roots()[i], t.share)) },
+        )
         .collect();
     for (tree, view) in trees.iter_mut().zip(&views) {
         tree.structure = Structure::new(&view.nodes);
@@ -170,7 +181,14 @@ fn pass<'a>(
         let seed = trees[t].seed.child("iteration").at(i as u64);
         let Some(iteration) = params.iterations.get(i) else {
             let sources = closed(&trees[t].structure);
-            wishes.push(Wish { iteration: None, rule: EndpointRule::Any, wanted: 0, chosen: Vec::new(), sources, seed });
+            wishes.push(Wish {
+                iteration: None,
+                rule: EndpointRule::Any,
+                wanted: 0,
+                chosen: Vec::new(),
+                sources,
+                seed,
+            });
             continue;
         };
         let endpoints = scaled(&iteration.endpoints, &view.nodes);
@@ -179,7 +197,9 @@ fn pass<'a>(
         } else {
             let wanted = endpoints::count(&endpoints, solids, params.width) as usize;
             let mut candidates = endpoints::candidates(&endpoints, solids, view, &trees[t].structure, seed);
-            candidates.retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
+            candidates.retain(|&node| {
+                !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node)
+            });
             if candidates.is_empty() && wanted > 0 {
                 let note = format!("iteration {}: no node is free where its branches should end", i + 1);
                 trees[t].notes.push(note);
@@ -271,7 +291,9 @@ fn scaled(endpoints: &Endpoints, nodes: &Nodes) -> Endpoints {
 /// Whether light leaves an endpoint where it is: all on the side of the light, fewer on the other.
 fn lit(p: Vec3, direction: Vec3, strength: f32, seed: Seed, node: u32) -> bool {
     let side = Vec3::new(p.x, 0.0, p.z).normalize_or(Vec3::ZERO).dot(direction);
-    strength == 0.0 || seed.child("light").at(u64::from(node)).unit() >= strength * SHADE * (0.5 - side * 0.5).clamp(0.0, 1.0) * flatness(direction)
+    strength == 0.0
+        || seed.child("light").at(u64::from(node)).unit()
+            >= strength * SHADE * (0.5 - side * 0.5).clamp(0.0, 1.0) * flatness(direction)
 }
 
 /// How much of a direction is across and not up.

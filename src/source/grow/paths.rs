@@ -96,11 +96,7 @@ impl Paths {
     /// is. A node belongs to the party that reaches it at the least cost, in lengths of the first. At most 255 parties.
     ///
     /// `n log n` in the nodes finalized until then.
-    pub(super) fn find_among(
-        graph: &Edges,
-        parties: &[Party<'_>],
-        targets: &[u32],
-    ) -> Self {
+    pub(super) fn find_among(graph: &Edges, parties: &[Party<'_>], targets: &[u32]) -> Self {
         let count = graph.edges.len();
         let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
         let mut paths = Self {

@@ -119,9 +119,11 @@ impl GraphParams {
 
     fn region(&self, meshes: &ObstacleMeshes) -> Result<Region, GrowError> {
         let mut columns = vec![Column { foot: Vec3::ZERO, radius: self.width * 0.5, height: 1.0 }];
-        columns.extend(
-            self.columns.iter().map(|&[x, z, radius, height]| Column { foot: Vec3::new(x, 0.0, z), radius, height }),
-        );
+        columns.extend(self.columns.iter().map(|&[x, z, radius, height]| Column {
+            foot: Vec3::new(x, 0.0, z),
+            radius,
+            height,
+        }));
         let (mut boxes, mut triangles): (Vec<[Vec3; 2]>, Vec<Triangle>) = (Vec::new(), Vec::new());
         for obstacle in &self.obstacles {
             match obstacle {
@@ -242,7 +244,9 @@ impl Graph {
         let (low, high) = self.region.bounds();
         // Edges are longer than a cell of the field: points along them.
         let points = structures.iter().flat_map(|structure| &structure.members.as_slice()[..]).zip(
-            structures.iter().flat_map(|structure| structure.members.iter().map(|m| structure.members[m.parent as usize].node)),
+            structures
+                .iter()
+                .flat_map(|structure| structure.members.iter().map(|m| structure.members[m.parent as usize].node)),
         );
         let points = points.flat_map(|(member, parent)| {
             let (a, b) = (coarse.at(member.node), coarse.at(parent));

@@ -50,11 +50,8 @@ impl Tile {
             for cell in 0..COARSE * COARSE * COARSE {
                 let seed = seed.at(u64::from(cell));
                 let jitter = Vec3::new(seed.at(0).unit(), seed.at(1).unit(), seed.at(2).unit());
-                let cell = Vec3::new(
-                    (cell % COARSE) as f32,
-                    (cell / COARSE % COARSE) as f32,
-                    (cell / COARSE / COARSE) as f32,
-                );
+                let cell =
+                    Vec3::new((cell % COARSE) as f32, (cell / COARSE % COARSE) as f32, (cell / COARSE / COARSE) as f32);
                 darts.throw((cell + jitter) / COARSE as f32 + shift);
             }
         }
