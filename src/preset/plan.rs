@@ -170,7 +170,7 @@ impl Default for GrowSpace {
     fn default() -> Self {
         Self {
             graph_seed: 1,
-            detail: 2.0,
+            detail: 1.0,
             light: Light::default(),
             obstacles: Vec::new(),
             clearance: 0.1,

@@ -132,7 +132,7 @@ static GROW: Record = Record {
         Field {
             name: "beside",
             kind: Kind::Rows { record: &TREE, low: 0, high: 31 },
-            default: Default::Is("[]"),
+            default: Default::Else("none"),
             about: "trees that take their share of the space and are then left out",
         },
     ],
@@ -141,7 +141,7 @@ static GROW: Record = Record {
 const OBSTACLES: Field = Field {
     name: "obstacles",
     kind: Kind::ListOf { choice: &OBSTACLE, low: 0, high: 256 },
-    default: Default::Is("[]"),
+    default: Default::Else("none"),
     about: "what nothing grows through, in metres from the foot of the first tree",
 };
 const CLEARANCE: Field = Field {

@@ -35,7 +35,7 @@ pub(super) static SPECIES: Record = Record {
         Field {
             name: "detail",
             kind: Kind::Number { low: 1.0, high: 4.0, unit: "" },
-            default: Default::Is("2.0"),
+            default: Default::Is("1.0"),
             about: "how many times finer the graph is near the plant than an even one of as many nodes; 1 for an even \
                     one",
         },

@@ -2,6 +2,7 @@
 
 mod defaults;
 mod hostile;
+mod surroundings;
 
 use super::plan::{BarkArt, BarkPattern, GuideStart, LeafArt, LeafShape, SourceRecipe, Variant};
 use super::*;

@@ -85,6 +85,7 @@ mod tests {
             (endpoints: Volume(shape: Point(height: 0.6), count: 1)),\
             (endpoints: Volume(shape: Ellipsoid(bottom: 0.4, top: 0.9, radius: 0.3), count: 12))])";
         let mut params = species("s.ron", text).unwrap();
+        params.space.detail = 2.0;
         let fine = detail(&params, &Solids::new(), Seed::new(1)).unwrap();
         params.space.detail = 1.0;
         let even = detail(&params, &Solids::new(), Seed::new(1)).unwrap();

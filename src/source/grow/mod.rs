@@ -6,7 +6,7 @@
 //! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
 //! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
-//! plants are (`space`). Wood that overlaps is found and mended at the end (`overlap`).
+//! plants are (`space`). Wood that overlaps can be found and mended afterwards (`overlap`).
 //!
 //! Limits: no two paths share a node without sharing the way to it, so axes never cross. Twigs and leaves are a later
 //! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 30 for a pass over it.
@@ -55,7 +55,7 @@ use glam::Vec3;
 pub use detail::{Detail, detail};
 use growth::Tree;
 pub use obstacle::obstacle_triangles;
-pub use overlap::overlaps;
+pub use overlap::{Mended, mend_overlaps, overlaps};
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
 pub use space::{Graph, GraphParams, ObstacleMeshes};
 
@@ -188,20 +188,6 @@ pub fn grow_on(
         }
     }
     let plant = joined(plants).into_plant()?;
-    // What overlaps is a matter of the final radii; flares stand on the ground, where nothing else is.
-    let thick = radii::with_radii(&plant, &GrowParams { flare: 0.0, ..params.clone() });
-    let (mut skeleton, mended) = overlap::mend(overlap::skeleton_of(&thick));
-    notes.extend(mended.note());
-    let plant = if mended.found == 0 {
-        plant
-    } else {
-        // What was dropped or pushed may have been the top.
-        let top = skeleton.nodes.iter().fold(0.0_f32, |top, n| top.max(n.position.y));
-        if !bound && top > 0.0 {
-            skeleton.nodes.iter_mut().for_each(|n| n.position *= params.height / top);
-        }
-        skeleton.into_plant()?
-    };
     let plant = radii::with_radii(&plant, params);
     let (plant, slim) =
         if bound { shed::shed_in_place(&plant, params.slenderness) } else { shed::shed(&plant, params.slenderness) };

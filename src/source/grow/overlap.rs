@@ -1,11 +1,14 @@
 //! Branches that grow into each other: found, moved apart, and dropped where that does not help.
 //!
 //! Paths share no node but those before their fork, so axes never cross. But nodes are points and wood is thick, and
-//! smoothing draws axes off their nodes. So the finished skeleton is checked, and that is how the guarantee is kept: every
-//! node's disc is held against the capsules of all other axes near it. Two places of one plant that are less than [`FORK`]
-//! times their radii apart along the wood are at a fork, where overlapping is right. A branch is mended when more than
-//! [`LIMIT`] of its surface lies in others: the thinner is pushed out with all that it bears, a few times; what still
-//! overlaps is dropped, the thinner first. Stems stay.
+//! smoothing draws axes off their nodes. So a finished plant can be checked: every node's
+//! disc is held against the capsules of all other axes near it. A branch is at its fork until it first leaves the wood of
+//! the axis that bears it, and so are two places less than [`FORK`] times their radii apart along the wood; overlapping is
+//! right there. A branch is mended when more than [`LIMIT`] of its surface lies in others: the thinner is pushed out with
+//! all that it bears, a few times, to the side on which it passes; what still overlaps is dropped, the thinner first. Stems
+//! stay, and so do limbs that bear more than [`LIMB`] of the plant: these are told of.
+//!
+//! Limits: on a small grown tree mending dropped a third of the branches, so growth leaves it to the caller.
 //!
 //! `n log n` in nodes: capsules are found by cells. At most [`MOST_LOOKS`] capsules are held against one disc, so that
 //! wood thicker than its own spacing ends in bounded time; what lies beyond is not seen.
@@ -14,7 +17,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::grid::Lattice;
-use crate::plant::{Plant, Skeleton, SkeletonNode};
+use crate::plant::{Plant, PlantError, Skeleton, SkeletonNode};
 
 /// Share of a branch's surface that may lie in others.
 const LIMIT: f32 = 0.01;
@@ -22,6 +25,10 @@ const LIMIT: f32 = 0.01;
 const FORK: f32 = 6.0;
 /// How often branches are pushed apart before what is left is dropped.
 const ROUNDS: u32 = 5;
+/// Share of a plant's nodes from which an axis is not dropped.
+const LIMB: f32 = 0.02;
+/// Least sine of the angle between two axes that pass each other; below it they run side by side.
+const ACROSS: f32 = 0.3;
 /// Nodes on either side that go part of the way with one that is pushed.
 const SPREAD: usize = 4;
 /// Most capsules that one disc is held against.
@@ -31,24 +38,13 @@ const NONE: u32 = u32::MAX;
 
 /// What was found and done; counts of branches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Mended {
+pub struct Mended {
     /// Of which more than a hundredth overlapped.
-    pub(super) found: usize,
+    pub found: usize,
     /// Dropped, not counting what these bore.
-    pub(super) dropped: usize,
-    /// Still overlapping: stems.
-    pub(super) left: usize,
-}
-
-impl Mended {
-    /// What is to be told, if anything.
-    pub(super) fn note(self) -> Option<String> {
-        let Self { found, dropped, left } = self;
-        let es = |count: usize| if count == 1 { "" } else { "es" };
-        let rest = if left > 0 { format!(", {left} overlap still") } else { String::new() };
-        (found > 0)
-            .then(|| format!("{found} branch{} grew into others: moved apart, {dropped} dropped{rest}", es(found)))
-    }
+    pub dropped: usize,
+    /// Still overlapping: stems and limbs.
+    pub left: usize,
 }
 
 /// A skeleton cut into axes, each following the thickest child.
@@ -90,6 +86,11 @@ impl Axes {
             };
         }
         axes
+    }
+
+    /// The axis that bears another; none of a stem.
+    fn bearer(&self, nodes: &[SkeletonNode], axis: u32) -> u32 {
+        nodes[self.first[axis as usize] as usize].parent.map_or(NONE, |fork| self.axis[fork as usize])
     }
 
     /// The way along the wood between two nodes; infinite between plants.
@@ -196,32 +197,98 @@ struct Hit {
     out: Vec3,
 }
 
-fn hit(nodes: &[SkeletonNode], axes: &Axes, capsules: &Capsules, i: usize) -> Option<Hit> {
+/// A node's disc against the capsule that ends in another node.
+struct Meeting {
+    /// From the capsule's axis to the node.
+    off: Vec3,
+    /// Along the capsule.
+    along: Vec3,
+    /// Its radius there and the disc's.
+    reach: f32,
+}
+
+fn meeting(nodes: &[SkeletonNode], axes: &Axes, i: usize, j: usize) -> Option<Meeting> {
     let SkeletonNode { position: p, radius: r, .. } = nodes[i];
+    let tip = nodes[j];
+    let parent = tip.parent? as usize;
+    let foot = nodes[parent];
+    let along = tip.position - foot.position;
+    let t = ((p - foot.position).dot(along) / along.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let same = axes.axis[parent] == axes.axis[j];
+    let wide = if same { foot.radius + (tip.radius - foot.radius) * t } else { tip.radius };
+    let off = p - (foot.position + along * t);
+    let reach = wide + r;
+    (off.length_squared() < reach * reach).then_some(Meeting { off, along, reach })
+}
+
+/// Which nodes have not left the wood of the axis that bears theirs.
+fn fused(nodes: &[SkeletonNode], axes: &Axes, capsules: &Capsules) -> Vec<bool> {
+    let touches: Vec<bool> = (0..nodes.len())
+        .into_par_iter()
+        .with_min_len(256)
+        .map(|i| {
+            let bearer = axes.bearer(nodes, axes.axis[i]);
+            bearer != NONE
+                && capsules
+                    .near(nodes[i].position, nodes[i].radius)
+                    .any(|j| axes.axis[j as usize] == bearer && meeting(nodes, axes, i, j as usize).is_some())
+        })
+        .collect();
+    let mut left = vec![false; axes.first.len()];
+    let still = |(i, touches): (usize, &bool)| {
+        let left = &mut left[axes.axis[i] as usize];
+        *left |= !touches;
+        !*left
+    };
+    touches.iter().enumerate().map(still).collect()
+}
+
+fn hit(nodes: &[SkeletonNode], axes: &Axes, capsules: &Capsules, fused: &[bool], i: usize) -> Option<Hit> {
+    let SkeletonNode { position: p, radius: r, parent } = nodes[i];
+    let own = axes.axis[i];
+    let bearer = axes.bearer(nodes, own);
+    let heading = parent.map_or(Vec3::ZERO, |parent| p - nodes[parent as usize].position).normalize_or(Vec3::ZERO);
     let mut deepest: Option<Hit> = None;
     for j in capsules.near(p, r) {
-        let (own, other) = (axes.axis[i], axes.axis[j as usize]);
-        let tip = nodes[j as usize];
-        let Some(parent) = tip.parent.filter(|_| own != other) else { continue };
-        let foot = nodes[parent as usize];
-        let along = tip.position - foot.position;
-        let t = ((p - foot.position).dot(along) / along.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let same = axes.axis[parent as usize] == other;
-        let wide = if same { foot.radius + (tip.radius - foot.radius) * t } else { tip.radius };
-        let off = p - (foot.position + along * t);
-        let (far, reach) = (off.length(), wide + r);
-        if far >= reach || axes.way(nodes, i, j as usize) <= FORK * reach {
+        let (j, other) = (j as usize, axes.axis[j as usize]);
+        if own == other {
             continue;
         }
+        let theirs = axes.bearer(nodes, other);
+        let at_fork =
+            (fused[i] && other == bearer) || (fused[j] && own == theirs) || (fused[i] && fused[j] && bearer == theirs);
+        let Some(Meeting { off, along, reach }) = meeting(nodes, axes, i, j).filter(|_| !at_fork) else { continue };
+        if axes.way(nodes, i, j) <= FORK * reach {
+            continue;
+        }
+        let far = off.length();
         let share = ((reach - far) / (2.0 * r).max(f32::MIN_POSITIVE)).min(1.0);
-        let thinner = (r, other) <= (wide, own);
-        let side = off.try_normalize().unwrap_or_else(|| along.any_orthogonal_vector().normalize_or(Vec3::X));
-        let out = if thinner { side * ((reach - far) * 1.05) } else { Vec3::ZERO };
+        let thinner = (r, other) <= (reach - r, own);
+        // Where axes cross, all nodes go to the side on which their axis passes; each its own way out, those before and
+        // behind the other would part and never get free.
+        let across = heading.cross(along.normalize_or(Vec3::ZERO));
+        let out = if !thinner {
+            Vec3::ZERO
+        } else if across.length() >= ACROSS {
+            let across = across.normalize_or(Vec3::X);
+            let side = off.dot(across);
+            across * ((reach - side.abs()) * 1.05).copysign(side)
+        } else {
+            off.try_normalize().unwrap_or_else(|| along.any_orthogonal_vector().normalize_or(Vec3::X))
+                * ((reach - far) * 1.05)
+        };
         if deepest.is_none_or(|d| (share, out.length_squared()) > (d.share, d.out.length_squared())) {
             deepest = Some(Hit { share, other, out });
         }
     }
     deepest
+}
+
+/// The deepest overlap of every node's disc.
+fn all_hits(nodes: &[SkeletonNode], axes: &Axes) -> Vec<Option<Hit>> {
+    let capsules = Capsules::of(nodes);
+    let fused = fused(nodes, axes, &capsules);
+    (0..nodes.len()).into_par_iter().with_min_len(256).map(|i| hit(nodes, axes, &capsules, &fused, i)).collect()
 }
 
 /// For each axis, how much of its surface lies in others.
@@ -238,14 +305,12 @@ fn shares(nodes: &[SkeletonNode], axes: &Axes, hits: &[Option<Hit>]) -> Vec<f32>
 }
 
 /// Moves apart or drops what overlaps, and says what it did. Radii stay, and so does every stem.
-pub(super) fn mend(mut skeleton: Skeleton) -> (Skeleton, Mended) {
+fn mend(mut skeleton: Skeleton) -> (Skeleton, Mended) {
     let mut mended = Mended::default();
     for round in 0..=ROUNDS {
         let nodes = &skeleton.nodes;
         let axes = Axes::of(nodes);
-        let capsules = Capsules::of(nodes);
-        let hits: Vec<Option<Hit>> =
-            (0..nodes.len()).into_par_iter().with_min_len(256).map(|i| hit(nodes, &axes, &capsules, i)).collect();
+        let hits = all_hits(nodes, &axes);
         let shares = shares(nodes, &axes, &hits);
         let over = shares.iter().filter(|share| **share > LIMIT).count();
         if round == 0 {
@@ -258,10 +323,8 @@ pub(super) fn mend(mut skeleton: Skeleton) -> (Skeleton, Mended) {
         if round < ROUNDS {
             skeleton = pushed(skeleton, &axes, &hits);
         } else {
-            let (rest, dropped) = dropped(&skeleton, &axes, &hits, &shares);
-            mended.dropped = dropped;
-            mended.left = 0;
-            skeleton = rest;
+            (skeleton, mended.dropped) = dropped(&skeleton, &axes, &hits, &shares);
+            mended.left = over_limit(&skeleton);
         }
     }
     (skeleton, mended)
@@ -272,15 +335,32 @@ pub(super) fn mend(mut skeleton: Skeleton) -> (Skeleton, Mended) {
 /// A branch here is an axis that follows the thickest wood, which may be more than one chain.
 #[must_use]
 pub fn overlaps(plant: &Plant) -> usize {
-    let nodes = skeleton_of(plant).nodes;
-    let (axes, capsules) = (Axes::of(&nodes), Capsules::of(&nodes));
-    let hits: Vec<Option<Hit>> =
-        (0..nodes.len()).into_par_iter().with_min_len(256).map(|i| hit(&nodes, &axes, &capsules, i)).collect();
-    shares(&nodes, &axes, &hits).into_iter().filter(|share| *share > LIMIT).count()
+    over_limit(&skeleton_of(plant))
+}
+
+/// The plant with its overlapping branches moved apart or dropped, and what was done.
+///
+/// Growth does not call it: on dense species it drops more than it should, see the limits above.
+///
+/// # Errors
+///
+/// When nothing with a length is left.
+pub fn mend_overlaps(plant: &Plant) -> Result<(Plant, Mended), PlantError> {
+    let (skeleton, mended) = mend(skeleton_of(plant));
+    if mended.found == 0 {
+        return Ok((plant.clone(), mended));
+    }
+    Ok((skeleton.into_plant()?, mended))
+}
+
+fn over_limit(skeleton: &Skeleton) -> usize {
+    let axes = Axes::of(&skeleton.nodes);
+    let hits = all_hits(&skeleton.nodes, &axes);
+    shares(&skeleton.nodes, &axes, &hits).into_iter().filter(|share| *share > LIMIT).count()
 }
 
 /// A plant's points as a skeleton; a branch leaves its parent at the point nearest to its location.
-pub(super) fn skeleton_of(plant: &Plant) -> Skeleton {
+fn skeleton_of(plant: &Plant) -> Skeleton {
     let posed = plant.pose();
     let mut nodes: Vec<SkeletonNode> = Vec::new();
     // Of each chain so far: the node of its first point, whether that one is its parent's, and its points' parameters.
@@ -357,8 +437,20 @@ fn pushed(mut skeleton: Skeleton, axes: &Axes, hits: &[Option<Hit>]) -> Skeleton
 /// The skeleton without the thinner axis of each pair of which one overlaps too much; and how many these were.
 fn dropped(skeleton: &Skeleton, axes: &Axes, hits: &[Option<Hit>], shares: &[f32]) -> (Skeleton, usize) {
     let mut gone = vec![false; axes.first.len()];
+    // Nodes of each axis and of all that it bears.
+    let mut bears = vec![0_usize; axes.first.len()];
+    for &axis in &axes.axis {
+        bears[axis as usize] += 1;
+    }
+    for axis in (0..axes.first.len()).rev() {
+        if let Some(bearer) = bears.get(axes.bearer(&skeleton.nodes, axis as u32) as usize).copied() {
+            bears[axes.bearer(&skeleton.nodes, axis as u32) as usize] = bearer + bears[axis];
+        }
+    }
+    let most = (skeleton.nodes.len() as f32 * LIMB).max(30.0) as usize;
     let base = |axis: u32| skeleton.nodes[axes.first[axis as usize] as usize].radius;
-    let stem = |axis: u32| skeleton.nodes[axes.first[axis as usize] as usize].parent.is_none();
+    let stays =
+        |axis: u32| skeleton.nodes[axes.first[axis as usize] as usize].parent.is_none() || bears[axis as usize] > most;
     for (i, hit) in hits.iter().enumerate() {
         let own = axes.axis[i];
         if let Some(hit) = hit.filter(|_| shares[own as usize] > LIMIT) {
@@ -367,7 +459,7 @@ fn dropped(skeleton: &Skeleton, axes: &Axes, hits: &[Option<Hit>], shares: &[f32
             if gone[first as usize] || gone[second as usize] {
                 continue;
             }
-            match (stem(first), stem(second)) {
+            match (stays(first), stays(second)) {
                 (false, _) => gone[first as usize] = true,
                 (true, false) => gone[second as usize] = true,
                 (true, true) => {}

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow, grow_among, grow_on, overlaps};
+use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow, grow_among, grow_on};
 use crate::base::Seed;
 use crate::plant::Plant;
 use crate::preset::plan::{Beside, Company, GrowParams, GrowSpace, Light, Obstacle};
@@ -108,7 +108,11 @@ fn trees_of_a_stand_share_the_space_without_touching() {
     let stems: Vec<Vec3> = stand.chains().iter().filter(|c| c.parent.is_none()).map(|c| c.origin).collect();
     assert_eq!(stems.len(), 2);
     assert!(stems[1].distance(Vec3::new(2.5, 0.0, 0.5)) < 0.4, "{}", stems[1]);
-    assert_eq!(overlaps(&stand), 0);
+    let posed = stand.pose();
+    let second = stand.chain_ids().filter(|&id| stand.chain(id).parent.is_none()).nth(1).unwrap();
+    let split = stand.span(second).start;
+    let (own, others) = posed.positions().split_at(split);
+    assert!(own.iter().all(|p| others.iter().all(|q| p.distance(*q) > 0.02)));
     // Each keeps to its side: alone, the first reaches further towards the second.
     let reach = |plant: &Plant| {
         let posed = plant.pose();
@@ -161,8 +165,8 @@ fn branches_reach_for_the_light() {
         let posed = plant.pose();
         posed.positions().iter().map(|p| p.x).sum::<f32>() / posed.positions().len() as f32
     };
-    let (dark, dim, bright) = (side(0.0), side(0.4), side(0.9));
-    assert!(dim > dark + 0.05 && bright > dim + 0.05, "{dark} {dim} {bright}");
+    let (dark, bright) = (side(0.0), side(0.9));
+    assert!(bright > dark + 0.1, "{dark} {bright}");
 }
 
 #[test]

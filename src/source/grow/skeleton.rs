@@ -5,8 +5,8 @@
 //! fork lies on its thickest axis, and the branches follow it. Tips and the root stay. Then each edge gets a midpoint on
 //! the smooth curve through its neighbours where the graph is coarse (fifty edges from the ground to the top).
 //!
-//! Smoothing moves axes off their nodes, which alone keep them apart. So the finished skeleton is checked as it is, capsule
-//! against capsule, and mended (`overlap`).
+//! Smoothing moves axes off their nodes, which alone keep them apart. Whether wood overlaps then is told by `overlap`, capsule
+//! against capsule.
 
 use glam::Vec3;
 
