@@ -274,13 +274,6 @@ impl<'a> Sleeves<'a> {
             self.middles[k] = middle;
             self.radii[k] = radius;
         }
-        // The last sleeve may be a few corners of one ring, whose mean lies beside the axis: it can't be much wider than
-        // the one before.
-        for k in 0..n {
-            if let [before] = *self.links[k].as_slice() {
-                self.radii[k] = self.radii[k].min(self.radii[before as usize] * COLLAR);
-            }
-        }
         let mut name = vec![u32::MAX; n];
         let mut limb = Limb::default();
         for k in 0..n {
