@@ -73,7 +73,7 @@ fn a_filter_that_rejects_all_keeps_the_least_bad_and_warns() {
 
 #[test]
 fn a_bound_that_no_two_trees_keep_is_an_error_at_its_line() {
-    let entry = r#"Blend(of: ["a", "b"], count: 2, pick: Diverse(apart: 1.0), candidates: 4)"#;
+    let entry = r#"Blend(of: ["a", "b"], count: 2, pick: Diverse(apart: 1.0), candidates: 4, filter: None)"#;
     let errors = built(entry).unwrap_err();
     assert_eq!((errors.len(), errors[0].field.as_str()), (1, "variants[0].pick"));
     assert!(errors[0].message.starts_with("selects nothing"), "{}", errors[0]);

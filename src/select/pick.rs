@@ -71,7 +71,8 @@ pub fn pick(how: Pick, keep: usize, botany: f32, trees: &[Examined], scores: &Sc
         let in_spite = keep - kept.len();
         kept.extend(&rest[..in_spite]);
         kept.sort_unstable();
-        return Ok(Picked { kept, rejected, in_spite, apart: None });
+        let apart = (matches!(how, Pick::Diverse { .. }) && keep > 1).then(|| nearest_two(&kept, trees, scores));
+        return Ok(Picked { kept, rejected, in_spite, apart });
     }
     let (mut kept, mut apart) = (Vec::new(), None);
     match how {
@@ -126,6 +127,12 @@ fn nearest(keep: usize, good: &[usize], scores: &Scores) -> Vec<usize> {
         }
     }
     kept
+}
+
+/// Least difference of two of some trees.
+fn nearest_two(of: &[usize], trees: &[Examined], scores: &Scores) -> f32 {
+    let below = |(i, &a): (usize, &usize)| scores.between(trees, a, &of[i + 1..]);
+    of.iter().enumerate().flat_map(below).map(|d| d.total).fold(f32::INFINITY, f32::min)
 }
 
 /// Trees that are far from each other; the least difference of two of them, and that of the first two.
