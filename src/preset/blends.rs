@@ -318,7 +318,13 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let batches = fields.integer_or("batches", if pooled { 4 } else { candidates });
     let trees = fields.integer_or("trees", 0);
     // With `trees`, what is picked is picked of all of them.
-    let made = if pooled && wanted.is_some() { (batches * trees).clamp(1, MOST_IN_POOL) } else { candidates };
+    let in_pool = (batches * trees).clamp(1, MOST_IN_POOL);
+    let made = match (pooled, wanted.is_some()) {
+        (true, true) => in_pool,
+        // Never more than there are, also where that is an error.
+        (true, false) => count.min(in_pool),
+        _ => candidates,
+    };
     let seed = fields.integer("seed");
     let (low, high) = (fields.number("from"), fields.number("to"));
     if low > high {
@@ -352,9 +358,9 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let batch = |i: u64| (seed << 32) | (i % batches.max(1));
     let trees = if pooled {
         // Round the batches, and in each through its sequence in an order that spreads any number evenly.
-        let order = spread(trees);
+        let order = spread(trees.max(1));
         let pace = (USUAL_STEPS / (5.0 * trees.max(1) as f32)).min(1.0);
-        let place = |i: u64| (order[(i / batches.max(1)) as usize] as f32 + 0.5) / trees as f32;
+        let place = |i: u64| (order[(i / batches.max(1)) as usize] as f32 + 0.5) / trees.max(1) as f32;
         (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(place(i)), pace }).collect()
     } else {
         (0..made)
