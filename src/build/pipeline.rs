@@ -18,7 +18,7 @@ use crate::source::{grow, import};
 pub use super::stages::Memory;
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-const PIPELINE_VERSION: u32 = 2;
+const PIPELINE_VERSION: u32 = 3;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;

@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::{BlendTree, Pick};
+use crate::preset::plan::{BlendTree, Pick, Wear};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -40,7 +40,10 @@ const SHORT: &str = r#"(
 
 #[test]
 fn what_is_left_out_has_the_documented_default() {
-    let (short, full) = (load_with_oak(SHORT).expect("loads"), load_with_oak(SPELLED_OUT).expect("loads"));
+    let (short, mut full) = (load_with_oak(SHORT).expect("loads"), load_with_oak(SPELLED_OUT).expect("loads"));
+    // Leaves and bark that are named are worn by every tree, those that are not by trees that bring none.
+    assert_eq!((full.leaf_wear, full.bark_wear), (Wear::All, Wear::All));
+    (full.leaf_wear, full.bark_wear) = (Wear::Rest, Wear::Rest);
     assert_eq!(short, full);
     let progress: Vec<f32> = short
         .variants
@@ -112,6 +115,9 @@ fn fits(node: &Node, kind: Kind) -> bool {
             (i128::from(low)..=i128::from(high)).contains(&value)
         }
         (Kind::WordOrChoice(words, _), Value::Text(text)) => words.contains(&text.as_str()),
+        (Kind::Texts { low, high, .. }, Value::List(items)) => {
+            (low..=high).contains(&items.len()) && items.iter().all(|item| matches!(item.value, Value::Text(_)))
+        }
         (Kind::Fields(record), Value::Record(None, fields)) => {
             fields.is_empty() && record.fields.iter().all(|field| !matches!(field.default, Default::Required))
         }

@@ -22,6 +22,8 @@ const NONE: u32 = u32::MAX;
 const PASSES: u32 = 6;
 /// Wood from this share of the greatest radius is straightened as a whole.
 const STIFF: f32 = 0.2;
+/// An axis is straightened as one up to where its radius falls below this share.
+const SAME: f32 = 0.8;
 /// Over how many nodes, far before near.
 const STRIDES: [usize; 4] = [12, 6, 3, 1];
 /// Edges a hop from which edges need no midpoints.
@@ -206,6 +208,10 @@ impl Axes {
         for _ in 0..stride {
             let (parent, child) = (self.parents[below] as usize, self.heavy[above]);
             if parent == below || child == NONE {
+                break;
+            }
+            // Above a fork of two alike the axis is a limb's: it would tilt the trunk towards the heavier one.
+            if self.radii[child as usize] < self.radii[node] * SAME {
                 break;
             }
             // The fork that a branch leaves is its first node; the axis below is another's.
