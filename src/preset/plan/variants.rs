@@ -1,0 +1,162 @@
+//! Parameters of variants: blends, how their sources are matched, and which trees of many are kept.
+
+use serde::Serialize;
+
+/// One output of a set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Variant {
+    /// A source as it is; index into the plan's sources.
+    Source(usize),
+    /// A tree between sources.
+    Blend {
+        /// Index into the plan's blends.
+        blend: usize,
+        /// Which of its trees.
+        tree: BlendTree,
+    },
+    /// One of the kept trees of a selection.
+    Selected {
+        /// Index into the plan's selections.
+        selection: usize,
+        /// Which of its kept trees, from 0.
+        place: usize,
+    },
+}
+
+/// A tree of a blend.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum BlendTree {
+    /// One tree out of a stochastic batch.
+    State {
+        /// Which batch of the entry; each has a schedule of its own.
+        batch: u64,
+        /// How far into the batch the tree is taken, 0..=1.
+        progress: f32,
+        /// How far its tasks move in a step; 1 is the usual.
+        pace: f32,
+    },
+    /// A point of the space that the sources span (4.6).
+    Point {
+        /// A share for each source; they add up to 1.
+        shares: Vec<f32>,
+        /// How far each branch's own shares may stray from them, 0..=1.
+        scatter: f32,
+        /// Address of the straying.
+        draw: u64,
+    },
+}
+
+/// A blend: sources in correspondence, and how trees are taken from between them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BlendParams {
+    /// Which entry of the preset's variants it is.
+    pub entry: usize,
+    /// Indices of the sources, in the order of the preset; two for batches.
+    pub of: Vec<usize>,
+    /// Weights of the matching cost.
+    pub matching: MatchParams,
+    /// What becomes of stems without a partner.
+    pub stems: StemRule,
+    /// What is put in correspondence.
+    pub scale: BlendScale,
+    /// Which chains take part.
+    pub only: OnlyParams,
+}
+
+/// What becomes of the stems that one source has more than the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum StemRule {
+    /// They grow and wilt like all chains without a partner.
+    Apart,
+    /// They split from stems of the other, and merge with them.
+    Merge,
+}
+
+/// What is put in correspondence along matched chains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum BlendScale {
+    /// Chains as a whole, by arc length.
+    Chain,
+    /// The growth units between matched branches, each with a time of its own.
+    GrowthUnit,
+}
+
+/// Which chains take part in a blend; all when nothing is asked. Demands of one kind are alternatives, demands of
+/// different kinds must all hold.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct OnlyParams {
+    /// Gravelius orders, from and to.
+    pub orders: Vec<(u16, u16)>,
+    /// Heights of a chain's base as shares of the plant's height, from and to, 0..=1.
+    pub heights: Vec<(f32, f32)>,
+    /// Names of parts.
+    pub parts: Vec<String>,
+}
+
+/// Weights of the matching cost (2017 TVCG, Eq. 2); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MatchParams {
+    /// w_M: crown shape.
+    pub crown: f32,
+    /// w_v: branching vector.
+    pub direction: f32,
+    /// w_CR: crown ratio.
+    pub ratio: f32,
+}
+
+/// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Selection {
+    /// The preset's field that asks for it, as `variants[2]`; errors and notes of later stages name it.
+    pub field: String,
+    /// All that may be kept, in the order in which they take the place of rejected ones.
+    pub candidates: Vec<Variant>,
+    /// How many are kept.
+    pub keep: usize,
+    /// Which of them.
+    pub pick: Pick,
+    /// What makes trees differ.
+    pub scores: ScoreParams,
+    /// What is mended and rejected before.
+    pub filter: FilterParams,
+}
+
+/// Which candidates are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Pick {
+    /// The first that the filter lets through.
+    All,
+    /// One of each cluster of scores.
+    Inspiring,
+    /// Those that are farthest from each other.
+    Diverse {
+        /// Least distance of two of them, 0..=1.
+        apart: f32,
+    },
+    /// Those that are nearest to the sources, each source in turn.
+    Natural,
+}
+
+/// Weights of the difference between two trees (2017 TVCG, 4.5); they add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScoreParams {
+    /// Shape of the crown.
+    pub crown: f32,
+    /// Share of the trunk that bears the crown.
+    pub ratio: f32,
+    /// Topology: which branch bears which.
+    pub topology: f32,
+}
+
+/// What is mended and rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FilterParams {
+    /// Share of the smaller branch's surface that may lie inside another branch at the coarsest scale, 0..=1; 1 for
+    /// all of it.
+    pub collisions: f32,
+    /// How much more of it from scale to scale, 0..=1.
+    pub rise: f32,
+    /// How far a tree may lie beyond its sources in proportions and in where its wood is, in units of a usual spread,
+    /// 0..=1000; 1000 for any distance.
+    pub botany: f32,
+}
