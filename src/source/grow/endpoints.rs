@@ -60,7 +60,7 @@ fn places(endpoints: &Endpoints, solids: &Solids, space: &Space, structure: &Str
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
             let seed = seed.child("surface");
-            surface.sort_by_key(|&n| (std::cmp::Reverse(from_root[n as usize]), seed.at(u64::from(n)).bits()));
+            surface.sort_by_cached_key(|&n| (std::cmp::Reverse(from_root[n as usize]), seed.at(u64::from(n)).bits()));
             let kept = (surface.len() as f32 * t.clamp(0.0, 1.0)).ceil() as usize;
             surface.truncate(kept);
             surface
@@ -95,7 +95,7 @@ pub(super) fn choose(endpoints: &Endpoints, candidates: &[u32], nodes: &Nodes, c
 fn shuffled(nodes: &[u32], seed: Seed) -> Vec<u32> {
     let seed = seed.child("spread");
     let mut order = nodes.to_vec();
-    order.sort_by_key(|&n| (seed.at(u64::from(n)).bits(), n));
+    order.sort_by_cached_key(|&n| (seed.at(u64::from(n)).bits(), n));
     order
 }
 

@@ -6,7 +6,7 @@
 //! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
 //! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
-//! plants are (`space`). Wood that overlaps can be found and mended afterwards (`overlap`).
+//! plants are (`space`). At the end, wood that overlaps away from forks is moved apart (`overlap`).
 //!
 //! Limits: no two paths share a node without sharing the way to it, so axes never cross. Twigs and leaves are a later
 //! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 30 for a pass over it.
@@ -195,6 +195,10 @@ pub fn grow_on(
         let s = if slim == 1 { "" } else { "es" };
         notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
     }
+    let (mended, overlap) = mend_overlaps(&plant);
+    // The highest twig may be among what was moved or dropped.
+    let plant = if bound { mended } else { shed::as_high_as(&plant, mended) };
+    notes.extend(told(overlap));
     Ok((plant, notes))
 }
 
@@ -226,6 +230,19 @@ fn checked(params: &GrowParams, solids: &Solids) -> Result<(), GrowError> {
         Some(missing) => Err(GrowError::Shape(missing.file)),
         None => Ok(()),
     }
+}
+
+/// What was done about branches that grow into each other.
+fn told(Mended { found, dropped, left }: Mended) -> Vec<String> {
+    let moved = found.saturating_sub(dropped + left);
+    let what = |count: usize, done: &str| {
+        let (branches, others) = if count == 1 { ("branch", "another") } else { ("branches", "others") };
+        (count > 0).then(|| format!("{count} {branches} {done} {others}"))
+    };
+    [what(moved, "moved out of"), what(dropped, "dropped that grew into"), what(left, "still grow into")]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// One skeleton of several.

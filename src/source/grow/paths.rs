@@ -177,11 +177,18 @@ impl Paths {
             let State { vector, source, .. } = paths.states[i];
             let whim = whims[usize::from(owners[source as usize])];
             for target in graph.leaving(node) {
-                // A finalized node costs no more than this one, so it is never improved.
-                let cost = paths.costs[i]
-                    + weight(first.nodes.at(target) - here, vector)
-                        * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
-                if cost < paths.costs[target as usize] {
+                // A finalized node costs no more than this one, so it is never improved. The whim is drawn last: most
+                // nodes cannot be improved even by the least.
+                let best = paths.costs[target as usize];
+                if best <= paths.costs[i] {
+                    continue;
+                }
+                let weight = weight(first.nodes.at(target) - here, vector);
+                if paths.costs[i] + weight * (1.0 - WHIM) >= best {
+                    continue;
+                }
+                let cost = paths.costs[i] + weight * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
+                if cost < best {
                     paths.costs[target as usize] = cost;
                     paths.before[target as usize] = node;
                     frontier.push(cost, target);

@@ -27,6 +27,15 @@ pub(super) fn shed_in_place(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     without(plant, slenderness, 1.0)
 }
 
+/// A plant scaled to be as high as another.
+pub(super) fn as_high_as(model: &Plant, plant: Plant) -> Plant {
+    let (before, after) = (model.height(), plant.height());
+    if after > 0.0 && before > 0.0 && after != before {
+        return without(&plant, f32::INFINITY, before / after).0;
+    }
+    plant
+}
+
 fn without(plant: &Plant, slenderness: f32, scale: f32) -> (Plant, usize) {
     let mut builder = PlantBuilder::new();
     let mut kept: Vec<Option<ChainId>> = Vec::with_capacity(plant.chains().len());
