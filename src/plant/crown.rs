@@ -115,16 +115,18 @@ impl Crown {
         // Rounding must not drop a point that touches the hull.
         let hair = (c.abs() + half).element_sum() * 1e-5;
         let [x, y, z] = lattice;
-        let mut over = [false; 16];
-        for i in (0..DIRECTIONS).step_by(16) {
-            for lane in 0..16 {
-                let k = i + lane;
-                let middle = x[k] * c.x + y[k] * c.y + z[k] * c.z;
-                let reach = x[k].abs() * half.x + y[k].abs() * half.y + z[k].abs() * half.z;
-                over[lane] |= middle + reach + hair > self.support[k];
+        // A maximum in lanes, as in `distance`.
+        let mut most = [f32::NEG_INFINITY; 16];
+        let lanes = x.chunks_exact(16).zip(y.chunks_exact(16)).zip(z.chunks_exact(16));
+        for (((x, y), z), h) in lanes.zip(self.support.chunks_exact(16)) {
+            for ((((most, x), y), z), h) in most.iter_mut().zip(x).zip(y).zip(z).zip(h) {
+                let middle = x * c.x + y * c.y + z * c.z;
+                let reach = x.abs() * half.x + y.abs() * half.y + z.abs() * half.z;
+                let over = middle + reach - h;
+                *most = if over > *most { over } else { *most };
             }
         }
-        !over.contains(&true)
+        most.into_iter().all(|over| over + hair <= 0.0)
     }
 
     fn widen(&mut self, lattice: &[[f32; DIRECTIONS]; 3], point: Vec3) {

@@ -20,7 +20,7 @@ use super::wood::{Wood, strip};
 /// Most segments of a section.
 const MOST_SEGMENTS: usize = 8;
 /// A section that leaves its chord by more than its thickness and this share of the chord is cut in two.
-const BULGE: f32 = 0.1;
+const BULGE: f32 = 0.03;
 /// Sections of a leaf of the tree.
 const LEAF: usize = 4;
 /// Most touching pairs, a point.

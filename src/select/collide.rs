@@ -316,9 +316,11 @@ fn ring() -> &'static [(f32, f32); RING] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::capsules::Touch;
+    use super::super::capsules::{Touch, distance_squared};
     use super::*;
+    use crate::base::Seed;
     use crate::plant::PlantBuilder;
+    use crate::relate::random_plant::{Oddity, random_plant};
 
     const PAPER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 0.0 };
 
@@ -384,6 +386,43 @@ mod tests {
         // Twigs of 3 cm: 0.0095.
         assert!(measured(&crossing(0.03, 0.03, 0.0)).is_empty());
         assert!(measured(&crossing(0.1, 0.1, 0.21)).is_empty());
+    }
+
+    /// Against all segments of all pairs of branches, without boxes, sections or bounds.
+    #[test]
+    fn no_serious_pair_is_lost_to_a_bound() {
+        let mut met = 0;
+        for s in 0..24 {
+            let plant = random_plant(Seed::new(s), 60, if s % 4 == 3 { Oddity::Wild } else { Oddity::Tame });
+            let wood = Wood::of(&plant, &plant.pose());
+            let pair = |c: &Collision| (c.stays.0.min(c.goes.0) as usize, c.stays.0.max(c.goes.0) as usize);
+            let mut found: Vec<(usize, usize)> = serious(&plant, &wood, &PAPER, &|_, _| 0.0).iter().map(pair).collect();
+            found.sort_unstable();
+            let segments = |chain: usize| wood.span(chain).skip(1).map(|i| i - 1);
+            let thick = |i: usize| wood.radii[i].max(wood.radii[i + 1]);
+            let apart = |i: usize, j: usize| {
+                let p = &wood.points;
+                distance_squared(p[i], p[i + 1], p[j], p[j + 1])
+            };
+            let mut all = Vec::new();
+            for a in 0..plant.chains().len() {
+                for b in a + 1..plant.chains().len() {
+                    let touch = |i: usize, j: usize| apart(i, j) < (thick(i) + thick(j)) * (thick(i) + thick(j));
+                    let of = |i: usize| segments(b).filter(move |&j| touch(i, j)).map(move |j| (i as u32, j as u32));
+                    let contacts: Vec<Contact> =
+                        segments(a).flat_map(of).map(|segments| Contact { segments }).collect();
+                    let least = wood.surfaces[a].min(wood.surfaces[b]);
+                    let limit = threshold(&PAPER, plant.chains()[a].order.max(plant.chains()[b].order)) * least;
+                    if intersected_area(&wood, &contacts, wood.surfaces[a] <= wood.surfaces[b]) > limit && limit < least
+                    {
+                        all.push((a, b));
+                    }
+                }
+            }
+            met += all.len();
+            assert_eq!(found, all, "seed {s}");
+        }
+        assert!(met > 20, "{met}");
     }
 
     #[test]
