@@ -85,7 +85,7 @@ const ROWS: [Row; 7] = [
     },
     Row {
         figure: ["blend.acacia_bonsai", "blend.acacia_bonsai_ratio", "blend.acacia_bonsai_kept"],
-        source: ("hawthorn", 56),
+        source: ("zelkova", 56),
         target: ("bonsai", 42),
         trees: 127,
         paper: 1.58,

@@ -125,6 +125,41 @@ impl<'f> Tasks<'f> {
         best.map_or(batch.state, |(_, state)| state)
     }
 
+    /// As [`sample`](Self::sample) for each of some places in the batch, in one run through it.
+    #[must_use]
+    pub fn samples(&self, seed: Seed, progress: &[f32], pace: f32) -> Vec<State> {
+        let mut batch = self.batch(seed, pace);
+        let mut states = vec![batch.state.clone(); progress.len()];
+        // What is not a number stays at the first state.
+        let mut order: Vec<usize> = (0..progress.len()).filter(|&i| !progress[i].is_nan()).collect();
+        order.sort_by(|&a, &b| progress[a].total_cmp(&progress[b]).then(a.cmp(&b)));
+        let mut open = order.into_iter().peekable();
+        // The first state that has come this far.
+        let mut last: Option<(f32, State)> = None;
+        while open.peek().is_some() && batch.advance() {
+            let now = batch.progress();
+            if last.as_ref().is_some_and(|(before, _)| now <= *before) {
+                continue;
+            }
+            while let Some(i) = open.next_if(|&i| progress[i] <= now) {
+                let earlier =
+                    last.as_ref().filter(|(before, _)| (before - progress[i]).abs() <= (now - progress[i]).abs());
+                states[i].clone_from(earlier.map_or(&batch.state, |(_, state)| state));
+            }
+            match &mut last {
+                Some((before, state)) => {
+                    *before = now;
+                    state.degrees.copy_from_slice(&batch.state.degrees);
+                }
+                None => last = Some((now, batch.state.clone())),
+            }
+        }
+        if let Some((_, state)) = last {
+            open.for_each(|i| states[i].clone_from(&state));
+        }
+        states
+    }
+
     /// How far a state has come, 0..=1: the mean of its tasks.
     #[must_use]
     pub fn progress(&self, state: &State) -> f32 {

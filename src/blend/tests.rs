@@ -259,3 +259,18 @@ fn samples_of_the_simplex_are_even_and_more_of_them_keep_the_first() {
         }
     }
 }
+
+#[test]
+fn samples_of_one_run_are_those_of_a_run_each() {
+    for s in 0..6 {
+        let family = pair(s, Oddity::Tame);
+        let tasks = Tasks::new(&family, 0, 1);
+        let places = [0.7, 0.0, 1.0, 0.31, 0.3, 0.3, 0.999, 0.02, 1.5, -1.0, f32::NAN];
+        for pace in [0.2, 1.0, 4.0] {
+            let states = tasks.samples(Seed::new(s), &places, pace);
+            for (place, state) in places.iter().zip(states) {
+                assert!(state == tasks.sample(Seed::new(s), *place, pace), "seed {s}, {place} at pace {pace}");
+            }
+        }
+    }
+}

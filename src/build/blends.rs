@@ -1,10 +1,12 @@
 //! The blending stages: sources in correspondence, and each variant bare.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::selections::{self, Selected};
 use crate::base::{Diagnostic, Seed};
-use crate::blend::{self, Chosen, Tasks};
+use crate::blend::{self, Chosen, State, Tasks};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
@@ -124,8 +126,43 @@ fn schedule_seed(plan: &Plan, params: &BlendParams, batch: u64) -> Seed {
     params.of.iter().fold(Seed::new(plan.seed).child("schedule"), named).at(batch)
 }
 
+/// The states that variants of batches are, each batch run through once; none for others.
+pub(super) fn states(plan: &Plan, variants: &[Variant], blends: &Blends) -> Vec<Option<State>> {
+    let mut runs: BTreeMap<(usize, u64, u32), Vec<(usize, f32)>> = BTreeMap::new();
+    for (i, variant) in variants.iter().enumerate() {
+        if let Variant::Blend { blend, tree: BlendTree::State { batch, progress, pace } } = variant {
+            runs.entry((*blend, *batch, pace.to_bits())).or_default().push((i, *progress));
+        }
+    }
+    let runs: Vec<((usize, u64, u32), Vec<(usize, f32)>)> = runs.into_iter().collect();
+    let found: Vec<Vec<State>> = runs
+        .par_iter()
+        .map(|((blend, batch, pace), places)| {
+            let (params, made) = (&plan.blends[*blend], &blends.made[*blend]);
+            let tasks = Tasks::partial(&blends.families[made.family], 0, 1, &|kin| made.chosen.has(kin));
+            let places: Vec<f32> = places.iter().map(|place| place.1).collect();
+            tasks.samples(schedule_seed(plan, params, *batch), &places, f32::from_bits(*pace))
+        })
+        .collect();
+    let mut states = vec![None; variants.len()];
+    for ((_, places), found) in runs.iter().zip(found) {
+        places.iter().zip(found).for_each(|((i, _), state)| states[*i] = Some(state));
+    }
+    states
+}
+
 /// The family of a blend and its weights there; none for what is no blend.
 pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -> Option<(&'b Family, Weights)> {
+    blend_at(plan, variant, blends, None)
+}
+
+/// As [`blend_of`], where the state that the variant is may be known already.
+pub(super) fn blend_at<'b>(
+    plan: &Plan,
+    variant: &Variant,
+    blends: &'b Blends,
+    known: Option<&State>,
+) -> Option<(&'b Family, Weights)> {
     let Variant::Blend { blend, tree } = variant else { return None };
     let (params, made) = (&plan.blends[*blend], &blends.made[*blend]);
     let family = &blends.families[made.family];
@@ -133,7 +170,11 @@ pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -
         BlendTree::State { batch, progress, pace } => {
             let seed = schedule_seed(plan, params, *batch);
             let tasks = Tasks::partial(family, 0, 1, &|kin| made.chosen.has(kin));
-            tasks.weights(&tasks.sample(seed, *progress, *pace)).with_unit_seed(seed.child("units"))
+            let weights = match known {
+                Some(state) => tasks.weights(state),
+                None => tasks.weights(&tasks.sample(seed, *progress, *pace)),
+            };
+            weights.with_unit_seed(seed.child("units"))
         }
         BlendTree::Point { shares, scatter, draw } => {
             let seed = schedule_seed(plan, params, *draw);

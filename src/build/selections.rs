@@ -8,6 +8,7 @@ use crate::base::{Diagnostic, Note};
 use crate::plant::{ChainId, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
+use crate::relate::Blender;
 use crate::select::{self, Examined, Picked, Scores, Sources};
 
 /// A kept tree.
@@ -62,18 +63,24 @@ pub(super) fn selected<'a>(plan: &'a Plan, made: &Blends) -> Result<Selected<'a>
 type Outcome<'a> = (Vec<Kept<'a>>, Vec<Note>);
 
 fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outcome<'a>, Diagnostic> {
-    let blended = |recipe: &Variant| blends::blend_of(plan, recipe, made);
-    let first = selection.candidates.first().and_then(blended);
+    let first = selection.candidates.first().and_then(|recipe| blends::blend_of(plan, recipe, made));
     let Some((family, _)) = first else { return Ok((Vec::new(), Vec::new())) };
     let sources = Sources::of(family, &selection.filter);
+    let states = blends::states(plan, &selection.candidates, made);
+    // All of one blend, so of one family.
     let examined: Vec<Examined> = selection
         .candidates
         .par_iter()
-        .filter_map(blended)
-        .map(|(family, weights)| {
-            let (plant, kins) = family.blend_with_kins(&weights);
-            select::examine(&plant, &kins, &sources, &selection.filter)
-        })
+        .zip(&states)
+        .map_init(
+            || (Blender::new(family), Plant::default()),
+            |(blender, plant), (recipe, state)| {
+                let (_, weights) = blends::blend_at(plan, recipe, made, state.as_ref())?;
+                blender.blend_into(&weights, plant);
+                Some(select::examine(plant, blender.kins(), &sources, &selection.filter))
+            },
+        )
+        .flatten_iter()
         .collect();
     let scores = select::scores(&examined, &sources, &selection.scores);
     let picked = select::pick(selection.pick, selection.keep, selection.filter.botany, &examined, &scores);

@@ -37,6 +37,9 @@ static LANES: LazyLock<[[f32; DIRECTIONS]; 3]> =
 /// Points beyond this share of the way from the middle to the box's ellipsoid are near the outside.
 const OUTER: f32 = 0.75;
 
+/// Points in a row that are asked about together; neighbours along a branch, as a rule.
+const RUN: usize = 16;
+
 /// The convex hull of some points, relative to an anchor.
 #[derive(Clone, Debug)]
 pub struct Crown {
@@ -72,21 +75,58 @@ impl Crown {
         let inverse = Vec3::ONE / half;
         let depth = |p: Vec3| ((p - centre) * inverse).length_squared();
         let lattice = &*LANES;
-        let mut near = Vec::new();
-        for &point in points {
-            if depth(point) >= OUTER * OUTER {
-                self.widen(lattice, point);
-            } else {
-                near.push(point);
+        // A few of those outside first: they make most of the hull.
+        for &point in points.iter().step_by(RUN).filter(|p| depth(**p) >= OUTER * OUTER) {
+            self.widen(lattice, point);
+        }
+        let mut inner = None;
+        for outside in [true, false] {
+            let within = inner.unwrap_or(OUTER * OUTER);
+            for run in points.chunks(RUN) {
+                let (mut low, mut high, mut any) = (Vec3::INFINITY, Vec3::NEG_INFINITY, false);
+                for &p in run {
+                    let deep = depth(p);
+                    if (deep >= OUTER * OUTER) == outside && (outside || deep >= within) {
+                        (low, high, any) = (low.min(p), high.max(p), true);
+                    }
+                }
+                if !any || self.holds_box(lattice, low, high) {
+                    continue;
+                }
+                for &p in run {
+                    let deep = depth(p);
+                    if (deep >= OUTER * OUTER) == outside && (outside || deep >= within) {
+                        self.widen(lattice, p);
+                    }
+                }
+            }
+            let c = centre - self.anchor;
+            let radius = self.support.iter().zip(LATTICE.iter()).map(|(h, u)| (h - u.dot(c)) / (*u * half).length());
+            let least = radius.fold(f32::INFINITY, f32::min).max(0.0);
+            // Rounding must not drop a point that touches the ellipsoid.
+            inner = Some(least * least * 0.999);
+        }
+        self.count += points.len();
+    }
+
+    /// Whether a box can't widen the hull.
+    fn holds_box(&self, lattice: &[[f32; DIRECTIONS]; 3], low: Vec3, high: Vec3) -> bool {
+        let (c, half) = ((low + high) * 0.5 - self.anchor, (high - low) * 0.5);
+        // Rounding must not drop a point that touches the hull.
+        let hair = (c.abs() + half).element_sum() * 1e-5;
+        let [x, y, z] = lattice;
+        // A maximum in lanes, as in `distance`.
+        let mut most = [f32::NEG_INFINITY; 16];
+        let lanes = x.chunks_exact(16).zip(y.chunks_exact(16)).zip(z.chunks_exact(16));
+        for (((x, y), z), h) in lanes.zip(self.support.chunks_exact(16)) {
+            for ((((most, x), y), z), h) in most.iter_mut().zip(x).zip(y).zip(z).zip(h) {
+                let middle = x * c.x + y * c.y + z * c.z;
+                let reach = x.abs() * half.x + y.abs() * half.y + z.abs() * half.z;
+                let over = middle + reach - h;
+                *most = if over > *most { over } else { *most };
             }
         }
-        let c = centre - self.anchor;
-        let radius = self.support.iter().zip(LATTICE.iter()).map(|(h, u)| (h - u.dot(c)) / (*u * half).length());
-        let inner = radius.fold(f32::INFINITY, f32::min).max(0.0);
-        // Rounding must not drop a point that touches the ellipsoid.
-        let inner = inner * inner * 0.999;
-        near.into_iter().filter(|p| depth(*p) >= inner).for_each(|p| self.widen(lattice, p));
-        self.count += points.len();
+        most.into_iter().all(|over| over + hair <= 0.0)
     }
 
     fn widen(&mut self, lattice: &[[f32; DIRECTIONS]; 3], point: Vec3) {

@@ -20,8 +20,8 @@ use crate::base::simplex_point;
 const MOST_TREES: u64 = 256;
 /// Most trees of all batches of one entry.
 const MOST_IN_POOL: u64 = 2048;
-/// Steps of a batch at its usual pace, about.
-const USUAL_STEPS: f32 = 60.0;
+/// Share of its way that a batch goes in a wide step at its usual pace.
+const WIDEST_STEP: f32 = 0.2;
 /// Most sources of one mix.
 const MOST_SOURCES: usize = 16;
 
@@ -359,7 +359,9 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let trees = if pooled {
         // Round the batches, and in each through its sequence in an order that spreads any number evenly.
         let order = spread(trees.max(1));
-        let pace = (USUAL_STEPS / (5.0 * trees.max(1) as f32)).min(1.0);
+        // Slow enough that neighbours in a sequence are hardly ever one state, from its first steps on, which are widest.
+        let span = (high - low).max(0.05);
+        let pace = (span / (WIDEST_STEP * trees.max(1) as f32)).min(1.0);
         let place = |i: u64| (order[(i / batches.max(1)) as usize] as f32 + 0.5) / trees.max(1) as f32;
         (0..made).map(|i| BlendTree::State { batch: batch(i), progress: at(place(i)), pace }).collect()
     } else {

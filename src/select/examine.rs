@@ -1,5 +1,7 @@
 //! Filtering and measuring a bare candidate in one pass over its pose.
 
+use rayon::prelude::*;
+
 use super::collide::{Collision, Habits, collisions};
 use super::profile::Profile;
 use super::proportions::{Departure, Proportions};
@@ -20,7 +22,7 @@ impl Sources {
     /// Measures every source of a family.
     #[must_use]
     pub fn of(family: &Family, params: &FilterParams) -> Self {
-        let profiles = family.sources().iter().map(|plant| Profile::of(plant, &Posed::of_bearers(plant))).collect();
+        let profiles = family.sources().par_iter().map(|plant| Profile::of(plant, &Posed::of_bearers(plant))).collect();
         let habits = if params.collisions < 1.0 { Habits::of(family, params) } else { Habits::default() };
         Self { profiles, habits }
     }
@@ -56,7 +58,7 @@ impl Examined {
 /// slice stands for a plant that belongs to no family.
 #[must_use]
 pub fn examine(plant: &Plant, kins: &[KinId], sources: &Sources, params: &FilterParams) -> Examined {
-    let posed = plant.pose();
+    let posed = Posed::of_bearers(plant);
     let found =
         if params.collisions < 1.0 { collisions(plant, &posed, kins, &sources.habits, params) } else { Vec::new() };
     let gone = if found.is_empty() {
