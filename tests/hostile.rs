@@ -136,3 +136,57 @@ fn what_fuzzing_found_stays_mended() {
         let _ = read(&std::fs::read(&find).unwrap());
     }
 }
+
+/// A file of many short lines, or of one long one: few bytes for each row, face, part or name. Were the reading of any of
+/// them quadratic, this one test would take the better part of an hour.
+#[test]
+fn dense_files_are_read_in_step_with_their_length() {
+    const ROWS: usize = 20_000;
+    let many = |head: &str, line: &dyn Fn(usize) -> String| -> Vec<u8> {
+        std::iter::once(head.to_owned()).chain((0..ROWS).map(line)).collect::<String>().into_bytes()
+    };
+    let triangle = "v 0 0 0\nv 0 1 0\nv 1 0 0\n";
+    let graph = "CODE:\tFORM-A\nCLASSES:\nA 1\nMTG:\nENTITY-CODE\tLength\n/A1\t1\n";
+    let cylinders = "parent,radius,start_x,start_y,start_z,end_x,end_y,end_z\n";
+
+    // What makes a plant or is refused by name, but always ends.
+    for (kind, bytes) in [
+        ("a chain of rows", many(graph, &|_| "^<A\t1\n".into())),
+        ("a chain of rows without a length", many(graph, &|_| "^<A\n".into())),
+        ("a branch on each branch", many(graph, &|_| "^+A\t1\n".into())),
+        ("a chain in one row", many(&format!("{graph}^"), &|_| "<A".into())),
+        ("cylinders at one place", many(cylinders, &|_| "0,1,0,0,0,0,0,1\n".into())),
+        (
+            "cylinders that all name the first",
+            many(cylinders, &|i| format!("{},1,0,0,{i},1,0,{i}\n", usize::from(i > 0))),
+        ),
+        ("nodes in a chain", many("", &|i| format!("{} 0 0 {} 1 1 {i}\n", i + 1, i % 10))),
+    ] {
+        if let Err(errors) = read(&bytes) {
+            assert!(!errors.is_empty() && errors.iter().all(|e| e.file == "it"), "{kind}: {errors:?}");
+        }
+    }
+
+    // What must be read, and to how many triangles.
+    let names: String = (0..ROWS).map(|i| format!("newmtl {i}\n")).collect();
+    let materials = [&b"mtllib a.mtl\nv 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\n"[..], names.as_bytes()].join(PART);
+    for (kind, bytes, triangles) in [
+        ("a material for each face", many(triangle, &|i| format!("usemtl {i}\nf 1 2 3\n")), ROWS),
+        ("two materials in turn", many(triangle, &|i| format!("usemtl {}\nf 1 2 3\n", i % 2)), ROWS),
+        ("a group for each face", many(triangle, &|i| format!("g {i}\nf 1 2 3\n")), ROWS),
+        ("corners of one place", many(triangle, &|_| "f 1 2 3\n".into()), ROWS),
+        ("a material file of names", materials, 1),
+    ] {
+        assert_eq!(read(&bytes).ok(), Some(triangles), "{kind}");
+    }
+
+    // One face of all vertices: on a circle, which is cut into all its triangles, and at one place, which has none.
+    let circle = |i: usize| {
+        let angle = i as f64 / ROWS as f64 * std::f64::consts::TAU;
+        format!("v {:.6} {:.6} 0\n", angle.cos(), angle.sin())
+    };
+    let corners: String = (1..=ROWS).map(|i| format!(" {i}")).collect();
+    let face = [many("", &circle), format!("f{corners}\n").into_bytes()].concat();
+    assert!(read(&face).is_ok_and(|n| n <= ROWS - 2 && n > 0));
+    let _ = read(&many(&format!("{triangle}f"), &|_| " 1".into()));
+}

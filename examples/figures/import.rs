@@ -5,7 +5,7 @@ use treewright::base::Seed;
 use treewright::mesh::{TubeDetail, tubes};
 use treewright::plant::Plant;
 use treewright::preset::plan::{ImportHeight, UpAxis};
-use treewright::source::grow::grow;
+use treewright::source::grow::{Solid, Solids, grow_in, shape_files};
 use treewright::source::import::{Agreement, agreement};
 use treewright::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
 
@@ -97,7 +97,15 @@ fn round_trip() {
         let text = std::fs::read_to_string(path).expect("the species can be read");
         let mut growth = treewright::preset::species("it.ron", &text).expect("the species is good");
         growth.seed = seed;
-        let truth = grow(&growth, Seed::new(seed)).expect("it grows").0;
+        let solids: Solids = shape_files(&growth)
+            .into_iter()
+            .map(|shape| {
+                let bytes = std::fs::read(path.with_file_name(&shape.file)).expect("the shape is shipped");
+                let solid = Solid::read(&bytes, shape.reading).expect("the shape is good");
+                (shape, solid)
+            })
+            .collect();
+        let truth = grow_in(&growth, &solids, Seed::new(seed)).expect("it grows").0;
         let (positions, triangles) = swept(&truth, 12);
         let found = skeletonize(&Wood { positions, triangles }, &params(UpAxis::Y, Method::ByPiece));
         let Ok(found) = found else { continue };

@@ -301,14 +301,23 @@ impl<'a> Sleeves<'a> {
                 continue;
             }
             let last = high - (high - low) * END;
+            // The end lies in the middle of its own surface: the last bit of axis is short, and points anywhere.
+            let (mut middle, mut count) = (DVec3::ZERO, 0.0);
+            for &v in self.members[k].iter().filter(|&&v| ahead(v) >= last) {
+                middle += self.surface.positions[v as usize];
+                count += 1.0;
+            }
+            middle = if count > 0.0 { middle / count } else { self.middles[k] };
+            middle += along * (high - (middle - self.middles[k]).dot(along));
             let (mut sum, mut count) = (0.0, 0.0);
             for &v in self.members[k].iter().filter(|&&v| ahead(v) >= last) {
-                sum += self.off(k, along, v);
+                let d = self.surface.positions[v as usize] - middle;
+                sum += (d - along * d.dot(along)).length();
                 count += 1.0;
             }
             let tip = limb.nodes.len() as u32;
             let radius = if count > 0.0 { (sum / count).min(self.radii[k] * COLLAR) } else { self.radii[k] };
-            limb.nodes.push(LimbNode { position: self.middles[k] + along * high, radius });
+            limb.nodes.push(LimbNode { position: middle, radius });
             limb.edges.push([name[k], tip]);
         }
         limb
