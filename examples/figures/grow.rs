@@ -169,7 +169,9 @@ fn found_overlaps() {
     let how = format!("of these trees were dropped for it; at most {:.2} % of a tree's", worst * 100.0);
     Figure::new("grow.overlaps_dropped", dropped as f64, "branches", how).goal("few").print();
     let (plant, _) = grow(&typical(150_000, 1.0), Seed::new(1)).expect("it grows");
-    let time = seconds(9, || drop(overlaps(&plant)));
+    let time = seconds(9, || {
+        let _ = overlaps(&plant);
+    });
     let how = format!("ms to find overlaps of {} branches of the typical tree, median of 9", plant.chains().len());
     Figure::new("grow.overlaps_time", time * 1e3, "ms", how).goal("< 10 % of a tree").print();
     crate::plausibility::print();
