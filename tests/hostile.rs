@@ -182,8 +182,8 @@ fn dense_files_are_read_in_step_with_their_length() {
 
     // One face of all vertices: on a circle, which is cut into all its triangles, and at one place, which has none.
     let circle = |i: usize| {
-        let angle = i as f64 / ROWS as f64 * std::f64::consts::TAU;
-        format!("v {:.6} {:.6} 0\n", angle.cos(), angle.sin())
+        let (sin, cos) = treewright::base::math::sin_cos(i as f32 / ROWS as f32 * std::f32::consts::TAU);
+        format!("v {cos:.6} {sin:.6} 0\n")
     };
     let corners: String = (1..=ROWS).map(|i| format!(" {i}")).collect();
     let face = [many("", &circle), format!("f{corners}\n").into_bytes()].concat();

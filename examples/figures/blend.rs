@@ -203,7 +203,8 @@ fn memory() {
 /// The slope of a line through logarithms.
 fn exponent(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let logs: Vec<(f64, f64)> =
+        points.iter().map(|(x, y)| (treewright::base::math::ln64(*x), treewright::base::math::ln64(*y))).collect();
     let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
     logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
         / logs.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>()

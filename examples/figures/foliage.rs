@@ -168,7 +168,9 @@ fn compare(file: &str, scene: &Scene, known: &Known, plant: &Plant, place: &Plac
         let [x, y, z] = [pose.frame.x, pose.frame.y, pose.frame.z].map(extent);
         let off = Vec3::new((x.0 + x.1) * 0.5, (y.0 + y.1) * 0.5 - leaf.size * 0.5, (z.0 + z.1) * 0.5);
         position.push(f64::from(off.length()) / height);
-        let angle = f64::from(pose.frame.z.dot(truth.normal.normalize()).abs().min(1.0)).acos().to_degrees();
+        let angle = f64::from(
+            treewright::base::math::acos(pose.frame.z.dot(truth.normal.normalize()).abs().min(1.0)).to_degrees(),
+        );
         normal.push(angle);
         let width = leaf.size * leaf.form.width();
         let one = |is: f32, was: (f32, f32)| f64::from((is / (was.1 - was.0) - 1.0).abs());

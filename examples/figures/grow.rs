@@ -91,7 +91,7 @@ fn scaling() {
     for count in counts {
         let params = typical(count, 1.0);
         let time = seconds(3, || drop(graph(&params).costs_from_root()));
-        points.push((f64::from(count).ln(), time.ln()));
+        points.push((treewright::base::math::ln64(f64::from(count)), treewright::base::math::ln64(time)));
     }
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(|p| p.0), mean(|p| p.1));

@@ -142,7 +142,7 @@ pub(crate) fn shell(triangles: usize) -> Wood {
     let mut wood = Wood::default();
     let first: Vec<u32> = (0..sides).collect();
     for s in 0..sides {
-        let (sin, cos) = (s as f32 / sides as f32 * std::f32::consts::TAU).sin_cos();
+        let (sin, cos) = treewright::base::math::sin_cos(s as f32 / sides as f32 * std::f32::consts::TAU);
         wood.positions.push(Vec3::new(cos * 0.3, 0.0, sin * 0.3));
     }
     let mut work = vec![(first, Vec3::ZERO, Vec3::Y, 0.3_f32, 0_u32, Seed::new(5))];
@@ -155,7 +155,7 @@ pub(crate) fn shell(triangles: usize) -> Wood {
             let above = wood.positions.len() as u32;
             let count = below.len() as u32;
             for s in 0..count {
-                let (sin, cos) = (s as f32 / count as f32 * std::f32::consts::TAU).sin_cos();
+                let (sin, cos) = treewright::base::math::sin_cos(s as f32 / count as f32 * std::f32::consts::TAU);
                 wood.positions.push(middle + (x * cos + z * sin) * radius);
             }
             for s in 0..count {
@@ -192,7 +192,7 @@ fn speed() {
     let how = format!("one skin of {} triangles, one run", large.triangles.len());
     Figure::new("import.seconds_2m", twenty, "s", how).print();
     let share = large.triangles.len() as f64 / wood.triangles.len() as f64;
-    let exponent = (twenty / one).ln() / share.ln();
+    let exponent = treewright::base::math::ln64(twenty / one) / treewright::base::math::ln64(share);
     Figure::new("import.scaling_exponent", exponent, "", "of time over triangles, from 100,000 to 2 million")
         .goal("<= 1.1 (n log n)")
         .print();

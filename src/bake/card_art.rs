@@ -306,7 +306,8 @@ mod tests {
 
     #[test]
     fn a_window_of_a_texture_comes_out_texel_for_texel() {
-        let pixel = |x: u32, y: u32| [(x * 7) as u8, (y * 5) as u8, 90, if (x + y) % 3 == 0 { 20 } else { 255 }];
+        let pixel =
+            |x: u32, y: u32| [(x * 7) as u8, (y * 5) as u8, 90, if (x + y).is_multiple_of(3) { 20 } else { 255 }];
         let art = art(card(Vec2::new(0.5, 0.25), Vec2::new(1.0, 0.75), Some(0)), vec![png(32, 32, pixel)]);
         let (maps, notes) = card_maps(&art, Seed::new(1));
         assert!(notes.is_empty());

@@ -126,15 +126,20 @@ fn schedule_seed(plan: &Plan, params: &BlendParams, batch: u64) -> Seed {
     params.of.iter().fold(Seed::new(plan.seed).child("schedule"), named).at(batch)
 }
 
+/// A batch: its blend, its number, the bits of its pace.
+type Run = (usize, u64, u32);
+/// Variants and how far into their batch they are.
+type Places = Vec<(usize, f32)>;
+
 /// The states that variants of batches are, each batch run through once; none for others.
 pub(super) fn states(plan: &Plan, variants: &[Variant], blends: &Blends) -> Vec<Option<State>> {
-    let mut runs: BTreeMap<(usize, u64, u32), Vec<(usize, f32)>> = BTreeMap::new();
+    let mut runs: BTreeMap<Run, Places> = BTreeMap::new();
     for (i, variant) in variants.iter().enumerate() {
         if let Variant::Blend { blend, tree: BlendTree::State { batch, progress, pace } } = variant {
             runs.entry((*blend, *batch, pace.to_bits())).or_default().push((i, *progress));
         }
     }
-    let runs: Vec<((usize, u64, u32), Vec<(usize, f32)>)> = runs.into_iter().collect();
+    let runs: Vec<(Run, Places)> = runs.into_iter().collect();
     let found: Vec<Vec<State>> = runs
         .par_iter()
         .map(|((blend, batch, pace), places)| {

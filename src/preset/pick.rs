@@ -165,7 +165,7 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
 /// `count`, 2·count²; 8 at least, and at most 2048 and 65,536 comparisons of a kept one with all.
 fn usual_candidates(count: u64) -> u64 {
     let count = count.max(1);
-    (2 * count * count).max(8).min(MOST_CANDIDATES).min((65_536 / count).max(count))
+    (2 * count * count).clamp(8, MOST_CANDIDATES).min((65_536 / count).max(count))
 }
 
 fn filter(fields: &Reader<'_, '_>) -> FilterParams {

@@ -219,6 +219,9 @@ pub fn read_with<'a>(bytes: &'a [u8], files: &BTreeMap<String, &'a [u8]>) -> Res
     }
 }
 
+/// An attribute: the first `N` numbers of each vertex, and how many a vertex has.
+type Numbers<const N: usize> = (Vec<[f32; N]>, usize);
+
 impl GlbInfo<'_> {
     /// Positions of a primitive, in the mesh's own space.
     ///
@@ -248,7 +251,7 @@ impl GlbInfo<'_> {
         primitive: usize,
         name: &str,
         vertices: Option<&[u32]>,
-    ) -> Result<Option<(Vec<[f32; N]>, usize)>, GlbError> {
+    ) -> Result<Option<Numbers<N>>, GlbError> {
         let Some(elements) = self.elements(self.primitive(mesh, primitive)?, name)? else { return Ok(None) };
         let numbers = match vertices {
             Some(vertices) => vertices.iter().map(|&i| elements.get(i as usize)).collect(),

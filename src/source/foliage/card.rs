@@ -147,11 +147,13 @@ fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_
     count
 }
 
+/// Leaves of one material and the same triangles.
+type Kind = (Option<usize>, Vec<[u32; 3]>);
+
 /// All leaves by what they look like, in order of their first.
 fn groups(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    // By material and triangles.
-    let mut kinds: std::collections::BTreeMap<(Option<usize>, Vec<[u32; 3]>), Vec<usize>> = Default::default();
+    let mut kinds: std::collections::BTreeMap<Kind, Vec<usize>> = Default::default();
     for piece in pieces.iter().filter(|p| p.role == Role::Leaf) {
         let group = alone(scene, tones, &piece.component);
         let kind = kinds.entry((group.material, group.triangles.clone())).or_default();
@@ -263,7 +265,7 @@ impl Affine {
             (px, py) = (px + p * q.x, py + p * q.y);
         }
         let det = xx * yy - xy * xy;
-        if !(det > 1e-6 * (xx + yy) * (xx + yy)) {
+        if det.is_nan() || det <= 1e-6 * (xx + yy) * (xx + yy) {
             return None;
         }
         let (x, y) = ((px * yy - py * xy) / det, (py * xx - px * xy) / det);

@@ -184,14 +184,12 @@ fn principal(points: impl Iterator<Item = DVec3>) -> [DVec3; 3] {
             let t = if t.is_finite() { t } else { 0.0 };
             let c = 1.0 / (t * t + 1.0).sqrt();
             let s = t * c;
-            for k in 0..3 {
-                let (a, b) = (m[k][p], m[k][q]);
-                (m[k][p], m[k][q]) = (c * a - s * b, s * a + c * b);
+            for row in &mut m {
+                (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
-            for k in 0..3 {
-                let (a, b) = (m[p][k], m[q][k]);
-                (m[p][k], m[q][k]) = (c * a - s * b, s * a + c * b);
-            }
+            let (a, b) = (m[p], m[q]);
+            m[p] = std::array::from_fn(|k| c * a[k] - s * b[k]);
+            m[q] = std::array::from_fn(|k| s * a[k] + c * b[k]);
             (v[p], v[q]) = (v[p] * c - v[q] * s, v[p] * s + v[q] * c);
         }
     }

@@ -16,7 +16,8 @@ impl Near {
     pub(super) fn new(points: impl Iterator<Item = Vec3>) -> Self {
         let points: Vec<(Vec3, u32)> = points.enumerate().map(|(i, p)| (p, i as u32)).collect();
         let mut tree = Self { axes: vec![0; points.len()], points };
-        let mut work = vec![0..tree.points.len()];
+        let all = 0..tree.points.len();
+        let mut work = Vec::from([all]);
         while let Some(span) = work.pop() {
             if span.len() < 2 {
                 continue;

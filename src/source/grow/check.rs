@@ -73,12 +73,11 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
 /// Largest turn, radians.
 const TURN: f32 = 4.0 * std::f32::consts::PI;
 
+/// Says that a field of this name and value is outside of these bounds, where it is.
+type Range<'a> = dyn Fn(&str, f32, f32, f32) -> Result<(), GrowError> + 'a;
+
 /// The ranges of a guide, splits at most `deep` deep.
-fn guide_within(
-    guide: &Guide,
-    at: &dyn Fn(&str, f32, f32, f32) -> Result<(), GrowError>,
-    deep: u32,
-) -> Result<(), GrowError> {
+fn guide_within(guide: &Guide, at: &Range<'_>, deep: u32) -> Result<(), GrowError> {
     let angle = |name: &str, value: f32| at(name, value, -TURN, TURN);
     match guide {
         Guide::Constant { alpha } => angle("alpha", *alpha),

@@ -213,7 +213,7 @@ mod tests {
         let (poisson, uniform) = (chosen(Sampling::Poisson), chosen(Sampling::Uniform));
         assert_eq!((poisson.len(), uniform.len()), (200, 200));
         // Mean distance to the nearest: 0.554 / cbrt(density) for chance alone (200 in π/4).
-        let expected = 0.554 / (200.0_f32 / (std::f32::consts::PI * 0.25)).cbrt();
+        let expected = 0.554 / crate::base::math::cbrt(200.0 / (std::f32::consts::PI * 0.25));
         assert!((nearest(&uniform) / expected - 1.0).abs() < 0.15, "{} {expected}", nearest(&uniform));
         assert!(nearest(&poisson) > nearest(&uniform) * 1.3);
     }

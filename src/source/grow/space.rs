@@ -243,7 +243,7 @@ impl Graph {
         let coarse = &self.space.nodes;
         let (low, high) = self.region.bounds();
         // Edges are longer than a cell of the field: points along them.
-        let points = structures.iter().flat_map(|structure| &structure.members.as_slice()[..]).zip(
+        let points = structures.iter().flat_map(|structure| structure.members.as_slice()).zip(
             structures
                 .iter()
                 .flat_map(|structure| structure.members.iter().map(|m| structure.members[m.parent as usize].node)),

@@ -146,8 +146,7 @@ fn library(
 fn factor(statement: &Statement<'_>, word: &[u8], material: &mut Material, errors: &mut Errors<'_>) {
     let mut values = [0.0; 3];
     let mut count = 0;
-    let mut words = statement.words().filter(|w| *w != b"-halo").take(3);
-    while let Some(text) = words.next() {
+    for text in statement.words().filter(|w| *w != b"-halo").take(3) {
         // Spectral and CIE colours are left aside.
         if count == 0 && matches!(text, b"spectral" | b"xyz") {
             return;

@@ -61,7 +61,7 @@ pub(super) fn contract(surface: &Surface) -> Option<Vec<DVec3>> {
     for _ in 0..MOST_ROUNDS {
         equations.round(&mut shrunk, pull, &hold, &mut scratch);
         let area = shrunk.area();
-        if !(area > before * THIN) || (area > last * SETTLED && area < before * CONTRACTED) {
+        if area.is_nan() || area <= before * THIN || (area > last * SETTLED && area < before * CONTRACTED) {
             break;
         }
         last = area;

@@ -58,7 +58,7 @@ pub(super) fn stick(positions: &[DVec3], shares: &[f64]) -> Option<Limb> {
     }
     let far = |sign: f64| positions.iter().fold(0.0_f64, |m, &p| m.max((p - middle).dot(along) * sign));
     let (below, above) = (far(-1.0), far(1.0));
-    if !(below + above > 0.0) {
+    if (below + above).is_nan() || below + above <= 0.0 {
         return None;
     }
     let radius = |sign: f64, reach: f64| {
@@ -276,20 +276,20 @@ impl<'a> Sleeves<'a> {
         }
         let mut name = vec![u32::MAX; n];
         let mut limb = Limb::default();
-        for k in 0..n {
+        for (k, name) in name.iter_mut().enumerate() {
             if !self.members[k].is_empty() {
-                name[k] = limb.nodes.len() as u32;
+                *name = limb.nodes.len() as u32;
                 limb.nodes.push(LimbNode { position: self.middles[k], radius: self.radii[k] });
             }
         }
-        for k in 0..n {
+        for (k, &own) in name.iter().enumerate() {
             let near = self.links[k].iter().filter(|&&b| b as usize > k);
-            limb.edges.extend(near.map(|&b| [name[k], name[b as usize]]));
+            limb.edges.extend(near.map(|&b| [own, name[b as usize]]));
         }
         if limb.nodes.len() == 1 {
             return stick(&self.surface.positions, &self.shares).unwrap_or(limb);
         }
-        for k in 0..n {
+        for (k, &own) in name.iter().enumerate() {
             let [before] = *self.links[k].as_slice() else { continue };
             let Some(along) = (self.middles[k] - self.middles[before as usize]).try_normalize() else { continue };
             let ahead = |v: u32| (self.surface.positions[v as usize] - self.middles[k]).dot(along);
@@ -318,7 +318,7 @@ impl<'a> Sleeves<'a> {
             let tip = limb.nodes.len() as u32;
             let radius = if count > 0.0 { (sum / count).min(self.radii[k] * COLLAR) } else { self.radii[k] };
             limb.nodes.push(LimbNode { position: middle, radius });
-            limb.edges.push([name[k], tip]);
+            limb.edges.push([own, tip]);
         }
         limb
     }
