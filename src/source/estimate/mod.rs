@@ -1,7 +1,7 @@
 //! "Grow more like this scan": parameters of growth estimated from a plant (the example-based control that 2015, 5 names
 //! as future work).
 //!
-//! The plant is measured (`measure`), the measures become a [`Recipe`](recipe::Recipe), and the recipe is written as a
+//! The plant is measured (`measure`), the measures become a `Recipe`, and the recipe is written as a
 //! species file, which is read back like any other: what is grown is what a designer can edit, with the same ranges.
 //!
 //! | parameter | estimated from |
@@ -16,7 +16,7 @@
 //! | slenderness | the longest branches against their radii |
 //! | crookedness | arc length over chord |
 //!
-//! Paths find their own way, so a tree grown by the first recipe misses some of its measures. [`ROUNDS`] trial trees are
+//! Paths find their own way, so a tree grown by the first recipe misses some of its measures. `ROUNDS` trial trees are
 //! grown and measured alike, each corrects the recipe by what it missed, and the recipe whose tree came nearest
 //! ([`Habit::distance`](crate::plant::Habit::distance)) is the estimate. Deterministic; about as long as five trees take.
 //!
