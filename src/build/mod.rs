@@ -7,12 +7,14 @@
 
 mod assets;
 mod blends;
+mod cache;
 mod find;
 pub mod output;
 pub mod pipeline;
 mod record;
 mod selections;
 mod stages;
+mod trees;
 mod world;
 
 use std::collections::BTreeMap;
@@ -21,8 +23,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+pub use cache::{Cache, CacheError, CacheOptions, CacheStats, clear as clear_cache, stats as cache_stats};
 pub use find::{Loaded, find_presets, load_preset};
-pub use pipeline::{Memory, SetFiles};
+pub use pipeline::SetFiles;
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};
@@ -62,6 +65,8 @@ impl std::error::Error for BuildError {}
 pub struct BuildOptions {
     /// The folder that sets are written to, each into a folder of its own name.
     pub out: PathBuf,
+    /// Where stages keep what they made for other processes; without it only this process remembers.
+    pub cache: Option<CacheOptions>,
     /// Build also what is current.
     pub force: bool,
 }
@@ -110,14 +115,14 @@ pub enum Progress<'a> {
 #[derive(Debug)]
 pub struct Builder {
     options: BuildOptions,
-    memory: Memory,
+    cache: Cache,
 }
 
 impl Builder {
     /// A builder with nothing in memory.
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
-        Self { options, memory: Memory::default() }
+        Self { cache: Cache::new(options.cache.as_ref()), options }
     }
 
     /// Builds the sets of some preset files, in their order.
@@ -176,10 +181,12 @@ impl Builder {
         } else {
             let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
             progress(Progress::Steps(pipeline::steps(plan)));
-            let made = pipeline::make_set(plan, &inputs, key, &self.memory, &step)?;
+            let made = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
             let owned = old.map(|old| old.owned()).unwrap_or_default();
             outcome.committed = output::commit(&folder, &owned, &made.files).map_err(refused)?;
             outcome.notes = made.notes;
+            outcome.notes.extend(self.cache.take_notes());
+            self.cache.trim();
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
         Ok(outcome)

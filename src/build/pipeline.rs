@@ -5,17 +5,14 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
-use super::{Loaded, World};
-use super::{blends, selections, stages};
+use super::cache::Cache;
+use super::trees::{Tree, Trees};
+use super::{Loaded, World, blends, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
-use crate::lod::{self, Ladder};
-use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
 use crate::source::scene::Files;
 use crate::source::{grow, import};
-
-pub use super::stages::Memory;
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
 const PIPELINE_VERSION: u32 = 3;
@@ -212,11 +209,11 @@ pub fn make_set(
     plan: &Plan,
     inputs: &Inputs,
     key: Key,
-    memory: &Memory,
+    cache: &Cache,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<SetFiles, Vec<Diagnostic>> {
     let (sources, pictures) =
-        rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
+        rayon::join(|| stages::sources(plan, inputs, cache, step), || stages::pictures(plan, inputs, cache));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
     let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
@@ -227,28 +224,26 @@ pub fn make_set(
     step("picking");
 
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
-    let made: Vec<(Plant, Ladder)> = plan
+    let trees = Trees::new(plan, &wardrobe, cache);
+    let made: Vec<Tree> = plan
         .variants
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
             let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
-            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
+            let plant = trees.dressed(variant, bare, seed.child("dress"));
             step("dressing");
-            let (leaves, bark) = (&pictures.leaves, &pictures.bark);
-            let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
+            let ladder = trees.ladder(&plant, seed.child("lod"));
             step("levels of detail");
-            (plant, ladder)
+            Tree { plant, ladder }
         })
         .collect();
-    let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
-    let placed = assets::place(plan, pictures, &ladders)?;
+    let placed = assets::place(plan, pictures, &made)?;
     step("atlas");
     let mut notes = stages::source_notes(plan, &sources);
     notes.extend(selected.notes.iter().cloned());
-    let parts =
-        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
+    let parts = SetParts { cache, plan, key, identities: &identities, trees: &made, pictures, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

@@ -14,7 +14,7 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     }
     let presets = find_presets(&arguments.presets)?;
     let meter = Meter::new();
-    let builder = Builder::new(BuildOptions { out: arguments.out.clone(), force: arguments.force });
+    let builder = Builder::new(BuildOptions { out: arguments.out.clone(), cache: None, force: arguments.force });
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();
     result.map(drop).map_err(Failure::from)

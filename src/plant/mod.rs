@@ -15,6 +15,7 @@ mod habit;
 mod order;
 mod pose;
 mod stats;
+mod stored;
 mod validate;
 
 use glam::Vec3;
@@ -65,7 +66,7 @@ pub struct Chain {
 }
 
 /// One leaf.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
     pub chain: ChainId,

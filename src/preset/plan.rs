@@ -5,7 +5,7 @@
 mod growth;
 mod variants;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
@@ -297,7 +297,7 @@ pub struct MeshParams {
 }
 
 /// A level of detail.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lod {
     /// Everything.
     Full,

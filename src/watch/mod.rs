@@ -66,7 +66,7 @@ impl Watcher {
         let debouncer = new_debouncer(QUIET, None, sender).map_err(fail)?;
         let mut watcher = Self {
             folder: folder.to_path_buf(),
-            builder: Builder::new(BuildOptions { out: out.to_path_buf(), force: false }),
+            builder: Builder::new(BuildOptions { out: out.to_path_buf(), cache: None, force: false }),
             debouncer,
             events,
             watched: BTreeSet::new(),
