@@ -46,6 +46,13 @@ fn a_tree_on_a_graph(bencher: Bencher<'_, '_>, nodes: u32) {
     bencher.bench(|| grow_on(&graph, &params, &Solids::new(), Seed::new(1)));
 }
 
+#[divan::bench(args = COUNTS, sample_count = 5)]
+fn a_tree_with_finer_ways(bencher: Bencher<'_, '_>, nodes: u32) {
+    let (graph, mut params) = (graph(nodes), params(nodes));
+    params.space.detail = 2.0;
+    bencher.bench(|| grow_on(&graph, &params, &Solids::new(), Seed::new(1)));
+}
+
 #[divan::bench(args = [150_000], sample_count = 5)]
 fn reference_neighbours(bencher: Bencher<'_, '_>, nodes: u32) {
     let graph = graph(nodes);

@@ -43,7 +43,7 @@ pub struct GrowParams {
 pub struct GrowSpace {
     /// Address of the graph's nodes; has nothing to do with the plant's seed, so that many plants share a graph.
     pub graph_seed: u64,
-    /// How many times finer than an even graph of as many nodes the graph is near the plant, 1..=4; 1 for an even graph.
+    /// How many times finer than the graph the nodes are along the branches, 1..=4; 1 for the graph's own nodes alone.
     pub detail: f32,
     /// Where light comes from.
     pub light: Light,

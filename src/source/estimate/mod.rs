@@ -20,7 +20,7 @@
 //! grown and measured alike, and each corrects the recipe by what it missed. What measures don't tell is searched for: in
 //! [`GENERATIONS`] generations the best recipe so far is varied [`BROOD`] times, each time less, and replaced by one whose
 //! trees come nearer ([`Habit::distance`](crate::plant::Habit::distance), the mean of two trees, so that no recipe wins by a
-//! lucky one). Deterministic; about as long as seventy trees of 12,000 to 60,000 nodes take, some seconds.
+//! lucky one). Deterministic; about as long as 110 trees of 12,000 to 60,000 nodes take, some seconds.
 //!
 //! Limits: one crown shape of the five, upright about the axis; no more than four levels. A plant without branches gives
 //! a bare stem.
@@ -47,7 +47,7 @@ use recipe::Recipe;
 /// Trial trees that correct the recipe.
 const ROUNDS: u64 = 6;
 /// Generations of recipes that are varied.
-const GENERATIONS: u64 = 5;
+const GENERATIONS: u64 = 8;
 /// Recipes of a generation.
 const BROOD: u64 = 6;
 /// By how much the first generation varies, as a share; and by how much less each next one.

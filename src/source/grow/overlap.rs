@@ -374,9 +374,21 @@ fn find(wood: &Wood<'_>, active: &[bool], before: Option<Vec<bool>>) -> Found {
         None => fused(wood, &capsules, &vec![true; active.len()], vec![false; wood.chain.len()]),
         Some(before) => fused(wood, &capsules, active, before),
     };
-    let points: Vec<usize> = (0..wood.chain.len()).filter(|&i| active[wood.chain[i] as usize]).collect();
-    let all: Vec<Option<Hit>> = points.par_iter().with_min_len(256).map(|&i| hit(wood, &capsules, &fused, i)).collect();
-    let hits: Vec<(usize, Hit)> = points.into_iter().zip(all).filter_map(|(i, hit)| Some((i, hit?))).collect();
+    let look = |wanted: &[bool]| -> Vec<(usize, Hit)> {
+        let points: Vec<usize> = (0..wood.chain.len()).filter(|&i| wanted[wood.chain[i] as usize]).collect();
+        let all: Vec<_> = points.par_iter().with_min_len(256).map(|&i| hit(wood, &capsules, &fused, i)).collect();
+        points.into_iter().zip(all).filter_map(|(i, hit)| Some((i, hit?))).collect()
+    };
+    let mut hits = look(active);
+    // Those that a moved one has come into, which did not move themselves.
+    let mut met = vec![false; active.len()];
+    for (_, hit) in &hits {
+        let other = wood.chain[hit.other as usize] as usize;
+        met[other] = !active[other];
+    }
+    if met.contains(&true) {
+        hits.extend(look(&met));
+    }
     let mut surface = vec![(0.0_f64, 0.0_f64); active.len()];
     let mut crossed = vec![false; active.len()];
     let area = |i: usize| f64::from(wood.radius(i) * (wood.arc[i] - wood.arc[i - 1]));
@@ -477,7 +489,8 @@ fn newly_barred(before: &Plant, after: &Plant, barred: &dyn Fn(Vec3, Vec3) -> bo
     let (a, b) = (Posed::of_bearers(before), Posed::of_bearers(after));
     let within = |posed: &Posed, plant: &Plant, id| posed.chain(plant, id).windows(2).any(|s| barred(s[0], s[1]));
     let ids = after.chain_ids();
-    ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id)).collect()
+    ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id))
+        .collect()
 }
 
 /// The plant with some chains, and those that bear them, as they were `before`; `pinned` is told which.

@@ -150,6 +150,9 @@ struct Segment {
     /// Which of the run's it is.
     index: u32,
     ends: [Vec3; 2],
+    /// From the first end to the second, and one over its length's square.
+    along: Vec3,
+    inverse: f32,
 }
 
 /// The finer nodes of each run, by the run's segments, the graph's own among them.
@@ -163,7 +166,9 @@ fn spots(graph: &Graph, plants: &[Planned<'_>], runs: &[Run<'_>], disc: f32) -> 
             let member = members[i as usize];
             let ends = [nodes.at(members[member.parent as usize].node), nodes.at(member.node)];
             (low, high) = (low.min(ends[0].min(ends[1])), high.max(ends[0].max(ends[1])));
-            segments.push(Segment { run: r as u32, index: index as u32, ends });
+            let along = ends[1] - ends[0];
+            let inverse = 1.0 / along.length_squared().max(f32::MIN_POSITIVE);
+            segments.push(Segment { run: r as u32, index: index as u32, ends, along, inverse });
         }
     }
     let mut spots: Vec<Vec<Spot>> = vec![Vec::new(); runs.len()];
@@ -184,10 +189,10 @@ fn spots(graph: &Graph, plants: &[Planned<'_>], runs: &[Run<'_>], disc: f32) -> 
     let owner = |p: Vec3| {
         let mut best = (wide * wide, u32::MAX);
         for &i in near.at(lattice.index(lattice.cell(p))) {
-            let [a, b] = segments[i as usize].ends;
-            let along = b - a;
-            let t = ((p - a).dot(along) / along.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-            let square = p.distance_squared(a + along * t);
+            let Segment { ends, along, inverse, .. } = &segments[i as usize];
+            let off = p - ends[0];
+            let t = (off.dot(*along) * inverse).clamp(0.0, 1.0);
+            let square = (off - *along * t).length_squared();
             if square < best.0 {
                 best = (square, i);
             }
