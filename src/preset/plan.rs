@@ -12,7 +12,7 @@ pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
 };
-pub use shapes::{ChainPath, ElasticParams};
+pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,

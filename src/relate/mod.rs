@@ -23,8 +23,9 @@ mod weights;
 pub use assignment::assign;
 pub use elastic::{
     Bifurcation, ElasticCurve, Registration, SAMPLES, STEPS, ShapePoint, best_path, elastic_family, match_bifurcations,
-    register,
+    mirror_family, mirrored, register, turned,
 };
+pub(crate) use elastic::canonical_order;
 pub use family::{Family, FamilyError, Kin, KinId};
 pub use fuzzy::{MOST_CELLS, match_fuzzy};
 pub use kernel::Blender;

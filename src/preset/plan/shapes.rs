@@ -29,3 +29,63 @@ pub enum ChainPath {
     /// Every point moves straight, as in the paper: it gets shorter where directions differ.
     Straight,
 }
+
+/// Whether plants may turn about the vertical to be nearer to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum Facing {
+    /// They stay as they stand.
+    Fixed,
+    /// They are turned to where they are nearest.
+    Free,
+}
+
+/// The vertical plane that a plant is reflected across.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum MirrorPlane {
+    /// The one of least asymmetry.
+    Best,
+    /// The one that runs towards this azimuth, radians from the front (+z) towards +x.
+    At(f32),
+}
+
+/// What becomes of branches that are too short for where they stand (2018 TOG, section 4).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum SmallRule {
+    /// They stay.
+    Kept,
+    /// They are left out.
+    Removed {
+        /// How much of the difference of the sources' branches is allowed below the shorter ones, 0..=10.
+        alpha: f32,
+    },
+}
+
+/// What a shape space is spanned by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum ShapeKind {
+    /// Several sources.
+    Sources {
+        /// Whether those behind the first are turned.
+        facing: Facing,
+    },
+    /// One source and its reflection.
+    Mirror {
+        /// Across which plane.
+        plane: MirrorPlane,
+    },
+}
+
+/// A shape space that trees are taken from (2018 TOG).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ShapeParams {
+    /// Which entry of the preset's variants it is.
+    pub entry: usize,
+    /// Indices of the sources, in the order of the preset.
+    pub of: Vec<usize>,
+    /// What spans it.
+    pub kind: ShapeKind,
+    /// How the sources are matched.
+    pub elastic: ElasticParams,
+    /// What becomes of small branches.
+    pub small: SmallRule,
+}

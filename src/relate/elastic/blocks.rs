@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 use glam::{DVec3, Vec3};
 
-use super::correspondence::{Shared, correspondence};
+use super::correspondence::{Correspondence, Shared, correspondence};
 use crate::base::math;
 use crate::plant::Plant;
 use crate::preset::plan::{ChainPath, ElasticParams};
@@ -43,9 +43,14 @@ pub fn elastic_family(plants: Vec<Plant>, params: &ElasticParams) -> Result<Fami
         return Err(FamilyError::Empty);
     }
     let found = correspondence(&plants, params);
+    family_of(plants, found, params.path)
+}
+
+/// The family of some plants in a correspondence.
+pub(super) fn family_of(plants: Vec<Plant>, found: Correspondence, path: ChainPath) -> Result<Family, FamilyError> {
     let mut family = Family::new(plants, &found.kins)?;
     family.elastic = Some(Elastic {
-        path: params.path,
+        path,
         shared: found.shared,
         slots: Vec::new(),
         roots: Vec::new(),
@@ -64,7 +69,8 @@ impl Family {
     }
 
     /// Where a kin stands on a member of its parent kin, also where that source does not have it: arc-length parameter.
-    /// None for stems, for kins whose parent the source lacks, and in families that are in no elastic correspondence.
+    /// None for stems, for kins whose parent the source lacks or that have no place of their own there, and in families that
+    /// are in no elastic correspondence.
     #[must_use]
     pub fn place_on(&self, kin: crate::relate::KinId, source: usize) -> Option<f32> {
         let elastic = self.elastic.as_ref()?;
@@ -75,6 +81,9 @@ impl Family {
         self.member(parent, source)?;
         let before = (0..source).filter(|&s| self.member(parent, s).is_some()).count();
         let at = elastic.shared[kin.index()].at;
+        if at.is_nan() {
+            return None;
+        }
         Some(elastic.shared[parent.index()].maps.get(before).map_or(at, |map| map.at(at)) as f32)
     }
 }

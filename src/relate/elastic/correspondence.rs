@@ -41,7 +41,7 @@ const MOST_STEMS: usize = 128;
 pub(in crate::relate) struct Shared {
     /// For each member that is there, in order of source, its map from the shared parameter to its own.
     pub(in crate::relate) maps: Vec<Monotone>,
-    /// Where the kin stands on its parent, by the parent's shared parameter.
+    /// Where the kin stands on its parent, by the parent's shared parameter; NaN where it goes by its members' places.
     pub(in crate::relate) at: f64,
 }
 
@@ -53,15 +53,16 @@ pub(in crate::relate) struct Correspondence {
 }
 
 /// A plant made ready.
-struct Side<'a> {
-    plant: &'a Plant,
+pub(super) struct Side<'a> {
+    pub(super) plant: &'a Plant,
     /// Children of each chain, from its base to its tip.
-    children: Vec<Vec<ChainId>>,
-    stems: Vec<ChainId>,
+    pub(super) children: Vec<Vec<ChainId>>,
+    /// The longest first.
+    pub(super) stems: Vec<ChainId>,
 }
 
 impl<'a> Side<'a> {
-    fn new(plant: &'a Plant) -> Self {
+    pub(super) fn new(plant: &'a Plant) -> Self {
         let mut children = plant.children();
         let place = |&id: &ChainId| plant.chain(id).location;
         children.iter_mut().for_each(|c| c.sort_by(|a, b| place(a).total_cmp(&place(b)).then(a.cmp(b))));
@@ -74,7 +75,7 @@ impl<'a> Side<'a> {
         Self { plant, children, stems: stems.into_iter().map(|s| s.1).collect() }
     }
 
-    fn branch(&self, id: ChainId, at: f64) -> Bifurcation {
+    pub(super) fn branch(&self, id: ChainId, at: f64) -> Bifurcation {
         let points = self.plant.points(id);
         let length = f64::from(Curve::new(points).length());
         Bifurcation { at, direction: branching_vector(points), length }
@@ -83,10 +84,10 @@ impl<'a> Side<'a> {
 
 /// A place on a kin where branches leave: what of each plant does.
 #[derive(Clone, Debug)]
-struct Slot {
-    at: f64,
+pub(super) struct Slot {
+    pub(super) at: f64,
     /// For each plant the branch there.
-    members: Vec<Option<(ChainId, Bifurcation)>>,
+    pub(super) members: Vec<Option<(ChainId, Bifurcation)>>,
 }
 
 impl Slot {
@@ -138,7 +139,7 @@ pub(in crate::relate) fn correspondence(plants: &[Plant], params: &ElasticParams
 }
 
 /// Indices of the plants by what they hold.
-fn canonical_order(plants: &[Plant]) -> Vec<usize> {
+pub(crate) fn canonical_order(plants: &[Plant]) -> Vec<usize> {
     let compare = |a: &Plant, b: &Plant| {
         let sizes = (a.chains().len(), a.all_points().len()).cmp(&(b.chains().len(), b.all_points().len()));
         let bits = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
@@ -200,7 +201,7 @@ fn stems(sides: &[Side<'_>]) -> Vec<Slot> {
 }
 
 /// Registers the members of a kin and matches what they bear: the maps of the members, and the slots along the kin.
-fn join(sides: &[Side<'_>], kin: &Slot, params: &ElasticParams) -> (Vec<Monotone>, Vec<Slot>) {
+pub(super) fn join(sides: &[Side<'_>], kin: &Slot, params: &ElasticParams) -> (Vec<Monotone>, Vec<Slot>) {
     let members: Vec<(usize, ChainId)> =
         kin.members.iter().enumerate().filter_map(|(s, m)| Some((s, m.as_ref()?.0))).collect();
     let place = |s: usize, id: ChainId| f64::from(sides[s].plant.chain(id).location);

@@ -122,6 +122,9 @@ impl Blender<'_> {
             return self.location[k];
         }
         let at = elastic.shared[k].at;
+        if at.is_nan() {
+            return self.location[k];
+        }
         let place = match self.feeds[p] {
             Feed::Several => {
                 let slots = &elastic.slots[p];

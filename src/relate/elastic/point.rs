@@ -7,7 +7,7 @@
 //! d² = Σ over kins  (ρ - ρ')² + κ² (∠(R, R')² + ∠(q̂, q̂')²)  +  ∫ (√r - √r')² du  +  |o - o'|²
 //! ```
 //!
-//! A chain without length has no direction: all of these are one point of the space. So what the first two terms give is at
+//! Kins that move along their parent (`relate/elastic/mirror.rs`) also count how far. A chain without length has no direction: all of these are one point of the space. So what the first two terms give is at
 //! most ρ + ρ', by way of nothing (the quotient metric of gluing them together, as edges of the paper's trees are collapsed).
 //! κ is `√2/π` of the least root among the kin's sources, for which that way is never the shorter one between two
 //! of them, and the geodesic is where the kernel puts a blend: all terms move evenly. Being a quotient of a
@@ -39,6 +39,8 @@ struct Place {
     /// Roots of radii, times the roots of the widths of their slots.
     stout: Vec<f64>,
     origin: DVec3,
+    /// Place along the parent, for kins that move along it: location times the root of the parent's length.
+    along: f64,
     kappa: f64,
 }
 
@@ -66,6 +68,7 @@ impl Blender<'_> {
             form: Vec::new(),
             stout: Vec::new(),
             origin: DVec3::ZERO,
+            along: 0.0,
             kappa,
         };
         if self.feeds[k] == Feed::Nothing {
@@ -78,6 +81,11 @@ impl Blender<'_> {
                 o + family.plants[s].chain(self.only(k, s as u32)).origin * share[s]
             });
             place.origin = origin.as_dvec3();
+        }
+        if elastic.shared[k].at.is_nan() && family.parents[k] != NONE {
+            let parent = &elastic.roots[family.parents[k] as usize];
+            let reach = parent.iter().fold(0.0_f64, |a, b| a.max(*b));
+            place.along = f64::from(self.own_location(k)) * reach;
         }
         let len = family.blocks[k].1 as usize;
         if len == 0 {
@@ -135,6 +143,7 @@ impl Place {
         if self.root > 0.0 && other.root > 0.0 {
             let form = angle(self.form.iter().zip(&other.form).map(|(a, b)| f64::from(*a) - f64::from(*b)));
             pose += square(self.kappa) * (square(turn_between(self.turn, other.turn)) + square(form));
+            pose += square(self.along - other.along);
             pose = pose.min(square(self.root + other.root));
         }
         let (own, others) = (&self.stout, &other.stout);
