@@ -3,6 +3,7 @@
 mod mix;
 mod part;
 mod schedule;
+pub mod shape;
 mod tasks;
 #[cfg(test)]
 mod tests;

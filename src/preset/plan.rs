@@ -3,6 +3,7 @@
 //! Lengths are metres, angles radians, shares 0..=1. No `Option`, no text left to interpret, no value out of range.
 
 mod growth;
+mod shapes;
 mod variants;
 
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
 };
+pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,
