@@ -7,7 +7,9 @@
 
 mod assets;
 mod blends;
+mod clips;
 mod find;
+mod morphs;
 pub mod output;
 pub mod pipeline;
 mod record;

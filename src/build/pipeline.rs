@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
 use super::{Loaded, World};
-use super::{blends, selections, stages};
+use super::{blends, clips, morphs, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::lod::{self, Ladder};
 use crate::plant::Plant;
@@ -219,7 +219,8 @@ pub fn make_set(
         rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let morphs = morphs::morphs(plan, &mut wardrobe)?;
     let pictures = &wardrobe.pictures;
     let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
@@ -232,7 +233,7 @@ pub fn make_set(
         .par_iter()
         .zip(&identities)
         .map(|(variant, (_, seed))| {
-            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
+            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected, &morphs);
             let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
             step("dressing");
             let (leaves, bark) = (&pictures.leaves, &pictures.bark);
@@ -244,11 +245,20 @@ pub fn make_set(
     let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
 
     let placed = assets::place(plan, pictures, &ladders)?;
+    let clips = clips::clips(plan, &morphs, &placed.atlas)?;
     step("atlas");
     let mut notes = stages::source_notes(plan, &sources);
     notes.extend(selected.notes.iter().cloned());
-    let parts =
-        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
+    let parts = SetParts {
+        plan,
+        key,
+        identities: &identities,
+        plants: &plants,
+        ladders: &ladders,
+        pictures,
+        notes: &notes,
+        clips: &clips,
+    };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })
