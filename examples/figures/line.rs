@@ -170,7 +170,7 @@ fn continuity_and_cloud(sets: &[Vec<(String, Vec<u8>)>]) {
 /// Runs the Khronos validator, as `.ci/run` does.
 fn valid(sets: &[PathBuf], scratch: &Path) {
     let out = scratch.join("valid");
-    Builder::new(BuildOptions::new(out)).build(sets, &|_| {}).expect("the presets build");
+    Builder::new(BuildOptions::new(&out)).build(sets, &|_| {}).expect("the presets build");
     let glbs: usize = std::fs::read_dir(&out)
         .expect("the folder was just written")
         .flatten()

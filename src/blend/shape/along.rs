@@ -23,8 +23,7 @@ pub fn weighted_mean(family: &Family, shares: &[f32]) -> Weights {
     let whole: f64 = clean.iter().map(|w| f64::from(*w)).sum();
     let mut weights = Weights::new(family.kin_count(), sources);
     for kin in family.kin_ids() {
-        let held: f64 =
-            there.iter().filter(|&&s| family.member(kin, s).is_some()).map(|&s| f64::from(clean[s])).sum();
+        let held: f64 = there.iter().filter(|&&s| family.member(kin, s).is_some()).map(|&s| f64::from(clean[s])).sum();
         let held = (held / whole).min(1.0);
         let degree = match family.chain_path() {
             Some(ChainPath::Elastic) => held * held,

@@ -70,12 +70,7 @@ fn one(a: &Plant, b: &Plant, metric: Metric, params: &ElasticParams) -> Result<f
 /// # Errors
 ///
 /// As [`distance`].
-pub fn nearest_facing(
-    a: &Plant,
-    b: &Plant,
-    metric: Metric,
-    params: &ElasticParams,
-) -> Result<(f64, f32), FamilyError> {
+pub fn nearest_facing(a: &Plant, b: &Plant, metric: Metric, params: &ElasticParams) -> Result<(f64, f32), FamilyError> {
     let step = std::f32::consts::TAU / COARSE as f32;
     let tried = |angle: f32| {
         let at = if angle == 0.0 { one(a, b, metric, params) } else { one(a, &turned(b, angle), metric, params) };
@@ -83,7 +78,8 @@ pub fn nearest_facing(
     };
     let coarse: Vec<(f64, f32)> =
         (0..COARSE).into_par_iter().map(|i| tried(i as f32 * step)).collect::<Result<_, _>>()?;
-    let least = |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
+    let least =
+        |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
     let mut best = least(&coarse);
     let mut wide = step * 0.5;
     for _ in 0..HALVINGS {

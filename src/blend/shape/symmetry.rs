@@ -50,7 +50,8 @@ impl Reflection {
         let tried = |azimuth: f32| Self::across(&bare, azimuth, params).map(|r| (r.asymmetry(), azimuth));
         let coarse: Vec<(f64, f32)> =
             (0..COARSE).into_par_iter().map(|i| tried(i as f32 * step)).collect::<Result<_, _>>()?;
-        let least = |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
+        let least =
+            |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
         let mut best = least(&coarse);
         let mut wide = step * 0.5;
         for _ in 0..HALVINGS {

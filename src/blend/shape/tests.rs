@@ -127,8 +127,9 @@ fn no_path_through_the_same_edges_is_shorter() {
         let way = TreeGeodesic::new(&a, &b);
         for i in 0..200 {
             // A way round by a random third point is never shorter.
-            let third = TreeGeodesic::new(&way.at(f64::from(Seed::new(i).unit())), &TreePoint::of(&family, (i % 2) as usize))
-                .at(f64::from(Seed::new(i).child("at").unit()));
+            let third =
+                TreeGeodesic::new(&way.at(f64::from(Seed::new(i).unit())), &TreePoint::of(&family, (i % 2) as usize))
+                    .at(f64::from(Seed::new(i).child("at").unit()));
             assert!(qed(&a, &third) + qed(&third, &b) >= way.length() * (1.0 - 1e-9));
         }
     }
@@ -209,7 +210,12 @@ fn a_symmetrized_plant_is_symmetric() {
         assert!(reflection.symmetrized(0.0).chains().len() == plant.chains().len());
         let made = reflection.symmetrized(1.0);
         let again = Reflection::across(&made, 0.4, &params).unwrap();
-        assert!(again.deviation() < plant.height() * 1e-4, "seed {seed}: {} {}", again.deviation(), reflection.deviation());
+        assert!(
+            again.deviation() < plant.height() * 1e-4,
+            "seed {seed}: {} {}",
+            again.deviation(),
+            reflection.deviation()
+        );
         let half = Reflection::across(&reflection.symmetrized(0.5), 0.4, &params).unwrap();
         assert!(half.asymmetry() < reflection.asymmetry());
     }

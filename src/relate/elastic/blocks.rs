@@ -14,9 +14,9 @@ use super::correspondence::{Correspondence, Shared, correspondence};
 use crate::base::math;
 use crate::plant::Plant;
 use crate::preset::plan::{ChainPath, ElasticParams};
+use crate::relate::FamilyError;
 use crate::relate::family::{Family, Line};
 use crate::relate::resample::Slots;
-use crate::relate::FamilyError;
 
 /// What an elastic family knows of its kins.
 #[derive(Clone, Debug)]
@@ -142,7 +142,12 @@ impl Elastic {
     }
 
     /// The block of a kin of several members: `turned` gives the points of each on the kin's branching vector.
-    pub(in crate::relate) fn encode(&mut self, slots: &Slots, turned: &dyn Fn(usize, Vec3) -> Vec3, members: usize) -> Vec<f32> {
+    pub(in crate::relate) fn encode(
+        &mut self,
+        slots: &Slots,
+        turned: &dyn Fn(usize, Vec3) -> Vec3,
+        members: usize,
+    ) -> Vec<f32> {
         let count = slots.parameters.len();
         let mut block = vec![0.0_f32; 4 * count * members];
         let mut roots = Vec::with_capacity(members);

@@ -42,11 +42,7 @@ impl Blender<'_> {
         let shares: Vec<f64> =
             row.iter().zip(self.share(k)).filter(|(m, _)| m.chain != NONE).map(|(_, s)| f64::from(*s)).collect();
         let root = elastic.roots[k].iter().zip(&shares).map(|(r, w)| r * w).sum();
-        Form {
-            turn: turn_of(row, self.share(k)),
-            root,
-            coefficients: mean_on_sphere(&elastic.angles[k], &shares),
-        }
+        Form { turn: turn_of(row, self.share(k)), root, coefficients: mean_on_sphere(&elastic.angles[k], &shares) }
     }
 
     /// Places a kin that several members feed.

@@ -77,9 +77,9 @@ impl Blender<'_> {
         let present: Vec<usize> = (0..row.len()).filter(|&s| row[s].chain != NONE).collect();
         let share = self.share(k);
         if family.parents[k] == NONE {
-            let origin = present.iter().fold(Vec3::ZERO, |o, &s| {
-                o + family.plants[s].chain(self.only(k, s as u32)).origin * share[s]
-            });
+            let origin = present
+                .iter()
+                .fold(Vec3::ZERO, |o, &s| o + family.plants[s].chain(self.only(k, s as u32)).origin * share[s]);
             place.origin = origin.as_dvec3();
         }
         if elastic.shared[k].at.is_nan() && family.parents[k] != NONE {
@@ -100,7 +100,8 @@ impl Blender<'_> {
             let (low, high) = (slots[i.saturating_sub(1)], slots[(i + 1).min(len - 1)]);
             ((high - low) * 0.5).max(0.0).sqrt() * degree
         };
-        let stout = |i: usize| present.iter().enumerate().map(|(m, &s)| f64::from(block(m).1[i] * share[s])).sum::<f64>();
+        let stout =
+            |i: usize| present.iter().enumerate().map(|(m, &s)| f64::from(block(m).1[i] * share[s])).sum::<f64>();
         place.stout = (0..len).map(|i| stout(i) * width(i)).collect();
         if let Feed::One(s) = self.feeds[k] {
             let m = present.iter().position(|&p| p == s as usize).unwrap_or(0);

@@ -115,7 +115,8 @@ pub fn best_path(q1: &[DVec3], q2: &[DVec3], band: usize) -> (Vec<(usize, usize)
 
 /// What a step counts: `√(a b)` times the trapezoidal mean of the products along it.
 fn step(dots: &[f64], count: usize, (i, j): (usize, usize), (a, b): (usize, usize)) -> f64 {
-    const ROOTS: [f64; 7] = [0.0, 1.0, std::f64::consts::SQRT_2, 1.732_050_807_568_877_2, 2.0, 0.0, 2.449_489_742_783_178];
+    const ROOTS: [f64; 7] =
+        [0.0, 1.0, std::f64::consts::SQRT_2, 1.732_050_807_568_877_2, 2.0, 0.0, 2.449_489_742_783_178];
     let parts = a.max(b);
     let mut sum = (dots[i * count + j] + dots[(i + a) * count + j + b]) * 0.5;
     for k in 1..parts {

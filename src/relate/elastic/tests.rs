@@ -74,7 +74,8 @@ fn the_same_plant_matches_itself_chain_by_chain_and_the_order_of_sources_changes
         assert!(twins.kin_ids().all(|k| twins.member(k, 0) == twins.member(k, 1)));
         let corner = |family: &Family, s| family.shape_point(&family.corner(s)).unwrap();
         assert_eq!(corner(&twins, 0).distance(&corner(&twins, 1)), 0.0);
-        let pair = |a: &Plant, b: &Plant| elastic_family(vec![a.clone(), b.clone()], &ElasticParams::default()).unwrap();
+        let pair =
+            |a: &Plant, b: &Plant| elastic_family(vec![a.clone(), b.clone()], &ElasticParams::default()).unwrap();
         let (there, back) = (pair(&plant, &other), pair(&other, &plant));
         assert_eq!(there.kin_count(), back.kin_count());
         for kin in there.kin_ids() {
