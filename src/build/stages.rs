@@ -170,11 +170,11 @@ fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<S
             })
         }
         SourceRecipe::Import(params) => {
-            let key = import_key(Key::stage("import", 3), params, inputs);
+            let key = import_key(Key::stage("import", 4), params, inputs);
             remember(&memory.sources, MOST_KEPT.0, key, || imported(params, inputs).map(SourcePlant::imported))
         }
         SourceRecipe::Like(like) => {
-            let key = import_key(Key::stage("like", 1).params(like), &like.scan, inputs);
+            let key = import_key(Key::stage("like", 2).params(like), &like.scan, inputs);
             remember(&memory.sources, MOST_KEPT.0, key, || grown_like(source, like, inputs))
         }
     }
@@ -478,10 +478,10 @@ pub(super) fn wardrobe(
 }
 
 impl Wardrobe {
-    /// A variant with leaves: those that its sources bring or, where one of them brings none, those of dressing.
+    /// A variant with leaves: those that its sources bring, thinned as the preset says, or, where one of them brings none, those of dressing.
     pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
         if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
-            return plant;
+            return dress::thin(plant, &plan.dress, seed.child("thin"));
         }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
         let first = self.dressed.0;

@@ -197,6 +197,13 @@ impl Plant {
         self
     }
 
+    /// The same plant with those leaves for which `keep` gives one.
+    #[must_use]
+    pub(crate) fn keep_leaves(mut self, keep: impl Fn(usize, &Leaf) -> Option<Leaf>) -> Self {
+        self.leaves = self.leaves.iter().enumerate().filter_map(|(i, leaf)| keep(i, leaf)).collect();
+        self
+    }
+
     /// For each chain its children, in order of id.
     #[must_use]
     pub fn children(&self) -> Vec<Vec<ChainId>> {
