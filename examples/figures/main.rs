@@ -16,6 +16,7 @@ mod import;
 mod line;
 mod plausibility;
 mod select;
+mod shells;
 mod surface;
 mod trees;
 

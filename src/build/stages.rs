@@ -19,10 +19,10 @@ use crate::preset::plan::{
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 2);
-const GRAPH: Stage = Stage("graph", 1);
-const IMPORT: Stage = Stage("import", 3);
-const LIKE: Stage = Stage("like", 1);
+const GROW: Stage = Stage("grow", 3);
+const GRAPH: Stage = Stage("graph", 2);
+const IMPORT: Stage = Stage("import", 4);
+const LIKE: Stage = Stage("like", 2);
 const PICTURES: Stage = Stage("pictures", 1);
 
 /// A source and what was mended in it.
@@ -426,29 +426,38 @@ pub(super) fn wardrobe(
 }
 
 impl Wardrobe {
-    /// How a variant gets its leaves; none where all of its sources bring theirs.
+    /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
     pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
-        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+        if matches!(variant, Variant::Frame { .. }) {
             return None;
         }
+        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+            return Some(Dressing::Own { params: plan.dress.clone() });
+        }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
-        Some(Dressing { params, first: self.dressed.0 })
+        Some(Dressing::Made { params, first: self.dressed.0 })
     }
 }
 
-/// How a plant without leaves of its own gets some.
+/// How a plant gets its leaves.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Dressing {
-    params: DressParams,
-    /// Slot of the first picture.
-    first: u16,
+pub(super) enum Dressing {
+    /// Those that all of its sources bring, thinned as the preset says.
+    Own { params: DressParams },
+    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
+    Made { params: DressParams, first: u16 },
 }
 
 impl Dressing {
     /// The plant with leaves.
     pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
-        let dressed = dress::dress(&plant.without_leaves(), &self.params, seed);
-        dressed.rewear(|_, leaf| (self.first + leaf.slot, leaf.form))
+        match self {
+            Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
+            Self::Made { params, first } => {
+                let dressed = dress::dress(&plant.without_leaves(), params, seed);
+                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
+            }
+        }
     }
 }
 
