@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::morphs::{self, Morphs};
 use super::selections::{self, Selected};
 use crate::base::{Diagnostic, Seed};
 use crate::blend::{self, Chosen, State, Tasks};
@@ -196,11 +197,13 @@ pub(super) fn variant(
     sources: &[Plant],
     blends: &Blends,
     selected: &Selected<'_>,
+    morphs: &Morphs,
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
         Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+        Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
     };
     made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
 }
@@ -213,6 +216,7 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
         Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
         Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
         Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
+        Variant::Frame { morph, frame } => morphs::identity(plan, *morph, *frame),
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     if let Some(kept) = kept {
@@ -277,7 +281,10 @@ mod tests {
         let plants = plants();
         let blends = blends(plan, &plants).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
-        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected)).collect()
+        plan.variants
+            .iter()
+            .map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs { made: Vec::new() }))
+            .collect()
     }
 
     #[test]

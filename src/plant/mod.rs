@@ -15,6 +15,8 @@ mod habit;
 mod order;
 mod pose;
 mod stats;
+mod stored;
+mod support;
 mod validate;
 
 use glam::Vec3;
@@ -33,6 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
+pub use support::{LEAF, WOOD, trunk_support};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -65,7 +68,7 @@ pub struct Chain {
 }
 
 /// One leaf.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
     pub chain: ChainId,
@@ -197,6 +200,14 @@ impl Plant {
         self
     }
 
+    /// The same plant with other leaves, each on a chain of it.
+    #[must_use]
+    pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
+        self.leaves = leaves;
+        debug_assert_eq!(validate::validate(&self), Ok(()));
+        self
+    }
+
     /// For each chain its children, in order of id.
     #[must_use]
     pub fn children(&self) -> Vec<Vec<ChainId>> {
@@ -218,6 +229,6 @@ impl Plant {
     /// Height of the highest point of any axis above the origin, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
-        self.pose().positions().iter().fold(0.0, |top, p| top.max(p.y))
+        Posed::of_bearers(self).positions().iter().fold(0.0, |top, p| top.max(p.y))
     }
 }

@@ -14,6 +14,13 @@ pub enum Variant {
         /// Which of its trees.
         tree: BlendTree,
     },
+    /// A frame of a sequence.
+    Frame {
+        /// Index into the plan's morphs.
+        morph: usize,
+        /// Which frame, from 0.
+        frame: u32,
+    },
     /// One of the kept trees of a selection.
     Selected {
         /// Index into the plan's selections.
