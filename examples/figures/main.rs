@@ -18,14 +18,16 @@ mod plausibility;
 mod select;
 mod shells;
 mod surface;
+mod table_1;
 mod trees;
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// A measured figure.
 pub(crate) struct Figure {
-    name: &'static str,
+    name: Cow<'static, str>,
     value: f64,
     unit: &'static str,
     goal: &'static str,
@@ -33,8 +35,13 @@ pub(crate) struct Figure {
 }
 
 impl Figure {
-    pub(crate) fn new(name: &'static str, value: f64, unit: &'static str, how: impl Into<String>) -> Self {
-        Self { name, value, unit, goal: "", how: how.into() }
+    pub(crate) fn new(
+        name: impl Into<Cow<'static, str>>,
+        value: f64,
+        unit: &'static str,
+        how: impl Into<String>,
+    ) -> Self {
+        Self { name: name.into(), value, unit, goal: "", how: how.into() }
     }
 
     pub(crate) fn goal(mut self, goal: &'static str) -> Self {
