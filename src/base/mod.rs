@@ -3,6 +3,7 @@
 
 mod diagnostic;
 mod frame;
+mod gaussian;
 mod key;
 pub mod math;
 mod seed;
@@ -10,6 +11,7 @@ mod simplex;
 
 pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
+pub use gaussian::gaussian_shares;
 pub use key::{Key, KeyBuilder};
 pub use seed::{Draws, Seed};
 pub use simplex::simplex_point;

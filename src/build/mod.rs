@@ -12,6 +12,7 @@ pub mod output;
 pub mod pipeline;
 mod record;
 mod selections;
+mod shapes;
 mod stages;
 mod world;
 

@@ -503,6 +503,7 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
         Variant::Selected { selection, .. } => {
             // The candidates of a selection are blends of the same sources.
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());

@@ -5,6 +5,7 @@
 
 mod args;
 mod build;
+mod distance;
 mod estimate;
 mod inspect;
 mod new;
@@ -25,6 +26,7 @@ pub fn run() -> ExitCode {
     let result = match arguments.command {
         Command::Build(build) => build::run(&build),
         Command::Check(check) => build::check(&check),
+        Command::Distance(distance) => distance::run(&distance),
         Command::Estimate(estimate) => estimate::run(&estimate),
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),

@@ -18,6 +18,7 @@ mod reader;
 mod report;
 mod schema;
 mod set;
+mod shapes;
 mod species;
 mod surroundings;
 mod syntax;
