@@ -17,4 +17,4 @@ pub use manifest::{
     AtlasEntry, Bounds, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry, VariantEntry,
     switch_distance,
 };
-pub use png::{EncodedMaps, PngKind, encode, encode_maps};
+pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};

@@ -15,6 +15,7 @@ mod habit;
 mod order;
 mod pose;
 mod stats;
+mod stored;
 mod validate;
 
 use glam::Vec3;
@@ -65,7 +66,7 @@ pub struct Chain {
 }
 
 /// One leaf.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
     pub chain: ChainId,
@@ -218,6 +219,6 @@ impl Plant {
     /// Height of the highest point of any axis above the origin, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
-        self.pose().positions().iter().fold(0.0, |top, p| top.max(p.y))
+        Posed::of_bearers(self).positions().iter().fold(0.0, |top, p| top.max(p.y))
     }
 }

@@ -6,7 +6,7 @@ mod growth;
 mod shapes;
 mod variants;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
@@ -302,7 +302,7 @@ pub struct MeshParams {
 }
 
 /// A level of detail.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lod {
     /// Everything.
     Full,
