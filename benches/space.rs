@@ -4,9 +4,9 @@ use std::path::Path;
 
 use divan::Bencher;
 use treewright::base::Seed;
-use treewright::blend::shape::{Metric, Reflection, TreeGeodesic, TreePoint, distance, frechet_mean, weighted_mean};
+use treewright::blend::shape::{Comparison, Metric, Reflection, TreeGeodesic, TreePoint, distance, frechet_mean, weighted_mean};
 use treewright::plant::Plant;
-use treewright::preset::plan::{ElasticParams, Facing};
+use treewright::preset::plan::ElasticParams;
 use treewright::relate::{ElasticCurve, elastic_family, register};
 use treewright::source::grow::grow;
 use treewright::{preset, select};
@@ -68,7 +68,7 @@ fn sturms_mean_of_five(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 20)]
 fn distance_of_two(bencher: Bencher<'_, '_>) {
     let (a, b) = (oak(1, 150), oak(2, 180));
-    bencher.bench(|| distance(&a, &b, Metric::Qed, Facing::Fixed, &ElasticParams::default()));
+    bencher.bench(|| distance(&a, &b, &Comparison::by(Metric::Qed)));
 }
 
 #[divan::bench(sample_count = 10)]

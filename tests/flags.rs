@@ -113,7 +113,11 @@ fn the_dependency_file_names_every_file_that_was_read() {
         let rules: Vec<&str> = text.lines().filter(|line| !line.starts_with(' ')).collect();
         assert_eq!(rules, ["out/three/three.manifest.json: \\", "out/scan/scan.manifest.json: \\"]);
         let named = |file: &str| text.contains(&format!("\n  {file}"));
-        assert!(["three.ron", "scan.ron", "species/tiny.ron", "scans/tiny.swc", "art/leaf.png", "art/bark.png"].into_iter().all(named));
+        assert!(
+            ["three.ron", "scan.ron", "species/tiny.ron", "scans/tiny.swc", "art/leaf.png", "art/bark.png"]
+                .into_iter()
+                .all(named)
+        );
         assert!(project.path().join(rules[0].strip_suffix(": \\").unwrap()).exists());
     }
 }

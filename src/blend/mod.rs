@@ -1,6 +1,8 @@
 //! Modes of blending: each only chooses [`Weights`](crate::relate::Weights) for a [`Family`](crate::relate::Family).
 
+mod growth;
 mod mix;
+mod morph;
 mod part;
 mod schedule;
 pub mod shape;
@@ -8,7 +10,9 @@ mod tasks;
 #[cfg(test)]
 mod tests;
 
+pub use growth::{growth, leaf_scale};
 pub use mix::{mix, scattered};
+pub use morph::morph;
 pub use part::{Chosen, chosen};
 pub use schedule::{Batch, State, sample};
 pub use tasks::Tasks;

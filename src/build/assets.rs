@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::cache::{Cache, Stage};
+use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
 use super::trees::Tree;
@@ -35,6 +36,8 @@ pub(super) struct SetParts<'a> {
     pub(super) trees: &'a [Tree],
     /// What leaves and bark wear.
     pub(super) pictures: &'a Pictures,
+    /// The animated files.
+    pub(super) clips: &'a [Clip],
     /// What was mended in the sources.
     pub(super) notes: &'a [Note],
 }
@@ -143,6 +146,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     for (name, bytes) in names.iter().zip(glbs.map_err(|e| fail(&e))?) {
         files.push((format!("{name}.glb"), bytes));
     }
+    files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
         let maps = maps?;
         files.push((uris.color.clone(), maps.color));
@@ -246,6 +250,7 @@ fn manifest(
         key: parts.key.to_hex(),
         seed: plan.seed,
         variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, i, name)).collect(),
+        clips: parts.clips.iter().map(|clip| clip.entry.clone()).collect(),
         textures,
         atlas: Some(AtlasEntry {
             pictures: placed.atlas.rects.len() as u64,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::morphs::{self, Morphs};
 use super::selections::{self, Selected};
 use super::shapes::{self, Shapes};
 use crate::base::{Diagnostic, Seed};
@@ -202,12 +203,14 @@ pub(super) fn variant(
     sources: &[Plant],
     blends: &Blends,
     selected: &Selected<'_>,
+    morphs: &Morphs,
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
         Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
         Variant::Shape { shape, shares } => blends.shapes.plant(*shape, shares),
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+        Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
     };
     made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
 }
@@ -221,6 +224,7 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
         Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
         Variant::Shape { shape, shares } => shapes::identity(plan, &plan.shapes[*shape], shares),
         Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
+        Variant::Frame { morph, frame } => morphs::identity(plan, *morph, *frame),
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     if let Some(kept) = kept {
@@ -285,7 +289,10 @@ mod tests {
         let plants = plants();
         let blends = blends(plan, &plants).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
-        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected)).collect()
+        plan.variants
+            .iter()
+            .map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs { made: Vec::new() }))
+            .collect()
     }
 
     #[test]

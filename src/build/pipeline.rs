@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::assets::{self, SetParts};
 use super::blends::Blends;
 use super::cache::Cache;
+use super::morphs::Morphs;
 use super::selections::Selected;
 use super::stages::{SourcePlant, Wardrobe};
 use super::trees::{Tree, Trees};
-use super::{Loaded, Shard, World, blends, selections, stages};
+use super::{Loaded, Shard, World, blends, clips, morphs, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
@@ -207,6 +208,7 @@ pub fn steps(plan: &Plan) -> usize {
 struct Prepared {
     sources: Vec<Arc<SourcePlant>>,
     wardrobe: Wardrobe,
+    morphs: Morphs,
     blended: Blends,
 }
 
@@ -221,10 +223,11 @@ fn prepared(
         rayon::join(|| stages::sources(plan, inputs, cache, step), || stages::pictures(plan, inputs, cache));
     let (sources, pictures) = both(sources, pictures)?;
     step("leaves and bark");
-    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let morphs = morphs::morphs(plan, &mut wardrobe)?;
     let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
-    Ok(Prepared { sources, wardrobe, blended })
+    Ok(Prepared { sources, wardrobe, morphs, blended })
 }
 
 /// The trees of some variants, in order.
@@ -236,12 +239,12 @@ fn trees(
     places: &[usize],
     step: &(dyn Fn(&str) + Sync),
 ) -> Vec<Tree> {
-    let Prepared { wardrobe, blended, .. } = prepared;
+    let Prepared { wardrobe, morphs, blended, .. } = prepared;
     let trees = Trees::new(plan, wardrobe, cache);
     let one = |&place: &usize| {
         let variant = &plan.variants[place];
         let (_, seed) = blends::identity(plan, variant, selected);
-        let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected);
+        let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected, morphs);
         let plant = trees.dressed(variant, bare, seed.child("dress"));
         step("dressing");
         let ladder = trees.ladder(&plant, seed.child("lod"));
@@ -279,10 +282,12 @@ pub fn make_set(
     let trees = trees(plan, &prepared, &selected, cache, &places, step);
     let pictures = &prepared.wardrobe.pictures;
     let placed = assets::place(plan, pictures, &trees)?;
+    let clips = clips::clips(plan, &prepared.morphs, &placed.atlas)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, &prepared, &selected);
-    let parts = SetParts { cache, plan, key, identities: &identities, trees: &trees, pictures, notes: &notes };
+    let identities = &identities;
+    let parts = SetParts { cache, plan, key, identities, trees: &trees, pictures, clips: &clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

@@ -141,7 +141,8 @@ mod tests {
         let plants: Vec<Plant> = (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect();
         let blends = blends::blends(&plan, &plants).unwrap();
         let selected = crate::build::selections::selected(&plan, &blends).unwrap();
-        plan.variants.iter().map(|tree| blends::variant(&plan, tree, &plants, &blends, &selected)).collect()
+        let none = crate::build::morphs::Morphs { made: Vec::new() };
+        plan.variants.iter().map(|tree| blends::variant(&plan, tree, &plants, &blends, &selected, &none)).collect()
     }
 
     #[test]

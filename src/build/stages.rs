@@ -13,8 +13,8 @@ use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
-    Wear,
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe,
+    TargetLeaf, Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
@@ -452,6 +452,34 @@ impl Dressing {
     }
 }
 
+impl Wardrobe {
+    /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
+    pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
+        let plant = self.plants[index].clone();
+        let (art, dress) = match leaf {
+            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
+                let LeafArt::Made { shape, color, variation, size: edge } = art else { return plant };
+                let picture =
+                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
+                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
+                let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
+                let dress =
+                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
+                (art, dress)
+            }
+            _ => {
+                return match self.dressing(plan, &Variant::Source(index)) {
+                    Some(dressing) => dressing.dress(plant, seed),
+                    None => plant,
+                };
+            }
+        };
+        let first = self.pictures.leaves.len() as u16;
+        self.pictures.leaves.extend(art);
+        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+    }
+}
+
 /// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
 fn dress_params(plan: &Plan) -> DressParams {
     let span = match plan.leaf_art {
@@ -467,6 +495,8 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
         Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
+        // Frames are made of dressed sources.
+        Variant::Frame { .. } => Vec::new(),
         Variant::Selected { selection, .. } => {
             // The candidates of a selection are blends of the same sources.
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());

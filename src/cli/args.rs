@@ -181,6 +181,9 @@ pub(super) struct DistanceArguments {
     /// Takes the least distance over all turns about the vertical.
     #[arg(long)]
     pub(super) turn: bool,
+    /// Scales plants to one size first.
+    #[arg(long)]
+    pub(super) relative: bool,
     /// How the matrix is printed.
     #[arg(long, value_enum, default_value_t = DistanceFormat::Json)]
     pub(super) format: DistanceFormat,
@@ -199,7 +202,7 @@ pub(super) enum DistanceMetric {
     Qed,
     /// Its L1 variant, the tree edit distance, metres.
     Edit,
-    /// The elastic metric, in which bending costs no length, root metres.
+    /// The elastic metric, in which bending costs no length, metres.
     Elastic,
 }
 

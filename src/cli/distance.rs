@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::args::{DistanceArguments, DistanceFormat, DistanceMetric};
 use super::inspect::read_file;
 use super::report::{Failure, print};
-use crate::blend::shape::{Metric, dendrogram, distance_matrix, linkage};
+use crate::blend::shape::{Comparison, Metric, Size, dendrogram, distance_matrix, linkage};
 use crate::plant::Plant;
-use crate::preset::plan::{ElasticParams, Facing};
+use crate::preset::plan::Facing;
 
 /// Measures, prints and draws.
 pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
@@ -35,9 +35,10 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
         DistanceMetric::Edit => Metric::Edit,
         DistanceMetric::Elastic => Metric::Elastic,
     };
-    let unit = if metric == Metric::Elastic { "root metres" } else { "m" };
+    let unit = if arguments.relative { "of the size" } else { "m" };
     let facing = if arguments.turn { Facing::Free } else { Facing::Fixed };
-    let matrix = distance_matrix(&plants, metric, facing, &ElasticParams::default())
+    let size = if arguments.relative { Size::Relative } else { Size::AsIs };
+    let matrix = distance_matrix(&plants, &Comparison { facing, size, ..Comparison::by(metric) })
         .map_err(|error| Failure::Other(format!("can't compare these plants: {error}")))?;
     let merges = linkage(&matrix);
     if let Some(path) = &arguments.dendrogram {
@@ -49,7 +50,7 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
             let merges: Vec<_> =
                 merges.iter().map(|m| serde_json::json!({ "of": m.of, "distance": m.distance })).collect();
             let told = serde_json::json!({
-                "metric": format!("{metric:?}").to_lowercase(), "unit": unit, "turned": arguments.turn,
+                "metric": format!("{metric:?}").to_lowercase(), "unit": unit, "turned": arguments.turn, "relative": arguments.relative,
                 "names": names, "distances": matrix, "merges": merges,
             });
             serde_json::to_string_pretty(&told).map_err(|e| Failure::Other(e.to_string()))? + "\n"

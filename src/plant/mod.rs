@@ -16,6 +16,7 @@ mod order;
 mod pose;
 mod stats;
 mod stored;
+mod support;
 mod validate;
 
 use glam::Vec3;
@@ -34,6 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
+pub use support::{LEAF, WOOD, trunk_support};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -195,6 +197,14 @@ impl Plant {
         for (i, leaf) in self.leaves.iter_mut().enumerate() {
             (leaf.slot, leaf.form) = wear(i, leaf);
         }
+        self
+    }
+
+    /// The same plant with other leaves, each on a chain of it.
+    #[must_use]
+    pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
+        self.leaves = leaves;
+        debug_assert_eq!(validate::validate(&self), Ok(()));
         self
     }
 

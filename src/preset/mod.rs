@@ -8,6 +8,7 @@
 mod blends;
 mod guiding;
 mod look;
+mod morphs;
 mod nearest;
 mod output;
 mod path;

@@ -42,6 +42,33 @@ const SMALL: Field = Field {
     about: "what becomes of branches that are too short for where they stand",
 };
 
+const MATCHED: Field = Field {
+    name: "matching",
+    kind: Kind::Fields(&ELASTIC),
+    default: Default::Is("()"),
+    about: "which branches are taken for the same",
+};
+
+const fn cost(name: &'static str, default: &'static str, about: &'static str) -> Field {
+    let kind = Kind::Number { low: 0.0, high: 1.0, unit: "of the parent's length" };
+    Field { name, kind, default: Default::Is(default), about }
+}
+
+static ELASTIC: Record = Record {
+    title: "Elastic matching",
+    about: "Branches keep their order along their parents; what they differ in counts as a distance along them.",
+    fields: &[
+        Field {
+            name: "epsilon",
+            kind: Kind::Number { low: 0.001, high: 1.0, unit: "of the parent's length" },
+            default: Default::Is("0.1"),
+            about: "how far apart two branches may leave and still match",
+        },
+        cost("direction", "0.1", "what opposite directions count"),
+        cost("length", "0.05", "what a branch of no length counts against a long one"),
+    ],
+};
+
 /// Trees on the way between two sources.
 pub(super) static GEODESIC: Record = Record {
     title: "Geodesic",
@@ -63,6 +90,7 @@ pub(super) static GEODESIC: Record = Record {
         PATH,
         FACING,
         SMALL,
+        MATCHED,
     ],
 };
 
@@ -81,6 +109,7 @@ pub(super) static MEAN: Record = Record {
         PATH,
         FACING,
         SMALL,
+        MATCHED,
     ],
 };
 
@@ -103,6 +132,7 @@ pub(super) static SYMMETRIZE: Record = Record {
             about: "the vertical plane through the foot of the trunk",
         },
         PATH,
+        MATCHED,
     ],
 };
 
@@ -133,6 +163,7 @@ pub(super) static BETWEEN: Record = Record {
         PATH,
         FACING,
         SMALL,
+        MATCHED,
     ],
 };
 
@@ -298,7 +329,12 @@ fn of_list(fields: &Reader<'_, '_>, names: &[&str]) -> Option<Vec<usize>> {
 fn elastic(fields: &Reader<'_, '_>) -> Option<ElasticParams> {
     let path = fields
         .choice("path", |kind, _| Some(if kind == "Straight" { ChainPath::Straight } else { ChainPath::Elastic }))?;
-    Some(ElasticParams { path, ..ElasticParams::default() })
+    fields.group("matching", |own| ElasticParams {
+        epsilon: own.number("epsilon"),
+        direction: own.number("direction"),
+        length: own.number("length"),
+        path,
+    })
 }
 
 fn facing(fields: &Reader<'_, '_>) -> Option<Facing> {

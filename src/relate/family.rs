@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::Weights;
 use super::alignment::alignment;
 use super::elastic::Elastic;
+use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use super::units::Units;
@@ -139,6 +140,10 @@ pub struct Family {
     pub(super) blocks: Vec<(u32, u32)>,
     /// Resampled members, turned onto the kin's branching vector: for each member all x, then all y, z and radii.
     pub(super) shapes: Vec<f32>,
+    /// The arc-length parameter of each slot of the blocks: those of a block start where it does.
+    pub(super) slots: Vec<f32>,
+    /// Leaves in correspondence, where they are; see [`Family::pair_leaves`].
+    pub(super) leaf_pairs: Option<LeafPairs>,
     /// Kins that only stand in for one source's chain where that source is alone; see [`Family::is_stand_in`].
     pub(super) stand_ins: Vec<bool>,
     /// Growth units, where they are asked for.
@@ -181,6 +186,8 @@ impl Family {
             blocks: Vec::with_capacity(kins.len()),
             members: Vec::with_capacity(kins.len() * plants.len()),
             shapes: Vec::new(),
+            slots: Vec::new(),
+            leaf_pairs: None,
             stand_ins: stand_ins(kins, &primary),
             units: None,
             elastic: None,
@@ -264,6 +271,12 @@ impl Family {
         weights
     }
 
+    /// How many kins on the same parent kin share the chain that `source` gives to a kin, itself included; 0 without.
+    #[must_use]
+    pub fn sharers(&self, kin: KinId, source: usize) -> usize {
+        self.row(kin.index()).get(source).filter(|m| m.chain != NONE).map_or(0, |m| m.sharers as usize)
+    }
+
     pub(super) fn row(&self, kin: usize) -> &[Member] {
         &self.members[kin * self.plants.len()..(kin + 1) * self.plants.len()]
     }
@@ -339,6 +352,7 @@ impl Family {
     pub(super) fn lay_blocks(&mut self) {
         self.blocks.clear();
         self.shapes.clear();
+        self.slots.clear();
         let mut units = self.units.take();
         let mut elastic = self.elastic.take();
         elastic.iter_mut().for_each(Elastic::clear);
@@ -394,6 +408,9 @@ impl Family {
             }
             self.blocks.push((start, count as u32));
             self.shapes.append(&mut block);
+            // Blocks start at quarters of `shapes`; of two members every other slot has no parameter of its own.
+            self.slots.resize(start as usize, 0.0);
+            self.slots.extend(slots.parameters.iter().map(|t| *t as f32));
             if let Some(units) = &mut units {
                 units.coordinates.extend(slots.parameters);
             }

@@ -54,6 +54,9 @@ impl Blender<'_> {
             self.linear[span].iter_mut().zip(plant.radii(chain)).for_each(|(to, r)| *to = r * degree);
             return;
         }
+        if self.place_by_points(k) {
+            return;
+        }
         let sources = family.plants.len();
         let shares = &self.shares[k * sources..(k + 1) * sources];
         let weighted = || row.iter().zip(shares).enumerate().filter(|(_, (_, share))| **share > 0.0);

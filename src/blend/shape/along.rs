@@ -1,11 +1,8 @@
 //! Points between plants in elastic correspondence: geodesics, weighted means and samples are all shares of the sources.
 //!
 //! In an elastic family no two sources order their branches differently, so all lie in one orthant of tree space (or on
-//! its boundary) and the geodesic of two is the weighted mean at every share. A branch that a source lacks is there with zero length: at the
-//! summed share h of those that have it, it has h² of its length (its root grows evenly) or, where chains go
-//! straight, h.
+//! its boundary) and the geodesic of two is the weighted mean at every share. A branch that a source lacks is there with zero length.
 
-use crate::preset::plan::ChainPath;
 use crate::relate::{Family, Weights};
 
 /// The weighted mean of an elastic family's sources: at shares `[1 - t, t]` the point `t` of the geodesic from the first to the
@@ -22,14 +19,9 @@ pub fn weighted_mean(family: &Family, shares: &[f32]) -> Weights {
     let whole: f64 = clean.iter().map(|w| f64::from(*w)).sum();
     let mut weights = Weights::new(family.kin_count(), sources);
     for kin in family.kin_ids() {
-        let held: f64 =
-            there.iter().filter(|&&s| family.member(kin, s).is_some()).map(|&s| f64::from(clean[s])).sum();
+        let held: f64 = there.iter().filter(|&&s| family.member(kin, s).is_some()).map(|&s| f64::from(clean[s])).sum();
         let held = (held / whole).min(1.0);
-        let degree = match family.chain_path() {
-            Some(ChainPath::Elastic) => held * held,
-            _ => held,
-        };
-        weights.set(kin, &clean, degree as f32);
+        weights.set(kin, &clean, held as f32);
     }
     weights
 }

@@ -55,7 +55,8 @@ pub fn dendrogram(names: &[String], merges: &[Merge], unit: &str) -> String {
     let count = names.len();
     // Plants in the order in which the tree has them.
     let mut order: Vec<usize> = Vec::new();
-    let mut open: Vec<usize> = if merges.is_empty() { (0..count).rev().collect() } else { vec![count + merges.len() - 1] };
+    let mut open: Vec<usize> =
+        if merges.is_empty() { (0..count).rev().collect() } else { vec![count + merges.len() - 1] };
     while let Some(cluster) = open.pop() {
         match cluster.checked_sub(count).and_then(|m| merges.get(m)) {
             Some(merge) => open.extend([merge.of[1], merge.of[0]]),
@@ -78,7 +79,8 @@ pub fn dendrogram(names: &[String], merges: &[Merge], unit: &str) -> String {
             end.1 = y;
         }
         let name = names.get(plant).map_or("", String::as_str);
-        let _ = writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#222\">{}</text>", right + 8.0, y + 4.0, escaped(name));
+        let _ =
+            writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#222\">{}</text>", right + 8.0, y + 4.0, escaped(name));
     }
     for merge in merges {
         let [a, b] = merge.of.map(|c| ends.get(c).copied().unwrap_or((right, 0.0)));
@@ -99,7 +101,12 @@ pub fn dendrogram(names: &[String], merges: &[Merge], unit: &str) -> String {
             x(distance).max(MARGIN + 12.0)
         );
     }
-    let _ = writeln!(out, "<text x=\"{:.1}\" y=\"{y:.1}\" fill=\"#777\" font-size=\"11\">{}</text>\n</svg>", right + 24.0, escaped(unit));
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{y:.1}\" fill=\"#777\" font-size=\"11\">{}</text>\n</svg>",
+        right + 24.0,
+        escaped(unit)
+    );
     out
 }
 
@@ -124,8 +131,7 @@ mod tests {
     fn the_nearest_are_merged_first() {
         // On a line: 0, 1, 10, 12, 30.
         let places = [0.0_f64, 30.0, 1.0, 12.0, 10.0];
-        let matrix: Vec<Vec<f64>> =
-            places.iter().map(|a| places.iter().map(|b| (a - b).abs()).collect()).collect();
+        let matrix: Vec<Vec<f64>> = places.iter().map(|a| places.iter().map(|b| (a - b).abs()).collect()).collect();
         let merges = linkage(&matrix);
         let told: Vec<([usize; 2], f64)> = merges.iter().map(|m| (m.of, m.distance)).collect();
         assert_eq!(told, [([0, 2], 1.0), ([3, 4], 2.0), ([5, 6], 9.0), ([1, 7], 18.0)]);

@@ -234,7 +234,8 @@ impl AxisWay {
         let common: f64 = self.common.iter().map(|(_, a, b)| apart(a, b).sqrt()).sum();
         let one = |edges: &[Edge], which: &[usize]| which.iter().map(|&i| norm(&edges[i])).sum::<f64>();
         let legs = self.legs.iter().map(|leg| one(&self.first.edges, &leg.a) + one(&self.second.edges, &leg.b));
-        let moved = if self.first.there && self.second.there { self.first.origin.distance(self.second.origin) } else { 0.0 };
+        let moved =
+            if self.first.there && self.second.there { self.first.origin.distance(self.second.origin) } else { 0.0 };
         common + legs.sum::<f64>() + moved
     }
 

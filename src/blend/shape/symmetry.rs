@@ -50,7 +50,8 @@ impl Reflection {
         let tried = |azimuth: f32| Self::across(&bare, azimuth, params).map(|r| (r.asymmetry(), azimuth));
         let coarse: Vec<(f64, f32)> =
             (0..COARSE).into_par_iter().map(|i| tried(i as f32 * step)).collect::<Result<_, _>>()?;
-        let least = |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
+        let least =
+            |all: &[(f64, f32)]| all.iter().copied().fold((f64::INFINITY, 0.0), |b, x| if x.0 < b.0 { x } else { b });
         let mut best = least(&coarse);
         let mut wide = step * 0.5;
         for _ in 0..HALVINGS {
@@ -74,7 +75,7 @@ impl Reflection {
         &self.family
     }
 
-    /// The elastic distance of the plant and its reflection, root metres; infinite where chains go straight.
+    /// The elastic distance of the plant and its reflection, metres; infinite where chains go straight.
     #[must_use]
     pub fn asymmetry(&self) -> f64 {
         let point = |s: usize| self.family.shape_point(&self.family.corner(s));

@@ -127,8 +127,9 @@ fn no_path_through_the_same_edges_is_shorter() {
         let way = TreeGeodesic::new(&a, &b);
         for i in 0..200 {
             // A way round by a random third point is never shorter.
-            let third = TreeGeodesic::new(&way.at(f64::from(Seed::new(i).unit())), &TreePoint::of(&family, (i % 2) as usize))
-                .at(f64::from(Seed::new(i).child("at").unit()));
+            let third =
+                TreeGeodesic::new(&way.at(f64::from(Seed::new(i).unit())), &TreePoint::of(&family, (i % 2) as usize))
+                    .at(f64::from(Seed::new(i).child("at").unit()));
             assert!(qed(&a, &third) + qed(&third, &b) >= way.length() * (1.0 - 1e-9));
         }
     }
@@ -175,13 +176,14 @@ fn the_maximal_tree_is_never_written_out() {
 
 #[test]
 fn a_distance_is_symmetric_to_the_last_bit_and_zero_for_the_same() {
-    let params = ElasticParams::default();
     for seed in 0..6 {
         let plant = |name| random_plant(Seed::new(seed).child(name), 30, Oddity::Tame);
         let (a, b) = (plant("a"), plant("b"));
         for metric in [Metric::Qed, Metric::Edit, Metric::Elastic] {
             for facing in [Facing::Fixed, Facing::Free] {
-                let of = |a: &Plant, b: &Plant| distance(a, b, metric, facing, &params).unwrap();
+                let size = if seed % 2 == 0 { Size::AsIs } else { Size::Relative };
+                let how = Comparison { facing, size, ..Comparison::by(metric) };
+                let of = |a: &Plant, b: &Plant| distance(a, b, &how).unwrap();
                 assert_eq!(of(&a, &a), 0.0);
                 let there = of(&a, &b);
                 assert!(there > 0.0 && there == of(&b, &a));
@@ -192,11 +194,11 @@ fn a_distance_is_symmetric_to_the_last_bit_and_zero_for_the_same() {
 
 #[test]
 fn a_turned_plant_is_found_again() {
-    let params = ElasticParams::default();
     let plant = random_plant(Seed::new(12), 40, Oddity::Tame);
     let turned = crate::relate::turned(&plant, 1.9);
-    let far = distance(&plant, &turned, Metric::Elastic, Facing::Fixed, &params).unwrap();
-    let near = distance(&plant, &turned, Metric::Elastic, Facing::Free, &params).unwrap();
+    let how = Comparison::by(Metric::Elastic);
+    let far = distance(&plant, &turned, &how).unwrap();
+    let near = distance(&plant, &turned, &Comparison { facing: Facing::Free, ..how }).unwrap();
     assert!(near < far * 0.1, "{near} {far}");
 }
 
@@ -209,7 +211,12 @@ fn a_symmetrized_plant_is_symmetric() {
         assert!(reflection.symmetrized(0.0).chains().len() == plant.chains().len());
         let made = reflection.symmetrized(1.0);
         let again = Reflection::across(&made, 0.4, &params).unwrap();
-        assert!(again.deviation() < plant.height() * 1e-4, "seed {seed}: {} {}", again.deviation(), reflection.deviation());
+        assert!(
+            again.deviation() < plant.height() * 1e-4,
+            "seed {seed}: {} {}",
+            again.deviation(),
+            reflection.deviation()
+        );
         let half = Reflection::across(&reflection.symmetrized(0.5), 0.4, &params).unwrap();
         assert!(half.asymmetry() < reflection.asymmetry());
     }

@@ -21,6 +21,13 @@ pub enum Variant {
         /// A share for each source, or for the source and its reflection; they add up to 1.
         shares: Vec<f32>,
     },
+    /// A frame of a sequence.
+    Frame {
+        /// Index into the plan's morphs.
+        morph: usize,
+        /// Which frame, from 0.
+        frame: u32,
+    },
     /// One of the kept trees of a selection.
     Selected {
         /// Index into the plan's selections.

@@ -146,7 +146,10 @@ pub(crate) fn canonical_order(plants: &[Plant]) -> Vec<usize> {
         let points = || a.all_points().iter().map(bits).cmp(b.all_points().iter().map(bits));
         let places = |p: &Plant| p.chains().iter().map(|c| (c.parent, c.location.to_bits())).collect::<Vec<_>>();
         let radii = || a.all_radii().iter().map(|r| r.to_bits()).cmp(b.all_radii().iter().map(|r| r.to_bits()));
-        sizes.then_with(points).then_with(radii).then_with(|| if a == b { Ordering::Equal } else { places(a).cmp(&places(b)) })
+        sizes
+            .then_with(points)
+            .then_with(radii)
+            .then_with(|| if a == b { Ordering::Equal } else { places(a).cmp(&places(b)) })
     };
     let mut order: Vec<usize> = (0..plants.len()).collect();
     order.sort_by(|&i, &j| compare(&plants[i], &plants[j]).then(i.cmp(&j)));

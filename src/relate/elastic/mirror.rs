@@ -135,10 +135,8 @@ impl Work<'_> {
             let identity = || Monotone::new(vec![(0.0, 0.0), (1.0, 1.0)]);
             self.found.shared[kin.index()].maps = vec![identity(), identity()];
             let place = |id: ChainId| f64::from(self.sides[0].plant.chain(id).location);
-            let children: Vec<(ChainId, Bifurcation)> = self.sides[0].children[id.index()]
-                .iter()
-                .map(|&c| (c, self.sides[0].branch(c, place(c))))
-                .collect();
+            let children: Vec<(ChainId, Bifurcation)> =
+                self.sides[0].children[id.index()].iter().map(|&c| (c, self.sides[0].branch(c, place(c)))).collect();
             self.both_sides(Some(kin), &children, &|_, b| b.direction.x, false);
         }
         self.pairs(next);

@@ -19,8 +19,10 @@ use super::rotation::{Turn, UNTURNED, nearest_rotation, turned};
 pub const STEPS: [(usize, usize); 7] = [(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2)];
 /// Farthest from the diagonal, samples.
 const BAND: usize = 12;
-/// Times that the rotation is found.
-const ROUNDS: usize = 2;
+/// Rounds end when one gains less than this.
+const LEAST_GAIN: f64 = 1e-4;
+/// Most times that the rotation is found.
+const ROUNDS: usize = 4;
 
 /// How one curve runs along another.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +60,7 @@ pub fn register(first: &ElasticCurve, second: &ElasticCurve) -> Registration {
     for _ in 0..ROUNDS {
         let turned_q: Vec<DVec3> = q2.iter().map(|q| turned(&turn, *q)).collect();
         let (path, sum) = best_path(q1, &turned_q, BAND.min(count));
-        if sum / last <= best.agreement + 1e-9 {
+        if sum / last <= best.agreement + LEAST_GAIN {
             break;
         }
         let gamma = path.iter().map(|&(i, j)| (i as f64 / last, j as f64 / last)).collect();
@@ -115,7 +117,8 @@ pub fn best_path(q1: &[DVec3], q2: &[DVec3], band: usize) -> (Vec<(usize, usize)
 
 /// What a step counts: `√(a b)` times the trapezoidal mean of the products along it.
 fn step(dots: &[f64], count: usize, (i, j): (usize, usize), (a, b): (usize, usize)) -> f64 {
-    const ROOTS: [f64; 7] = [0.0, 1.0, std::f64::consts::SQRT_2, 1.732_050_807_568_877_2, 2.0, 0.0, 2.449_489_742_783_178];
+    const ROOTS: [f64; 7] =
+        [0.0, 1.0, std::f64::consts::SQRT_2, 1.732_050_807_568_877_2, 2.0, 0.0, 2.449_489_742_783_178];
     let parts = a.max(b);
     let mut sum = (dots[i * count + j] + dots[(i + a) * count + j + b]) * 0.5;
     for k in 1..parts {

@@ -177,9 +177,8 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
         let wanted = endpoints::count(&iteration.endpoints, solids, params.width) as usize;
         let (mut candidates, ways) =
             endpoints::candidates(&iteration.endpoints, solids, view, &trees[t].structure, seed);
-        candidates.retain(|&node| {
-            !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node)
-        });
+        candidates
+            .retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
         if candidates.is_empty() && wanted > 0 {
             trees[t].notes.push(format!("iteration {}: no node is free where its branches should end", i + 1));
         }

@@ -77,7 +77,9 @@ impl Step {
     }
 
     fn axis(self, seed: Seed) -> Vec3 {
-        heading(self.vector).or_else(|| heading(self.edge.normalize_or(Vec3::Y))).unwrap_or_else(|| random(seed, self.node))
+        heading(self.vector)
+            .or_else(|| heading(self.edge.normalize_or(Vec3::Y)))
+            .unwrap_or_else(|| random(seed, self.node))
     }
 }
 

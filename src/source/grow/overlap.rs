@@ -477,7 +477,8 @@ fn newly_barred(before: &Plant, after: &Plant, barred: &dyn Fn(Vec3, Vec3) -> bo
     let (a, b) = (Posed::of_bearers(before), Posed::of_bearers(after));
     let within = |posed: &Posed, plant: &Plant, id| posed.chain(plant, id).windows(2).any(|s| barred(s[0], s[1]));
     let ids = after.chain_ids();
-    ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id)).collect()
+    ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id))
+        .collect()
 }
 
 /// The plant with some chains, and those that bear them, as they were `before`; `pinned` is told which.

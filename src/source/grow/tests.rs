@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::growth::{Tree, grow_all};
-use super::space::Space;
 use super::refine::Ways;
+use super::space::Space;
 use super::structure::Structure;
 use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
 use crate::base::Seed;

@@ -212,7 +212,8 @@ mod tests {
 
     #[test]
     fn where_nothing_else_is_it_takes_the_coarse_course() {
-        let alone: Vec<Spot> = (0..3).map(|segment| Spot { at: Vec3::Y * (segment as f32 * 3.0 + 3.0), segment }).collect();
+        let alone: Vec<Spot> =
+            (0..3).map(|segment| Spot { at: Vec3::Y * (segment as f32 * 3.0 + 3.0), segment }).collect();
         let way = found(&alone, &[entry(0, Vec3::ZERO)], &|_, _| true);
         assert_eq!(way.nodes.iter().map(|n| n.0.y).collect::<Vec<_>>(), [3.0, 6.0, 9.0]);
     }

@@ -1,0 +1,129 @@
+//! The leafy morph between two sources (2017 CAVW, 6): every chain at once, by one time 0..=1.
+//!
+//! Kins of both sources morph, those of the second grow, those of the first wilt, each by the time itself. A kin that
+//! shares its chain of the first source with others splits from it, one that shares that of the second merges into it;
+//! their points have weights of their own ([`Run`]). At 0 and 1 the tree is the source. In between kins come and go with
+//! a size of nothing, so nothing pops.
+
+use super::tasks::{Task, Tasks};
+use crate::relate::{Family, Run, Weights};
+
+/// How near to its ends a morph is taken for its source.
+const END: f32 = 1e-6;
+
+/// The weights of a morph from one source of a family to another at time `t`. Sources are indices; out of range gives
+/// weights of nothing.
+#[must_use]
+pub fn morph(family: &Family, from: usize, to: usize, t: f32) -> Weights {
+    if t.is_nan() || t <= END {
+        return family.corner(from);
+    }
+    if t >= 1.0 - END {
+        return family.corner(to);
+    }
+    let sources = family.sources().len();
+    let tasks = Tasks::new(family, from, to);
+    let mut weights = Weights::new(family.kin_count(), sources);
+    if !tasks.in_range() {
+        return weights;
+    }
+    let mut shares = vec![0.0; sources];
+    for kin in family.kin_ids() {
+        shares.fill(0.0);
+        let degree = match tasks.tasks[kin.index()] {
+            Task::Grow => {
+                shares[to] = 1.0;
+                t
+            }
+            Task::Wilt => {
+                shares[from] = 1.0;
+                1.0 - t
+            }
+            Task::Morph => {
+                shares[from] = 1.0 - t;
+                shares[to] = t;
+                let run = match (family.sharers(kin, from) > 1, family.sharers(kin, to) > 1) {
+                    (true, false) => Run::Split,
+                    (false, true) => Run::Merge,
+                    _ => Run::Even,
+                };
+                weights.set_run(kin, run);
+                1.0
+            }
+            Task::None | Task::Still | Task::Absent => continue,
+        };
+        weights.set(kin, &shares, degree);
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::plant::{Plant, PlantStats};
+    use crate::preset::plan::MatchParams;
+    use crate::relate::pattern_family;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+
+    fn pair(seed: u64, oddity: Oddity) -> (Plant, Plant, Family) {
+        let plant = |name| random_plant(Seed::new(seed).child(name), 60, oddity);
+        let (a, b) = (plant("a"), plant("b"));
+        let family = pattern_family(a.clone(), b.clone(), &EVEN).unwrap().pair_leaves(100).0;
+        (a, b, family)
+    }
+
+    #[test]
+    fn the_ends_are_the_sources_leaves_and_all() {
+        for seed in 0..40 {
+            let (a, b, family) = pair(seed, Oddity::Wild);
+            assert!(family.blend(&morph(&family, 0, 1, 0.0)) == a && family.blend(&morph(&family, 0, 1, 1.0)) == b);
+        }
+    }
+
+    #[test]
+    fn in_betweens_are_whole_and_keep_their_chains_and_leaves_all_the_way() {
+        for seed in 0..30 {
+            let (_, _, family) = pair(seed, Oddity::Wild);
+            let count = |t: f32| {
+                let plant = family.blend(&morph(&family, 0, 1, t));
+                assert_eq!(PlantStats::of(&plant).topology_continuity, 1.0);
+                (plant.chains().len(), plant.leaves().len())
+            };
+            let all: Vec<(usize, usize)> = [0.001, 0.25, 0.5, 0.999].map(count).to_vec();
+            assert!(all.iter().all(|c| *c == all[0]), "{seed}: {all:?}");
+        }
+    }
+
+    #[test]
+    fn every_leaf_comes_from_its_source_and_goes_to_its_target_without_a_jump() {
+        for seed in 0..20 {
+            let (a, b, family) = pair(seed, Oddity::Tame);
+            let places = |t: f32| -> Vec<(glam::Vec3, f32)> {
+                let plant = family.blend(&morph(&family, 0, 1, t));
+                let posed = plant.pose();
+                plant.leaves().iter().map(|l| (posed.leaf(&plant, l).position, l.size)).collect()
+            };
+            let reach = 12.0;
+            for (end, source, t) in [("first", &a, 1e-5), ("last", &b, 1.0 - 1e-5)] {
+                let posed = source.pose();
+                let own: Vec<(glam::Vec3, f32)> =
+                    source.leaves().iter().map(|l| (posed.leaf(source, l).position, l.size)).collect();
+                for (place, size) in places(t).into_iter().filter(|leaf| leaf.1 > 1e-4) {
+                    let near = own.iter().map(|o| o.0.distance(place) + (o.1 - size).abs()).fold(f32::MAX, f32::min);
+                    assert!(near < 1e-3 * reach, "{seed} {end}: {near}");
+                }
+            }
+            let mut last = places(0.001);
+            for step in 1..100 {
+                let next = places(0.001 + 0.998 * step as f32 / 99.0);
+                for (x, y) in last.iter().zip(&next) {
+                    assert!(x.0.distance(y.0) < 0.12 * reach, "{seed} {step}: {}", x.0.distance(y.0));
+                }
+                last = next;
+            }
+        }
+    }
+}
