@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`.
+//! `grow`, `import`, `blend`, `space`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -17,6 +17,7 @@ mod line;
 mod plausibility;
 mod select;
 mod shells;
+mod space;
 mod surface;
 mod table_1;
 mod trees;
@@ -84,8 +85,7 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 4] =
-    [("line", line::print), ("grow", grow::print), ("import", import::print), ("blend", blend::print)];
+const TOPICS: [(&str, fn()); 5] = [("line", line::print), ("grow", grow::print), ("import", import::print), ("blend", blend::print), ("space", space::print)];
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();

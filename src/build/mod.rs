@@ -17,6 +17,7 @@ pub mod output;
 pub mod pipeline;
 mod record;
 mod selections;
+mod shapes;
 mod stages;
 mod trees;
 mod world;

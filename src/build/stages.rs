@@ -503,6 +503,7 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
         // Frames are made of dressed sources.
         Variant::Frame { .. } => Vec::new(),
         Variant::Selected { selection, .. } => {

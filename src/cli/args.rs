@@ -22,6 +22,8 @@ pub(super) enum Command {
     Cache(CacheArguments),
     /// Reads presets and what they name, and reports every error, without building.
     Check(CheckArguments),
+    /// Tells how far plants are from each other, and draws which are alike.
+    Distance(DistanceArguments),
     /// Writes a species file that grows plants like a scan or skeleton.
     Estimate(EstimateArguments),
     /// Tells what a plant, a source or an asset holds.
@@ -166,6 +168,51 @@ pub(super) struct CheckArguments {
     /// Preset files, or folders whose *.ron files are presets.
     #[arg(required = true, value_name = "PRESET|DIR")]
     pub(super) presets: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DistanceArguments {
+    /// Scans, skeletons, meshes, plant dumps or species files; at least two.
+    #[arg(required = true, num_args = 2.., value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+    /// What is measured.
+    #[arg(long, value_enum, default_value_t = DistanceMetric::Qed)]
+    pub(super) metric: DistanceMetric,
+    /// Takes the least distance over all turns about the vertical.
+    #[arg(long)]
+    pub(super) turn: bool,
+    /// Scales plants to one size first.
+    #[arg(long)]
+    pub(super) relative: bool,
+    /// How the matrix is printed.
+    #[arg(long, value_enum, default_value_t = DistanceFormat::Json)]
+    pub(super) format: DistanceFormat,
+    /// Also draws the dendrogram (single linkage) as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub(super) dendrogram: Option<PathBuf>,
+    /// Seed that species files are grown with.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+}
+
+/// A distance of plants.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum DistanceMetric {
+    /// Quotient Euclidean distance of tree-shape space, metres.
+    Qed,
+    /// Its L1 variant, the tree edit distance, metres.
+    Edit,
+    /// The elastic metric, in which bending costs no length, metres.
+    Elastic,
+}
+
+/// A form of the matrix.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum DistanceFormat {
+    /// Names, distances and merges.
+    Json,
+    /// Names and distances.
+    Csv,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@
 
 mod args;
 mod build;
+mod distance;
 mod cache;
 mod estimate;
 mod inspect;
@@ -32,6 +33,7 @@ pub fn run() -> ExitCode {
         }
         Command::Cache(cache) => cache::run(&cache),
         Command::Check(check) => build::check(&check),
+        Command::Distance(distance) => distance::run(&distance),
         Command::Estimate(estimate) => estimate::run(&estimate),
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),

@@ -19,6 +19,7 @@ mod reader;
 mod report;
 mod schema;
 mod set;
+mod shapes;
 mod species;
 mod surroundings;
 mod syntax;

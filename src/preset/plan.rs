@@ -37,6 +37,9 @@ pub struct Plan {
     /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub selections: Vec<Selection>,
+    /// Shape spaces that variants are taken from, one for each entry of the preset that does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shapes: Vec<ShapeParams>,
     /// Sequences of frames, one for each entry of the preset that asks for one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub morphs: Vec<MorphParams>,

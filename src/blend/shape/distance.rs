@@ -7,11 +7,12 @@
 //! Facing: the paper's distances change when a tree turns about its trunk. With [`Facing::Free`] the least over all
 //! orientations is taken: [`COARSE`] of them, and halving steps about the best, the plant itself unturned among them.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::straighten::TreeGeodesic;
 use super::tree_point::TreePoint;
-use crate::plant::Plant;
+use crate::plant::{Curve, Plant, PlantBuilder};
 use crate::preset::plan::{ChainPath, ElasticParams, Facing};
 use crate::relate::{FamilyError, canonical_order, elastic_family, turned};
 
@@ -27,8 +28,38 @@ pub enum Metric {
     Qed,
     /// Its L1 variant, the tree edit distance: the sum of what edges change by, metres.
     Edit,
-    /// The elastic metric of [`ShapePoint`](crate::relate::ShapePoint), in which bending shortens no path: root metres.
+    /// The elastic metric of [`ShapePoint`](crate::relate::ShapePoint), in which bending shortens no path, metres.
     Elastic,
+}
+
+/// Whether the size of plants counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// A young tree is far from an old one; and a small plant is nearer to most than these are to each other.
+    AsIs,
+    /// Plants are scaled until the squares of their chains' lengths add up to 1 first.
+    Relative,
+}
+
+/// How plants are compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// What is measured.
+    pub metric: Metric,
+    /// Whether plants may turn about the vertical.
+    pub facing: Facing,
+    /// Whether their size counts.
+    pub size: Size,
+    /// How branches are matched.
+    pub elastic: ElasticParams,
+}
+
+impl Comparison {
+    /// By a metric, as plants stand and as large as they are.
+    #[must_use]
+    pub fn by(metric: Metric) -> Self {
+        Self { metric, facing: Facing::Fixed, size: Size::AsIs, elastic: ElasticParams::default() }
+    }
 }
 
 /// The distance of two plants.
@@ -36,22 +67,38 @@ pub enum Metric {
 /// # Errors
 ///
 /// When a plant has no chain or holds a length beyond all measure.
-pub fn distance(
-    a: &Plant,
-    b: &Plant,
-    metric: Metric,
-    facing: Facing,
-    params: &ElasticParams,
-) -> Result<f64, FamilyError> {
-    let mut pair = [a.clone().without_leaves(), b.clone().without_leaves()];
+pub fn distance(a: &Plant, b: &Plant, how: &Comparison) -> Result<f64, FamilyError> {
+    let bare = |plant: &Plant| match how.size {
+        Size::AsIs => plant.clone().without_leaves(),
+        Size::Relative => relative(plant),
+    };
+    let mut pair = [bare(a), bare(b)];
     if canonical_order(&pair)[0] == 1 {
         pair.swap(0, 1);
     }
     let [a, b] = pair;
-    Ok(match facing {
-        Facing::Fixed => one(&a, &b, metric, params)?,
-        Facing::Free => nearest_facing(&a, &b, metric, params)?.0,
+    Ok(match how.facing {
+        Facing::Fixed => one(&a, &b, how.metric, &how.elastic)?,
+        Facing::Free => nearest_facing(&a, &b, how.metric, &how.elastic)?.0,
     })
+}
+
+/// The plant without leaves, of unit size.
+fn relative(plant: &Plant) -> Plant {
+    let square = |id| f64::from(Curve::new(plant.points(id)).length()).powi(2);
+    let size = plant.chain_ids().map(square).sum::<f64>().sqrt();
+    if !(size > 0.0 && size.is_finite()) {
+        return plant.clone().without_leaves();
+    }
+    let scale = (1.0 / size) as f32;
+    let mut builder = PlantBuilder::new();
+    for id in plant.chain_ids() {
+        let chain = plant.chain(id);
+        let points: Vec<Vec3> = plant.points(id).iter().map(|p| *p * scale).collect();
+        let radii: Vec<f32> = plant.radii(id).iter().map(|r| r * scale).collect();
+        builder.chain(chain.parent, chain.location, chain.origin * scale, &points, &radii);
+    }
+    builder.finish_trusted()
 }
 
 fn one(a: &Plant, b: &Plant, metric: Metric, params: &ElasticParams) -> Result<f64, FamilyError> {
@@ -95,18 +142,13 @@ pub fn nearest_facing(a: &Plant, b: &Plant, metric: Metric, params: &ElasticPara
 ///
 /// # Errors
 ///
-/// The index of the first plant of a pair that can't be compared, and why.
-pub fn distance_matrix(
-    plants: &[Plant],
-    metric: Metric,
-    facing: Facing,
-    params: &ElasticParams,
-) -> Result<Vec<Vec<f64>>, FamilyError> {
+/// As [`distance`].
+pub fn distance_matrix(plants: &[Plant], how: &Comparison) -> Result<Vec<Vec<f64>>, FamilyError> {
     let count = plants.len();
     let pairs: Vec<(usize, usize)> = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j))).collect();
     let found: Vec<f64> = pairs
         .par_iter()
-        .map(|&(i, j)| distance(&plants[i], &plants[j], metric, facing, params))
+        .map(|&(i, j)| distance(&plants[i], &plants[j], how))
         .collect::<Result<_, _>>()?;
     let mut matrix = vec![vec![0.0; count]; count];
     for ((i, j), found) in pairs.into_iter().zip(found) {

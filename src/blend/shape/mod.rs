@@ -17,10 +17,10 @@ mod symmetry;
 mod tests;
 mod tree_point;
 
-pub use along::{gaussian_shares, weighted_mean};
+pub use along::weighted_mean;
 pub use binary::{BinaryNode, BinaryTree, Side};
 pub use dendrogram::{Merge, dendrogram, linkage};
-pub use distance::{Metric, distance, distance_matrix, nearest_facing};
+pub use distance::{Comparison, Metric, Size, distance, distance_matrix, nearest_facing};
 pub use filter::SmallBranches;
 pub use frechet::{frechet_mean, variance};
 pub use straighten::TreeGeodesic;

@@ -368,8 +368,15 @@ fn initial(first: &[Edge], inner: Vec<usize>, outer: Vec<usize>, run: &dyn Fn(us
             }
         }
         if !expanding.is_empty() {
-            collapsing.sort_unstable();
-            legs.push(Leg { a: std::mem::take(&mut collapsing), b: expanding });
+            // What is in the way of none of these may wait: every edge of a leg has one of the other side against it,
+            // which splitting and joining keep.
+            let (mut a, wait): (Vec<usize>, Vec<usize>) = collapsing.into_iter().partition(|&i| {
+                let (low, high) = run(i);
+                expanding.partition_point(|&j| j < low) < expanding.partition_point(|&j| j <= high)
+            });
+            a.sort_unstable();
+            legs.push(Leg { a, b: expanding });
+            collapsing = wait;
         }
     }
     legs

@@ -75,7 +75,7 @@ impl Reflection {
         &self.family
     }
 
-    /// The elastic distance of the plant and its reflection, root metres; infinite where chains go straight.
+    /// The elastic distance of the plant and its reflection, metres; infinite where chains go straight.
     #[must_use]
     pub fn asymmetry(&self) -> f64 {
         let point = |s: usize| self.family.shape_point(&self.family.corner(s));

@@ -176,13 +176,14 @@ fn the_maximal_tree_is_never_written_out() {
 
 #[test]
 fn a_distance_is_symmetric_to_the_last_bit_and_zero_for_the_same() {
-    let params = ElasticParams::default();
     for seed in 0..6 {
         let plant = |name| random_plant(Seed::new(seed).child(name), 30, Oddity::Tame);
         let (a, b) = (plant("a"), plant("b"));
         for metric in [Metric::Qed, Metric::Edit, Metric::Elastic] {
             for facing in [Facing::Fixed, Facing::Free] {
-                let of = |a: &Plant, b: &Plant| distance(a, b, metric, facing, &params).unwrap();
+                let size = if seed % 2 == 0 { Size::AsIs } else { Size::Relative };
+                let how = Comparison { facing, size, ..Comparison::by(metric) };
+                let of = |a: &Plant, b: &Plant| distance(a, b, &how).unwrap();
                 assert_eq!(of(&a, &a), 0.0);
                 let there = of(&a, &b);
                 assert!(there > 0.0 && there == of(&b, &a));
@@ -193,11 +194,11 @@ fn a_distance_is_symmetric_to_the_last_bit_and_zero_for_the_same() {
 
 #[test]
 fn a_turned_plant_is_found_again() {
-    let params = ElasticParams::default();
     let plant = random_plant(Seed::new(12), 40, Oddity::Tame);
     let turned = crate::relate::turned(&plant, 1.9);
-    let far = distance(&plant, &turned, Metric::Elastic, Facing::Fixed, &params).unwrap();
-    let near = distance(&plant, &turned, Metric::Elastic, Facing::Free, &params).unwrap();
+    let how = Comparison::by(Metric::Elastic);
+    let far = distance(&plant, &turned, &how).unwrap();
+    let near = distance(&plant, &turned, &Comparison { facing: Facing::Free, ..how }).unwrap();
     assert!(near < far * 0.1, "{near} {far}");
 }
 

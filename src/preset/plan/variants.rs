@@ -14,6 +14,13 @@ pub enum Variant {
         /// Which of its trees.
         tree: BlendTree,
     },
+    /// A point of a shape space.
+    Shape {
+        /// Index into the plan's shapes.
+        shape: usize,
+        /// A share for each source, or for the source and its reflection; they add up to 1.
+        shares: Vec<f32>,
+    },
     /// A frame of a sequence.
     Frame {
         /// Index into the plan's morphs.

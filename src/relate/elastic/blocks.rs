@@ -2,9 +2,8 @@
 //!
 //! Under [`ChainPath::Elastic`] a block holds no points but square root velocities: for the interval Δ before a slot
 //! `z = Δ / √|Δ|`, whose squares add up to the chain's length and whose products are those of the functions, so nothing
-//! is lost in the sampling. They are kept at unit norm beside the root of the length; radii are kept as their roots, so
-//! that a branch that comes out of nothing keeps its proportions: at a share h it has h² of its length and h² of its radius.
-//! Under [`ChainPath::Straight`] a block holds points and radii as they are.
+//! is lost in the sampling. They are kept at unit norm beside the length. Under [`ChainPath::Straight`] a block holds points
+//! as they are. Radii are themselves in either.
 
 use std::borrow::Cow;
 
@@ -25,11 +24,11 @@ pub(in crate::relate) struct Elastic {
     pub(super) shared: Vec<Shared>,
     /// For each kin of several members the shared parameter of each slot.
     pub(super) slots: Vec<Vec<f64>>,
-    /// For each kin the roots of its members' lengths.
-    pub(super) roots: Vec<Vec<f64>>,
+    /// For each kin its members' lengths, metres.
+    pub(super) lengths: Vec<Vec<f64>>,
     /// For each kin of several members the angles between their functions, radians, row after row.
     pub(super) angles: Vec<Vec<f64>>,
-    /// For each kin of one member the norm of the roots of its radii.
+    /// For each kin of one member the norm of its radii.
     pub(super) stout: Vec<f64>,
 }
 
@@ -53,7 +52,7 @@ pub(super) fn family_of(plants: Vec<Plant>, found: Correspondence, path: ChainPa
         path,
         shared: found.shared,
         slots: Vec::new(),
-        roots: Vec::new(),
+        lengths: Vec::new(),
         angles: Vec::new(),
         stout: Vec::new(),
     });
@@ -91,7 +90,7 @@ impl Family {
 impl Elastic {
     /// Forgets all blocks.
     pub(in crate::relate) fn clear(&mut self) {
-        (self.slots, self.roots) = (Vec::new(), Vec::new());
+        (self.slots, self.lengths) = (Vec::new(), Vec::new());
         (self.angles, self.stout) = (Vec::new(), Vec::new());
     }
 
@@ -99,10 +98,10 @@ impl Elastic {
     pub(in crate::relate) fn alone(&mut self, line: &Line<'_>) {
         let length: f64 = line.points.windows(2).map(|w| f64::from(w[0].distance(w[1]))).sum();
         let mean = line.parameters.windows(2).zip(line.radii.windows(2));
-        let square: f64 = mean.map(|(t, r)| (t[1] - t[0]) * 0.5 * f64::from(r[0] + r[1])).sum();
+        let square: f64 = mean.map(|(t, r)| (t[1] - t[0]) * 0.5 * f64::from(r[0] * r[0] + r[1] * r[1])).sum();
         self.slots.push(Vec::new());
         self.angles.push(Vec::new());
-        self.roots.push(vec![length.sqrt()]);
+        self.lengths.push(vec![length]);
         self.stout.push(square.sqrt());
     }
 
@@ -150,13 +149,13 @@ impl Elastic {
     ) -> Vec<f32> {
         let count = slots.parameters.len();
         let mut block = vec![0.0_f32; 4 * count * members];
-        let mut roots = Vec::with_capacity(members);
+        let mut lengths = Vec::with_capacity(members);
         for (m, block) in block.chunks_exact_mut(4 * count).enumerate() {
             let points = &slots.points[m * count..(m + 1) * count];
             let radii = &slots.radii[m * count..(m + 1) * count];
             let length: f64 = points.windows(2).map(|w| f64::from(w[0].distance(w[1]))).sum();
             let root = length.sqrt();
-            roots.push(root);
+            lengths.push(length);
             for i in 0..count {
                 let shown = match self.path {
                     ChainPath::Straight => points[i].as_dvec3(),
@@ -168,10 +167,7 @@ impl Elastic {
                     }
                 };
                 (block[i], block[count + i], block[2 * count + i]) = (shown.x as f32, shown.y as f32, shown.z as f32);
-                block[3 * count + i] = match self.path {
-                    ChainPath::Straight => radii[i],
-                    ChainPath::Elastic => radii[i].sqrt(),
-                };
+                block[3 * count + i] = radii[i];
             }
         }
         let shape = |m: usize| &block[4 * count * m..4 * count * m + 3 * count];
@@ -180,7 +176,7 @@ impl Elastic {
             angle(a.iter().zip(b).map(|(a, b)| f64::from(*a) - f64::from(*b)))
         });
         self.angles.push(angles.collect());
-        self.roots.push(roots);
+        self.lengths.push(lengths);
         self.slots.push(slots.parameters.clone());
         self.stout.push(0.0);
         block

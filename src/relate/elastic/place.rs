@@ -1,16 +1,19 @@
 //! Where the kernel puts a kin of an elastic family (2018 TOG, section 4, and what it lists under its limits).
 //!
-//! A chain's form is a point of three spaces: the root of its length, a number; its turn against the kin's branching
-//! vector, a rotation; and its square root velocity function at unit norm, a point on a sphere. A blend is the weighted
-//! mean in each: linear, by successive slerps, on great circles. So a chain on its way between two is as long as the
-//! square of the mean root says, however far it bends; where points move straight (the paper's metric) a chain that turns
-//! by 90° is a third shorter in the middle.
+//! A chain's form is a point of three spaces: its length, a number; its turn against the kin's branching vector, a
+//! rotation; and its square root velocity function at unit norm, a point on a sphere. A blend is the weighted mean in each:
+//! linear, by successive slerps, on great circles. So a chain on its way between two is as long as they are on average,
+//! however far it bends; where points move straight (the paper's metric) a chain that turns by 90° is a third shorter in
+//! the middle. Straight lines between square root velocity functions themselves are the textbook's geodesic of open
+//! curves, but shorten a chain that turns by 90° by a half; and with the root of the length going evenly, branches that
+//! come out of nothing do most of their growing at the end: the largest jump in length was 1.8 times that of straight
+//! paths. Both were dropped.
 //!
 //! More than two functions are averaged by Sturm's algorithm: walk towards one after the other, each time by the weight that it
 //! has among those before; [`ROUNDS`] times round. Points on the sphere are kept as coefficients of the members, so a
 //! walk costs a handful of products whatever the chain's length.
 //!
-//! Radii are blended by their roots; the allometric rule is not applied, since a path that it bends is no geodesic. A
+//! Radii are blended linearly; the allometric rule is not applied, since a path that it bends is no geodesic. A
 //! child stands where it does along the shared parameter, so it neither slides past its neighbours nor leaves its parent.
 
 use glam::Vec3;
@@ -29,8 +32,8 @@ const ROUNDS: usize = 32;
 /// The form of a kin of several members, without its place.
 pub(super) struct Form {
     pub(super) turn: Rotation,
-    /// Root of the length, metres.
-    pub(super) root: f64,
+    /// Metres.
+    pub(super) length: f64,
     /// Members that are there: coefficients of their functions.
     pub(super) coefficients: Vec<f64>,
 }
@@ -41,8 +44,8 @@ impl Blender<'_> {
         let row = self.family.row(k);
         let shares: Vec<f64> =
             row.iter().zip(self.share(k)).filter(|(m, _)| m.chain != NONE).map(|(_, s)| f64::from(*s)).collect();
-        let root = elastic.roots[k].iter().zip(&shares).map(|(r, w)| r * w).sum();
-        Form { turn: turn_of(row, self.share(k)), root, coefficients: mean_on_sphere(&elastic.angles[k], &shares) }
+        let length = elastic.lengths[k].iter().zip(&shares).map(|(l, w)| l * w).sum();
+        Form { turn: turn_of(row, self.share(k)), length, coefficients: mean_on_sphere(&elastic.angles[k], &shares) }
     }
 
     /// Places a kin that several members feed.
@@ -80,15 +83,15 @@ impl Blender<'_> {
             self.sum.iter_mut().zip(shape).for_each(|(to, from)| *to += from * weight);
             linear.iter_mut().zip(radii).for_each(|(to, from)| *to += from * share);
         }
+        linear.iter_mut().for_each(|r| *r *= degree);
         let (xs, rest) = self.sum.split_at(len);
         let (ys, zs) = rest.split_at(len);
         let points = &mut self.points[first..first + len];
         let shown = |i: usize| Vec3::new(xs[i], ys[i], zs[i]);
         match form {
             Some(form) => {
-                linear.iter_mut().for_each(|r| *r = *r * *r * degree);
                 let norm: f64 = self.sum.iter().map(|z| f64::from(*z) * f64::from(*z)).sum();
-                let scale = if norm > 0.0 { (form.root * form.root / norm) as f32 * degree } else { 0.0 };
+                let scale = if norm > 0.0 { (form.length / norm) as f32 * degree } else { 0.0 };
                 let (x, y, z) = (form.turn.rotate(Vec3::X), form.turn.rotate(Vec3::Y), form.turn.rotate(Vec3::Z));
                 let mut at = Vec3::ZERO;
                 for (i, to) in points.iter_mut().enumerate() {
@@ -98,10 +101,7 @@ impl Blender<'_> {
                     *to = at;
                 }
             }
-            None => {
-                linear.iter_mut().for_each(|r| *r *= degree);
-                points.iter_mut().enumerate().for_each(|(i, to)| *to = shown(i) * degree);
-            }
+            None => points.iter_mut().enumerate().for_each(|(i, to)| *to = shown(i) * degree),
         }
         measure(points, &mut self.parameters[first..first + len]);
     }

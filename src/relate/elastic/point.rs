@@ -1,18 +1,18 @@
 //! A blend of an elastic family as a point of shape space, and the distance of two.
 //!
-//! The elastic metric is a product over the kins. A kin's chain counts by its square root velocity function `q = ρ q̂`: the root ρ
-//! of its length, its turn R and its unit function q̂; the roots of its radii; and, for stems, where it stands:
+//! The elastic metric is a product over the kins. A kin's chain counts by its length L, its turn R, its square root
+//! velocity function at unit norm q̂, its radii r and, for stems, where it stands, o:
 //!
 //! ```text
-//! d² = Σ over kins  (ρ - ρ')² + κ² (∠(R, R')² + ∠(q̂, q̂')²)  +  ∫ (√r - √r')² du  +  |o - o'|²
+//! d² = Σ over kins  (L - L')² + κ² (∠(R, R')² + ∠(q̂, q̂')²)  +  ∫ (r - r')² du  +  |o - o'|²
 //! ```
 //!
 //! Kins that move along their parent (`relate/elastic/mirror.rs`) also count how far. A chain without length has no direction: all of these are one point of the space. So what the first two terms give is at
-//! most ρ + ρ', by way of nothing (the quotient metric of gluing them together, as edges of the paper's trees are collapsed).
-//! κ is `√2/π` of the least root among the kin's sources, for which that way is never the shorter one between two
+//! most L + L', by way of nothing (the quotient metric of gluing them together, as edges of the paper's trees are collapsed).
+//! κ is `√2/π` of the least length among the kin's sources, for which that way is never the shorter one between two
 //! of them, and the geodesic is where the kernel puts a blend: all terms move evenly. Being a quotient of a
 //! product of metric spaces, it is a metric: symmetric, zero for equal chains only, with the triangle inequality.
-//! Lengths of a geodesic and distances agree to rounding. Its unit is the root of a metre.
+//! Lengths of a geodesic and distances agree to rounding. Its unit is the metre.
 
 use glam::{DVec3, Vec3};
 
@@ -21,7 +21,7 @@ use crate::base::Rotation;
 use crate::preset::plan::ChainPath;
 use crate::relate::family::{Family, NONE};
 use crate::relate::kernel::{Blender, Feed};
-use crate::relate::{KinId, Weights};
+use crate::relate::Weights;
 
 /// A point of the shape space that the sources of an elastic family span.
 #[derive(Clone, Debug)]
@@ -32,14 +32,14 @@ pub struct ShapePoint {
 /// A kin's part of it.
 #[derive(Clone, Debug)]
 struct Place {
-    root: f64,
+    length: f64,
     turn: Rotation,
     /// Unit function; empty for kins of one source, which have one form.
     form: Vec<f32>,
-    /// Roots of radii, times the roots of the widths of their slots.
+    /// Radii times the roots of the widths of their slots.
     stout: Vec<f64>,
     origin: DVec3,
-    /// Place along the parent, for kins that move along it: location times the root of the parent's length.
+    /// Place along the parent, for kins that move along it: location times the parent's length.
     along: f64,
     kappa: f64,
 }
@@ -59,11 +59,11 @@ impl Blender<'_> {
     fn shape_place(&self, k: usize, elastic: &Elastic) -> Place {
         let family = self.family;
         let row = family.row(k);
-        let degree = f64::from(self.degrees[k]).sqrt();
-        let least = elastic.roots[k].iter().fold(f64::INFINITY, |a, b| a.min(*b));
+        let degree = f64::from(self.degrees[k]);
+        let least = elastic.lengths[k].iter().fold(f64::INFINITY, |a, b| a.min(*b));
         let kappa = least * std::f64::consts::SQRT_2 / std::f64::consts::PI;
         let mut place = Place {
-            root: 0.0,
+            length: 0.0,
             turn: Rotation::IDENTITY,
             form: Vec::new(),
             stout: Vec::new(),
@@ -83,13 +83,13 @@ impl Blender<'_> {
             place.origin = origin.as_dvec3();
         }
         if elastic.shared[k].at.is_nan() && family.parents[k] != NONE {
-            let parent = &elastic.roots[family.parents[k] as usize];
+            let parent = &elastic.lengths[family.parents[k] as usize];
             let reach = parent.iter().fold(0.0_f64, |a, b| a.max(*b));
             place.along = f64::from(self.own_location(k)) * reach;
         }
         let len = family.blocks[k].1 as usize;
         if len == 0 {
-            place.root = elastic.roots[k][0] * degree;
+            place.length = elastic.lengths[k][0] * degree;
             place.stout = vec![elastic.stout[k] * degree];
             return place;
         }
@@ -105,12 +105,12 @@ impl Blender<'_> {
         place.stout = (0..len).map(|i| stout(i) * width(i)).collect();
         if let Feed::One(s) = self.feeds[k] {
             let m = present.iter().position(|&p| p == s as usize).unwrap_or(0);
-            place.root = elastic.roots[k][m] * degree;
+            place.length = elastic.lengths[k][m] * degree;
             place.turn = row[s as usize].turn;
             place.form = block(m).0.to_vec();
         } else {
             let form = self.form(k, elastic);
-            place.root = form.root * degree;
+            place.length = form.length * degree;
             place.turn = form.turn;
             let mut sum = vec![0.0_f64; 3 * len];
             for (m, c) in form.coefficients.iter().enumerate() {
@@ -124,34 +124,28 @@ impl Blender<'_> {
 }
 
 impl ShapePoint {
-    /// The distance to another point of the same family, root metres.
+    /// The distance to another point of the same family, metres.
     #[must_use]
     pub fn distance(&self, other: &Self) -> f64 {
         self.kins.iter().zip(&other.kins).map(|(a, b)| a.square_distance(b)).sum::<f64>().sqrt()
-    }
-
-    /// What each kin adds to the squared distance.
-    pub fn square_distances(&self, other: &Self) -> impl Iterator<Item = (KinId, f64)> {
-        let squares: Vec<f64> = self.kins.iter().zip(&other.kins).map(|(a, b)| a.square_distance(b)).collect();
-        squares.into_iter().enumerate().map(|(k, square)| (KinId(k as u32), square))
     }
 }
 
 impl Place {
     fn square_distance(&self, other: &Self) -> f64 {
         let square = |x: f64| x * x;
-        let mut pose = square(self.root - other.root);
-        if self.root > 0.0 && other.root > 0.0 {
+        let mut pose = square(self.length - other.length);
+        if self.length > 0.0 && other.length > 0.0 {
             let form = angle(self.form.iter().zip(&other.form).map(|(a, b)| f64::from(*a) - f64::from(*b)));
             pose += square(self.kappa) * (square(turn_between(self.turn, other.turn)) + square(form));
             pose += square(self.along - other.along);
-            pose = pose.min(square(self.root + other.root));
+            pose = pose.min(square(self.length + other.length));
         }
         let (own, others) = (&self.stout, &other.stout);
         let at = |of: &[f64], i: usize| of.get(i).copied().unwrap_or(0.0);
         let stout: f64 = (0..own.len().max(others.len())).map(|i| square(at(own, i) - at(others, i))).sum();
         // A stem that is not there stands nowhere.
-        let apart = if self.root > 0.0 && other.root > 0.0 { self.origin.distance_squared(other.origin) } else { 0.0 };
+        let apart = if self.length > 0.0 && other.length > 0.0 { self.origin.distance_squared(other.origin) } else { 0.0 };
         pose + stout + apart
     }
 }

@@ -19,8 +19,10 @@ use super::rotation::{Turn, UNTURNED, nearest_rotation, turned};
 pub const STEPS: [(usize, usize); 7] = [(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2)];
 /// Farthest from the diagonal, samples.
 const BAND: usize = 12;
-/// Times that the rotation is found.
-const ROUNDS: usize = 2;
+/// Rounds end when one gains less than this.
+const LEAST_GAIN: f64 = 1e-4;
+/// Most times that the rotation is found.
+const ROUNDS: usize = 4;
 
 /// How one curve runs along another.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +60,7 @@ pub fn register(first: &ElasticCurve, second: &ElasticCurve) -> Registration {
     for _ in 0..ROUNDS {
         let turned_q: Vec<DVec3> = q2.iter().map(|q| turned(&turn, *q)).collect();
         let (path, sum) = best_path(q1, &turned_q, BAND.min(count));
-        if sum / last <= best.agreement + 1e-9 {
+        if sum / last <= best.agreement + LEAST_GAIN {
             break;
         }
         let gamma = path.iter().map(|&(i, j)| (i as f64 / last, j as f64 / last)).collect();

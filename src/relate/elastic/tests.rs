@@ -12,15 +12,14 @@ fn family(seed: u64, count: u64, oddity: Oddity, path: ChainPath) -> Family {
     elastic_family(plants, &ElasticParams { path, ..ElasticParams::default() }).unwrap()
 }
 
-/// The weighted mean of the sources: what has no member grows as far as its root says.
+/// The weighted mean of the sources: what has no member has no length.
 pub(super) fn even(family: &Family, shares: &[f32]) -> Weights {
     let mut weights = Weights::new(family.kin_count(), shares.len());
     let whole: f32 = shares.iter().sum();
     for kin in family.kin_ids() {
         let held: f32 = (0..shares.len()).filter(|&s| family.member(kin, s).is_some()).map(|s| shares[s]).sum();
         let held = held / whole;
-        let degree = if family.chain_path() == Some(ChainPath::Elastic) { held * held } else { held };
-        weights.set(kin, shares, degree);
+        weights.set(kin, shares, held);
     }
     weights
 }
@@ -142,8 +141,8 @@ fn a_chain_that_turns_keeps_its_length_and_what_is_placed_is_what_the_point_says
         let length = |p: &Plant, id: ChainId| crate::plant::Curve::new(p.points(id)).length();
         for (id, &kin) in plant.chain_ids().zip(&kins) {
             let members: Vec<f32> =
-                (0..2).map(|s| family.member(kin, s).map_or(0.0, |c| length(&family.sources()[s], c).sqrt())).collect();
-            let wanted = ((members[0] + members[1]) * 0.5).powi(2);
+                (0..2).map(|s| family.member(kin, s).map_or(0.0, |c| length(&family.sources()[s], c))).collect();
+            let wanted = (members[0] + members[1]) * 0.5;
             assert!((length(&plant, id) - wanted).abs() < wanted * 1e-3 + 1e-6, "{kin:?}");
         }
     }
