@@ -5,7 +5,10 @@
 //! their points have weights of their own ([`Run`]). At 0 and 1 the tree is the source. In between kins come and go with
 //! a size of nothing, so nothing pops.
 
+use rayon::prelude::*;
+
 use super::tasks::{Task, Tasks};
+use crate::plant::{ChainId, trunk_support_by};
 use crate::relate::{Family, Run, Weights};
 
 /// How near to its ends a morph is taken for its source.
@@ -55,6 +58,27 @@ pub fn morph(family: &Family, from: usize, to: usize, t: f32) -> Weights {
         weights.set(kin, &shares, degree);
     }
     weights
+}
+
+/// The trunk support weights ([`trunk_support_by`]) of a morph from the first to the second source of a family, at
+/// `steps + 1` evenly spread times.
+#[must_use]
+pub fn support_over_morph(family: &Family, steps: u32) -> Vec<f32> {
+    (0..=steps)
+        .into_par_iter()
+        .map(|step| {
+            let t = step as f32 / steps.max(1) as f32;
+            let (plant, kins) = family.blend_with_kins(&morph(family, 0, 1, t));
+            let inside = t > END && t < 1.0 - END;
+            let count = |chain: ChainId| {
+                let kin = kins[chain.index()];
+                // Copies that are one at an end of the way weigh as one there.
+                let copies = |source: usize, share: f32| (family.sharers(kin, source).max(1) - 1) as f32 * share;
+                if inside { 1.0 / (1.0 + copies(0, 1.0 - t) + copies(1, t)) } else { 1.0 }
+            };
+            trunk_support_by(&plant, &plant.pose(), &count)
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -111,7 +135,7 @@ mod tests {
                 let posed = source.pose();
                 let own: Vec<(glam::Vec3, f32)> =
                     source.leaves().iter().map(|l| (posed.leaf(source, l).position, l.size)).collect();
-                for (place, size) in places(t).into_iter().filter(|leaf| leaf.1 > 1e-4) {
+                for (place, size) in places(t).into_iter().filter(|leaf| leaf.1 > 2e-3) {
                     let near = own.iter().map(|o| o.0.distance(place) + (o.1 - size).abs()).fold(f32::MAX, f32::min);
                     assert!(near < 1e-3 * reach, "{seed} {end}: {near}");
                 }
@@ -124,6 +148,42 @@ mod tests {
                 }
                 last = next;
             }
+        }
+    }
+
+    /// A tree of one trunk, or a shrub of several rods, with limbs all round.
+    fn stems(count: usize, limbs: usize) -> Plant {
+        let mut builder = crate::plant::PlantBuilder::new();
+        for i in 0..count {
+            let around = std::f32::consts::TAU * i as f32 / count as f32;
+            let (sin, cos) = crate::base::math::sin_cos(around);
+            let lean = if count > 1 { glam::Vec3::new(cos, 0.0, sin) * 0.8 } else { glam::Vec3::ZERO };
+            let points: Vec<glam::Vec3> = (0..=8).map(|k| (glam::Vec3::Y * 4.0 + lean) * (k as f32 / 8.0)).collect();
+            let radii: Vec<f32> = (0..=8).map(|k| (0.16 - 0.015 * k as f32) / (count as f32).sqrt()).collect();
+            let stem = builder.stem(lean * 0.1, &points, &radii);
+            for k in 0..limbs {
+                let way = Seed::new(7).at(i as u64).at(k as u64).direction();
+                let way = glam::Vec3::new(way.x, way.y.abs() * 0.5, way.z) * 1.2;
+                let location = 0.25 + 0.7 * k as f32 / limbs as f32;
+                builder.branch(stem, location, &[glam::Vec3::ZERO, way * 0.5, way], &[0.03, 0.02, 0.005]);
+            }
+        }
+        builder.finish().unwrap()
+    }
+
+    #[test]
+    fn a_trunk_hands_its_load_to_the_rods_of_a_shrub_steadily() {
+        let steepest = |values: &[f32]| {
+            values.windows(2).fold(0.0_f32, |most, w| most.max((w[1] - w[0]).abs())) * (values.len() - 1) as f32
+        };
+        let (tree, shrub) = (stems(1, 24), stems(5, 8));
+        for (a, b) in [(&tree, &shrub), (&shrub, &tree)] {
+            let many = support_over_morph(&pattern_family(a.clone(), b.clone(), &EVEN).unwrap(), 50);
+            let one = support_over_morph(&crate::relate::fuzzy_family(a.clone(), b.clone(), &EVEN).unwrap(), 50);
+            let straight = (many[50] - many[0]).abs();
+            assert!(straight > 0.3, "{many:?}");
+            assert!(steepest(&many) <= 2.0 * straight, "{} {straight} {many:?}", steepest(&many));
+            assert!(steepest(&many) < steepest(&one), "{} {}", steepest(&many), steepest(&one));
         }
     }
 }
