@@ -25,6 +25,8 @@ mod spray;
 mod srgb;
 mod user_art;
 
+use serde::{Deserialize, Serialize};
+
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
@@ -40,18 +42,23 @@ pub use spray::spray_span;
 pub(crate) use srgb::encode as srgb_byte;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
+use crate::base::bulk;
+
 /// A material's maps, all of one size, rows from the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Maps {
     /// Pixels.
     pub width: u32,
     /// Pixels.
     pub height: u32,
     /// sRGB colour and linear alpha.
+    #[serde(with = "bulk")]
     pub color: Vec<[u8; 4]>,
     /// Tangent-space normal, +Y up (glTF), 128 is zero.
+    #[serde(with = "bulk")]
     pub normal: Vec<[u8; 3]>,
     /// Occlusion, roughness, metalness (glTF's channel order).
+    #[serde(with = "bulk")]
     pub orm: Vec<[u8; 3]>,
 }
 

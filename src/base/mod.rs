@@ -1,6 +1,7 @@
 //! What every layer stands on: addressed randomness, deterministic mathematics, frames, content keys and
 //! diagnostics. Nothing here knows what a tree is.
 
+pub(crate) mod bulk;
 mod diagnostic;
 mod frame;
 mod key;

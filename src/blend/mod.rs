@@ -5,6 +5,7 @@ mod mix;
 mod morph;
 mod part;
 mod schedule;
+pub mod shape;
 mod tasks;
 #[cfg(test)]
 mod tests;

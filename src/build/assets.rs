@@ -2,33 +2,38 @@
 
 use rayon::prelude::*;
 
+use super::cache::{Cache, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
+use super::trees::Tree;
 use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::export::{
     self, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
     MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
 };
-use crate::lod::{Ladder, Level};
+use crate::lod::Level;
 use crate::mesh::TreeMesh;
-use crate::plant::{Plant, PlantStats};
+use crate::plant::PlantStats;
 use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
+/// The stage that encodes pictures, with its version.
+const PNG: Stage = Stage("png", 1);
+
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
+    /// Where encoded pictures are kept.
+    pub(super) cache: &'a Cache,
     /// The plan.
     pub(super) plan: &'a Plan,
     /// The set's key.
     pub(super) key: Key,
     /// What each variant is, in words, and its own seed.
     pub(super) identities: &'a [(serde_json::Value, Seed)],
-    /// The dressed variants.
-    pub(super) plants: &'a [Plant],
-    /// Their levels, with coordinates in their own pictures.
-    pub(super) ladders: &'a [Ladder],
+    /// The dressed variants and their levels, with coordinates in their own pictures.
+    pub(super) trees: &'a [Tree],
     /// What leaves and bark wear.
     pub(super) pictures: &'a Pictures,
     /// The animated files.
@@ -48,7 +53,7 @@ pub(super) struct Placed {
 }
 
 /// Packs the pictures of leaves and of all baked cards, and moves every mesh's coordinates there.
-pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Result<Placed, Vec<Diagnostic>> {
+pub(super) fn place(plan: &Plan, pictures: &Pictures, trees: &[Tree]) -> Result<Placed, Vec<Diagnostic>> {
     let fail = |error: &dyn std::fmt::Display| {
         vec![
             Diagnostic::new("", error.to_string())
@@ -56,23 +61,23 @@ pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Res
                 .with_hint("a larger atlas, fewer cards or fewer variants fit"),
         ]
     };
-    let tiles: Vec<&Maps> = pictures.leaves.iter().chain(ladders.iter().flat_map(|ladder| &ladder.tiles)).collect();
+    let tiles: Vec<&Maps> = pictures.leaves.iter().chain(trees.iter().flat_map(|tree| &tree.ladder.tiles)).collect();
     let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| fail(&e))?;
     let coverage = bake::preserve_coverage(&mut atlas.maps);
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
-    let starts: Vec<u32> = ladders
+    let starts: Vec<u32> = trees
         .iter()
-        .scan(0, |next, ladder| {
+        .scan(0, |next, tree| {
             let start = *next;
-            *next += ladder.tiles.len() as u32;
+            *next += tree.ladder.tiles.len() as u32;
             Some(start)
         })
         .collect();
-    let meshes = ladders
+    let meshes = trees
         .par_iter()
         .zip(starts)
-        .map(|(ladder, start)| {
+        .map(|(tree, start)| {
             let level = |level: &Level| {
                 let mut mesh = level.mesh.clone();
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
@@ -82,7 +87,7 @@ pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Res
                 unwrap_lightmap(plan, &mut mesh)?;
                 Ok(mesh)
             };
-            ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
+            tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
     Ok(Placed { atlas, coverage, meshes })
@@ -114,7 +119,8 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     let set = &parts.plan.name;
     let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
     let materials = SetMaterials::of(set);
-    let names: Vec<String> = (1..=parts.plants.len()).map(|i| format!("{set}_{i:03}")).collect();
+    let png = |pixels: &[u8], width, height, kind| encoded(parts.cache, pixels, (width, height), kind);
+    let names: Vec<String> = (1..=parts.trees.len()).map(|i| format!("{set}_{i:03}")).collect();
 
     let (glbs, (bark, (leaf, sheet))) = rayon::join(
         || {
@@ -126,10 +132,10 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         },
         || {
             rayon::join(
-                || export::encode_maps(&parts.pictures.bark, PngKind::Rgb),
+                || export::encode_maps_by(&parts.pictures.bark, PngKind::Rgb, &png),
                 || {
                     rayon::join(
-                        || export::encode_maps(&placed.atlas.maps, PngKind::Rgba),
+                        || export::encode_maps_by(&placed.atlas.maps, PngKind::Rgba, &png),
                         || contact_sheet(parts, placed, &names),
                     )
                 },
@@ -142,7 +148,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     }
     files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
-        let maps = maps.map_err(|e| fail(&e))?;
+        let maps = maps?;
         files.push((uris.color.clone(), maps.color));
         files.push((uris.normal.clone(), maps.normal));
         files.push((uris.orm.clone(), maps.orm));
@@ -154,6 +160,21 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     Ok(files)
 }
 
+/// A picture as PNG, by its pixels: the maps of a material seldom change all at once.
+fn encoded(
+    cache: &Cache,
+    pixels: &[u8],
+    (width, height): (u32, u32),
+    kind: PngKind,
+) -> Result<Vec<u8>, Vec<Diagnostic>> {
+    let size = u64::from(width) << 32 | u64::from(height);
+    let key = PNG.key().input(Key::of_bytes(pixels)).number(size).number(kind as u64).finish();
+    let made = cache.remember(PNG, key, || {
+        export::encode(pixels, width, height, kind).map_err(|e| vec![Diagnostic::new("", e.to_string())])
+    })?;
+    Ok(made.to_vec())
+}
+
 fn glb(
     parts: &SetParts<'_>,
     placed: &Placed,
@@ -161,7 +182,8 @@ fn glb(
     variant: usize,
     name: &str,
 ) -> Result<Vec<u8>, export::ExportError> {
-    let levels: Vec<AssetLevel<'_>> = parts.ladders[variant]
+    let levels: Vec<AssetLevel<'_>> = parts.trees[variant]
+        .ladder
         .levels
         .iter()
         .zip(&placed.meshes[variant])
@@ -173,7 +195,7 @@ fn glb(
 /// Every variant at every level of detail.
 fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
     let columns = |variant: usize| {
-        let levels = parts.ladders[variant].levels.iter().zip(&placed.meshes[variant]).enumerate();
+        let levels = parts.trees[variant].ladder.levels.iter().zip(&placed.meshes[variant]).enumerate();
         levels
             .map(|(i, (level, mesh))| SheetColumn {
                 label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
@@ -244,13 +266,13 @@ fn manifest(
 }
 
 fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &str) -> VariantEntry {
-    let plant = &parts.plants[variant];
+    let plant = &*parts.trees[variant].plant;
     let stats = PlantStats::of(plant);
     let meshes = &placed.meshes[variant];
     let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
     let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
     let height = bounds.max[1] - bounds.min[1];
-    let levels = parts.ladders[variant].levels.iter().zip(meshes).enumerate();
+    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes).enumerate();
     VariantEntry {
         name: name.to_owned(),
         file: format!("{name}.glb"),

@@ -21,4 +21,4 @@ pub use manifest::{
     VariantEntry, switch_distance,
 };
 pub use plot::{Curve, plot};
-pub use png::{EncodedMaps, PngKind, encode, encode_maps};
+pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};

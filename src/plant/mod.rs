@@ -15,6 +15,7 @@ mod habit;
 mod order;
 mod pose;
 mod stats;
+mod stored;
 mod support;
 mod validate;
 
@@ -68,7 +69,7 @@ pub struct Chain {
 
 /// One leaf: the septuple of 2017 CAVW, 4.3 (chain, place on it, width and height, three of orientation, texture), and how
 /// far from the axis it stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
     pub chain: ChainId,
@@ -229,6 +230,6 @@ impl Plant {
     /// Height of the highest point of any axis above the origin, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
-        self.pose().positions().iter().fold(0.0, |top, p| top.max(p.y))
+        Posed::of_bearers(self).positions().iter().fold(0.0, |top, p| top.max(p.y))
     }
 }

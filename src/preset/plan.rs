@@ -4,15 +4,17 @@
 
 mod growth;
 mod morphs;
+mod shapes;
 mod variants;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
 };
 pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
+pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,
@@ -302,7 +304,7 @@ pub struct MeshParams {
 }
 
 /// A level of detail.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lod {
     /// Everything.
     Full,

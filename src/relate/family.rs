@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Weights;
 use super::alignment::alignment;
+use super::elastic::Elastic;
 use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
@@ -147,6 +148,8 @@ pub struct Family {
     pub(super) stand_ins: Vec<bool>,
     /// Growth units, where they are asked for.
     pub(super) units: Option<Units>,
+    /// How members run along each other, where the family is in elastic correspondence.
+    pub(super) elastic: Option<Elastic>,
     /// For each source the kin that stands for each of its chains.
     pub(super) primary: Vec<Vec<u32>>,
     /// In order of source and leaf.
@@ -187,6 +190,7 @@ impl Family {
             leaf_pairs: None,
             stand_ins: stand_ins(kins, &primary),
             units: None,
+            elastic: None,
             leaf_sites: leaf_sites(&plants, kins),
             plants,
             parameters,
@@ -350,14 +354,12 @@ impl Family {
         self.shapes.clear();
         self.slots.clear();
         let mut units = self.units.take();
+        let mut elastic = self.elastic.take();
+        elastic.iter_mut().for_each(Elastic::clear);
         for k in 0..self.parents.len() {
             let row = self.row(k);
             let present: Vec<usize> = (0..row.len()).filter(|&s| row[s].chain != NONE).collect();
             let start = (self.shapes.len() / 4) as u32;
-            if present.len() < 2 {
-                self.blocks.push((start, 0));
-                continue;
-            }
             let spans: Vec<(usize, std::ops::Range<usize>)> =
                 present.iter().map(|&s| (s, self.plants[s].span(ChainId(row[s].chain)))).collect();
             let whole = |(s, span): &(usize, std::ops::Range<usize>)| Line {
@@ -365,11 +367,20 @@ impl Family {
                 points: Cow::Borrowed(&self.plants[*s].all_points()[span.clone()]),
                 radii: Cow::Borrowed(&self.plants[*s].all_radii()[span.clone()]),
             };
+            if present.len() < 2 {
+                self.blocks.push((start, 0));
+                if let (Some(elastic), Some(span)) = (&mut elastic, spans.first()) {
+                    elastic.alone(&whole(span));
+                }
+                continue;
+            }
             let lines: Vec<Line<'_>> = spans
                 .iter()
-                .map(|span| match &units {
-                    None => whole(span),
-                    Some(units) => units.cut(k, span.0, &whole(span)),
+                .enumerate()
+                .map(|(place, span)| match (&elastic, &units) {
+                    (Some(elastic), _) => elastic.cut(k, place, &whole(span)),
+                    (None, Some(units)) => units.cut(k, span.0, &whole(span)),
+                    (None, None) => whole(span),
                 })
                 .collect();
             let lines: Vec<Polyline<'_>> = lines
@@ -378,6 +389,13 @@ impl Family {
                 .collect();
             let slots = resample(&lines);
             let count = slots.parameters.len();
+            if let Some(elastic) = &mut elastic {
+                let turned = |place: usize, v: Vec3| row[present[place]].turn.inverse().rotate(v);
+                let mut block = elastic.encode(&slots, &turned, present.len());
+                self.blocks.push((start, count as u32));
+                self.shapes.append(&mut block);
+                continue;
+            }
             let mut block = Vec::with_capacity(4 * count * present.len());
             for (place, &s) in present.iter().enumerate() {
                 let back = row[s].turn.inverse();
@@ -398,6 +416,7 @@ impl Family {
             }
         }
         self.units = units;
+        self.elastic = elastic;
     }
 }
 

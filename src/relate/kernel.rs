@@ -145,7 +145,8 @@ impl<'f> Blender<'f> {
     /// As [`blend`](Self::blend), into the memory of a plant that is no longer needed.
     pub fn blend_into(&mut self, weights: &Weights, plant: &mut Plant) {
         self.weigh(weights);
-        let by_units = self.family.units.is_some();
+        let family = self.family;
+        let by_parent = family.units.is_some() || family.elastic.is_some();
         for k in 0..self.feeds.len() {
             if self.feeds[k] == Feed::Nothing {
                 continue;
@@ -153,15 +154,22 @@ impl<'f> Blender<'f> {
             if self.moved[k] {
                 self.place(k);
             }
-            // By units, a branch sits at a boundary of its parent, wherever that is now.
-            let parent = self.family.parents[k];
-            if by_units && parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
+            // By units, a branch sits at a boundary of its parent, wherever that is now; on elastic curves likewise.
+            let parent = family.parents[k];
+            if by_parent && parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
                 self.location[k] = self.own_location(k);
-                self.location[k] = self.locate(k);
+                self.location[k] = match &family.elastic {
+                    Some(elastic) => self.locate_elastic(k, elastic),
+                    None => self.locate(k),
+                };
             }
         }
-        self.apply_rule();
-        self.fit_to_parents();
+        if family.elastic.is_some() {
+            self.keep_radii();
+        } else {
+            self.apply_rule();
+            self.fit_to_parents();
+        }
         *plant = self.assemble(std::mem::take(plant));
     }
 
@@ -183,7 +191,7 @@ impl<'f> Blender<'f> {
     }
 
     /// Makes the weights sensible and finds out which kins they move.
-    fn weigh(&mut self, weights: &Weights) {
+    pub(super) fn weigh(&mut self, weights: &Weights) {
         let family = self.family;
         let (kins, sources) = (family.kin_count(), family.plants.len());
         let mut row = vec![0.0_f32; sources];

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod assignment;
+mod elastic;
 mod family;
 mod fuzzy;
 mod kernel;
@@ -26,6 +27,11 @@ mod units;
 mod weights;
 
 pub use assignment::assign;
+pub(crate) use elastic::canonical_order;
+pub use elastic::{
+    Bifurcation, ElasticCurve, Registration, SAMPLES, STEPS, ShapePoint, best_path, elastic_family, match_bifurcations,
+    mirror_family, mirrored, register, turned,
+};
 pub use family::{Family, FamilyError, Kin, KinId};
 pub use fuzzy::{MOST_CELLS, match_fuzzy};
 pub use kernel::Blender;

@@ -63,6 +63,10 @@ impl Blender<'_> {
         self.location[k] = self.own_location(k);
         self.origin[k] = weighted()
             .fold(Vec3::ZERO, |o, (s, (m, share))| o + family.plants[s].chain(ChainId(m.chain)).origin * *share);
+        if let Some(elastic) = &family.elastic {
+            self.place_elastic(k, elastic);
+            return;
+        }
         if family.units.is_some() && self.unit_seed != 0 {
             self.len[k] = family.blocks[k].1;
             self.place_by_units(k, self.unit_seed);
