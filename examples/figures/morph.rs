@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use treewright::bake::{LeafMorph, leaf_maps};
 use treewright::base::{Rotation, Seed};
-use treewright::blend::{morph, support_over_morph};
+use treewright::blend::{Pace, morph, support_over_morph};
 use treewright::dress::dress;
 use treewright::export::Curve;
 use treewright::mesh::{CardShape, TubeDetail, all_cards, leaf_cards, tubes};
@@ -162,9 +162,10 @@ fn support() {
         ("oak to shrub", leafy("oak", 1, 5000), leafy("shrub", 2, 4000)),
         ("shrub to oak", leafy("shrub", 2, 4000), leafy("oak", 1, 5000)),
     ] {
-        let one_to_many = Curve { name: String::new(), values: support_over_morph(&family(&a, &b), 100) };
+        let many = family(&a, &b);
+        let one_to_many = Curve { name: String::new(), values: support_over_morph(&many, &Pace::of(&many), 100) };
         let fuzzy = fuzzy_family(a.clone(), b.clone(), &MATCHING).expect("they match");
-        let one_to_one = Curve { name: String::new(), values: support_over_morph(&fuzzy, 100) };
+        let one_to_one = Curve { name: String::new(), values: support_over_morph(&fuzzy, &Pace::even(), 100) };
         let ends = (one_to_many.values[0], one_to_many.values[100]);
         let how = format!(
             "trunk support weight, {what} ({:.2} to {:.2}), 100 steps: steepest over the straight line",
@@ -372,7 +373,7 @@ fn table_2() {
         let count = 12_u32;
         let mut triangles = 0;
         let time = seconds(3, || {
-            let made: Vec<usize> = (1..=count)
+            let made: Vec<usize> = (1..count + 1)
                 .into_par_iter()
                 .with_min_len(3)
                 .map_init(

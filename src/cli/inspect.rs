@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::args::InspectArguments;
 use super::report::{Failure, print};
 use crate::base::{Diagnostic, Seed};
-use crate::blend;
+use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
 use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
@@ -113,11 +113,11 @@ struct MorphSupport {
 
 fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
     let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
-    let of = |family: Result<relate::Family, relate::FamilyError>| {
-        family.map(|family| blend::support_over_morph(&family, STEPS)).map_err(|error| error.to_string())
-    };
-    let one_to_many = of(relate::pattern_family(from.clone(), to.clone(), &matching))?;
-    let one_to_one = of(relate::fuzzy_family(from, to, &matching))?;
+    let wrong = |error: relate::FamilyError| error.to_string();
+    let family = relate::pattern_family(from.clone(), to.clone(), &matching).map_err(wrong)?;
+    let one_to_many = blend::support_over_morph(&family, &Pace::of(&family), STEPS);
+    let family = relate::fuzzy_family(from, to, &matching).map_err(wrong)?;
+    let one_to_one = blend::support_over_morph(&family, &Pace::even(), STEPS);
     let curve = Curve { name: String::new(), values: one_to_many };
     Ok(MorphSupport { steepest: curve.steepest(), straight: curve.straight(), one_to_many: curve.values, one_to_one })
 }

@@ -1,10 +1,14 @@
 //! The trunk support weight (2017 CAVW, 7; after the pipe model of Shinozaki et al. 1964): how much of a tree the trunk
 //! that bears most of it bears.
 //!
-//! A stem bears, just below its lowest branch, all the wood and leaves above. Stems that lie in one another there are
-//! one trunk as far as their cross-sections overlap: a stem bears, beside its own, the share of every other's that the lens of both discs has
-//! of the smaller disc. So a trunk that opens into several stems hands its load over as they part, and not at once because
-//! they count as several. The heaviest stem's load over the tree's whole weight is the figure, 0..=1.
+//! A stem bears, just below its lowest branch, all the wood and leaves above. Stems that lie in one another are one trunk as
+//! far as their cross-sections overlap: a stem bears, beside its own, the share of every other's load that the lens of
+//! both discs has of the smaller disc, as a mean over its clear bole from the ground to its lowest branch. So a trunk that opens
+//! into several stems hands its load over as they part, and not at once because they count as several. The heaviest
+//! stem's load over the tree's whole weight is the figure, 0..=1.
+//!
+//! Rejected: the overlap just below the lowest branch alone; a trunk that opens there first would have handed over all it
+//! bears while most of its bole is still one.
 //!
 //! Wood weighs [`WOOD`], leaves [`LEAF`]; a leaf card's area is its length times its width.
 
@@ -18,6 +22,8 @@ pub const WOOD: f64 = 900.0;
 /// Fresh leaves, kilograms a square metre of card; a card is about half covered.
 pub const LEAF: f64 = 0.1;
 
+/// Places along its clear bole at which a stem is compared with the others.
+const BOLE: u32 = 8;
 /// Over how much of its stem, to both sides, a branch hands over its load, as a share of the stem's length: a place that
 /// moves past a branch must not lose all of it at once.
 const FORK: f32 = 0.04;
@@ -44,15 +50,22 @@ pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) ->
     for &id in &stems {
         let at = f64::from((lowest[id.index()] - FORK).max(0.0));
         let own = posed.curve(plant, id);
-        let (place, axis) = (own.point(at), posed.frame(id, at as f32).y);
-        let radius = own.value(plant.radii(id), at);
+        let bole: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
+            .map(|k| {
+                let t = at * (f64::from(k) + 0.5) / f64::from(BOLE);
+                (own.point(t), posed.frame(id, t as f32).y, own.value(plant.radii(id), t))
+            })
+            .collect();
         let mut load = loads.above(id, at);
         for &other in stems.iter().filter(|&&other| other != id && stems.len() <= 256) {
             let curve = posed.curve(plant, other);
-            let (t, off) = crossing(posed.chain(plant, other), &curve.parameters(), place, axis);
-            let share = overlap(radius, curve.value(plant.radii(other), t), off);
-            if share > 0.0 {
-                load += loads.above(other, t) * f64::from(share);
+            let parameters = curve.parameters();
+            for &(place, axis, radius) in &bole {
+                let (t, off) = crossing(posed.chain(plant, other), &parameters, place, axis);
+                let share = overlap(radius, curve.value(plant.radii(other), t), off) / BOLE as f32;
+                if share > 0.0 {
+                    load += loads.above(other, t.max(at)) * f64::from(share);
+                }
             }
         }
         heaviest = heaviest.max(load);
