@@ -238,8 +238,9 @@ fn patterns() {
 }
 
 fn lobe_agreement() {
-    for species in ["oak", "willow", "shrub"] {
-        let plant = leafy(species, 1, 5000);
+    let mut plants: Vec<(&str, Plant)> = ["oak", "willow", "shrub"].map(|s| (s, leafy(s, 1, 5000))).into();
+    plants.extend(imported("eztree_oak_medium.glb").map(|plant| ("imported oak", plant)));
+    for (species, plant) in plants {
         let (posed, tree) = (plant.pose(), PatternTree::of(&plant, &PatternParams::default()));
         let places: Vec<Vec3> = plant.leaves().iter().map(|l| posed.leaf(&plant, l).position).collect();
         let found = lobes(&plant, &posed, &tree, &places);
