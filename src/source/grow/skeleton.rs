@@ -77,12 +77,15 @@ fn stems(ways: &Ways, bole: f32) -> (Vec<Vec3>, Vec<u32>) {
     let mut places = Vec::with_capacity(count);
     let mut parents: Vec<u32> = Vec::with_capacity(count);
     let mut moved = vec![0_u32; count];
+    // Whether all wood from the ground to here is below the bole: what hangs down to there from above is no stem.
+    let mut low = vec![true; count];
     for (i, (&here, &fork)) in ways.places.iter().zip(&ways.parents).enumerate() {
         let fork = fork as usize;
         let thick = heavy[fork];
+        low[i] = i == 0 || (low[fork] && here.y < bole);
         let splits = i != 0
             && thick as usize != i
-            && (fork == 0 || ways.places[fork].y < bole)
+            && low[fork]
             && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
         let mut parent = moved[fork];
         if splits {
