@@ -11,7 +11,7 @@ use crate::base::math;
 use crate::relate::{Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go.
-const PACE: f32 = 0.75;
+const PACE: f32 = 0.5;
 /// How much faster young branches grow than old ones.
 const SLOWING: f32 = 1.6;
 
@@ -46,10 +46,10 @@ pub fn growth(family: &Family, t: f32, unborn: f32) -> Weights {
 }
 
 /// What leaves are scaled by on a chain whose degree of growth is `degree`, beside that degree itself: with it they come to
-/// the square root of the degree.
+/// the degree to the power of 0.4. A sapling's leaves are smaller than a tree's, but not as a sapling is smaller.
 #[must_use]
 pub fn leaf_scale(degree: f32) -> f32 {
-    if degree > 0.0 { 1.0 / degree.min(1.0).sqrt() } else { 1.0 }
+    if degree > 0.0 { math::pow(degree.min(1.0), -0.6) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ mod tests;
 
 pub use growth::{growth, leaf_scale};
 pub use mix::{mix, scattered};
-pub use morph::morph;
+pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};
 pub use schedule::{Batch, State, sample};
 pub use tasks::Tasks;

@@ -11,7 +11,7 @@ use super::selections::Selected;
 use super::stages::Wardrobe;
 use crate::bake::{LeafMorph, Maps};
 use crate::base::Diagnostic;
-use crate::blend;
+use crate::blend::{self, Pace};
 use crate::plant::{Leaf, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{MorphKind, MorphParams, TargetLeaf, Variant};
@@ -31,6 +31,7 @@ pub(super) struct Morphs {
 #[derive(Debug)]
 pub(super) struct Made {
     family: Family,
+    pace: Pace,
     kind: MorphKind,
     frames: u32,
     slots: PairedSlots,
@@ -91,7 +92,8 @@ fn one(plan: &Plan, params: &MorphParams, wardrobe: &mut Wardrobe) -> Result<Mad
         })
         .collect();
     wardrobe.pictures.leaves.extend(made);
-    Ok(Made { family, kind: params.kind, frames: params.frames, slots, first_picture })
+    let pace = Pace::of(&family);
+    Ok(Made { family, pace, kind: params.kind, frames: params.frames, slots, first_picture })
 }
 
 /// A plant whose leaves are all on chains near them.
@@ -123,7 +125,7 @@ impl Made {
 
     fn at(&self, t: f32, unborn: f32) -> Plant {
         match self.kind {
-            MorphKind::Between(..) => self.family.blend(&blend::morph(&self.family, 0, 1, t)),
+            MorphKind::Between(..) => self.family.blend(&blend::morph(&self.family, 0, 1, self.pace.share(t))),
             MorphKind::Growth { age, .. } => {
                 let weights = blend::growth(&self.family, age + (1.0 - age) * t, unborn);
                 let (plant, kins) = self.family.blend_with_kins(&weights);

@@ -237,6 +237,12 @@ pub(super) struct InspectArguments {
     /// Seed that a species file is grown with.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    /// A second plant: tells what the trunk bears while the first turns into it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) morph_to: Option<PathBuf>,
+    /// Also plots that as SVG.
+    #[arg(long, value_name = "FILE", requires = "morph_to")]
+    pub(super) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -8,6 +8,7 @@ mod clip;
 mod collider;
 mod glb;
 mod manifest;
+mod plot;
 mod png;
 #[cfg(test)]
 mod tests;
@@ -19,4 +20,5 @@ pub use manifest::{
     AtlasEntry, Bounds, ClipEntry, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry,
     VariantEntry, switch_distance,
 };
+pub use plot::{Curve, plot};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};

@@ -97,7 +97,7 @@ pub fn keyed_tubes(plants: &[KeyPlant<'_>], most: usize, bark_tile: f32) -> (Mes
 fn sweeps(plants: &[&KeyPlant<'_>], most: usize) -> Vec<Sweep> {
     let first = plants[0].plant;
     let thickest = plants.iter().flat_map(|p| p.plant.all_radii()).fold(1e-6_f32, |a, r| a.max(*r));
-    let measured: Vec<(f32, f32, usize)> = first
+    let mut measured: Vec<(f32, f32, usize)> = first
         .chain_ids()
         .map(|id| {
             plants.iter().fold((0.0_f32, 0.0_f32, 2), |(surface, radius, points), p| {
@@ -107,6 +107,12 @@ fn sweeps(plants: &[&KeyPlant<'_>], most: usize) -> Vec<Sweep> {
             })
         })
         .collect();
+    // What bears something large is as large, so that nothing is kept without its bearer.
+    for id in first.chain_ids().rev() {
+        if let Some(parent) = first.chain(id).parent {
+            measured[parent.index()].0 = measured[parent.index()].0.max(measured[id.index()].0);
+        }
+    }
     let mut order: Vec<ChainId> = first.chain_ids().collect();
     order.sort_by(|a, b| measured[b.index()].0.total_cmp(&measured[a.index()].0).then(a.cmp(b)));
     let mut left = most;

@@ -35,7 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
-pub use support::{LEAF, WOOD, trunk_support};
+pub use support::{LEAF, WOOD, trunk_support, trunk_support_by};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -67,7 +67,8 @@ pub struct Chain {
     len: u32,
 }
 
-/// One leaf.
+/// One leaf: the septuple of 2017 CAVW, 4.3 (chain, place on it, width and height, three of orientation, texture), and how
+/// far from the axis it stands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.

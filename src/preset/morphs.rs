@@ -47,7 +47,7 @@ pub(super) static MORPH: Record = Record {
         Field {
             name: "leaf",
             kind: Kind::WordOrChoice(LEAF_NAMES, &TARGET_LEAF),
-            default: Default::Is("Set"),
+            default: Default::Else("`Set`"),
             about: "the leaf that `to` wears where it brings none of its own; leaves turn into it",
         },
         MATCHED,
@@ -70,7 +70,7 @@ pub(super) static GROWTH: Record = Record {
         Field {
             name: "age",
             kind: Kind::Number { low: 0.01, high: 0.95, unit: "of full age" },
-            default: Default::Is("0.12"),
+            default: Default::Is("0.2"),
             about: "age in the first frame",
         },
         ANIMATION,
@@ -119,9 +119,12 @@ static CLIP: Record = Record {
 pub(super) fn morph(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<MorphParams> {
     let ends = ["from", "to"].map(|name| source(fields, &fields.item(name)?, names));
     let frames = fields.count("frames");
-    let leaf = match fields.pick("leaf", &fields.item("leaf")?)? {
-        Pick::Word(index) => named_leaf(index)?,
-        Pick::Kind => fields.choice("leaf", |_, _| Some(TargetLeaf::AsSet))?,
+    let leaf = match fields.item("leaf") {
+        None => TargetLeaf::AsSet,
+        Some(item) => match fields.pick("leaf", &item)? {
+            Pick::Word(index) => named_leaf(index)?,
+            Pick::Kind => fields.choice("leaf", |_, _| Some(TargetLeaf::AsSet))?,
+        },
     };
     let matching = fields.group("matching", matching)?;
     let clip = clip(fields)?;

@@ -5,7 +5,8 @@
 //! The most similar pair goes first; each leaf of the larger lobe that is left over goes with the leaf of the smaller
 //! that it resembles most. So one leaf splits into several, or several merge into one, and in a matched lobe no leaf
 //! is left alone as long as the other has leaves of the same picture. Leaves whose pictures don't go together, and those
-//! of lobes without a partner, grow and wilt in size.
+//! of lobes without a partner, grow and wilt in size: by the square root of their share, so that their area follows it.
+//! By the share itself a crown would be half bare half way.
 //!
 //! Each picture of one source goes with one of the other (the most often worn with the most often worn), or else there would
 //! be as many pictures between as pairs. A leaf between two wears slot `first + i` for pair `i` of
@@ -97,10 +98,24 @@ impl Family {
     ) -> Vec<LeafPair> {
         let leaf = |s: usize, i: u32| &self.plants[s].leaves()[i as usize];
         let mut found: Vec<LeafPair> = Vec::new();
+        let mut between = |pair: (u16, u16)| {
+            if pair.0 == pair.1 {
+                return pair.0;
+            }
+            let known = slots.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
+                slots.pairs.push(pair);
+                slots.pairs.len() - 1
+            });
+            slots.first.saturating_add(known as u16)
+        };
+        // A leaf that comes or goes takes part in the change of pictures, or a crown would be of two kinds.
         let mut alone = |s: usize, i: u32| {
             let mut leaves = [NONE; 2];
             leaves[s] = i;
-            found.push(LeafPair { kin, leaves, shows: [true; 2], slot: leaf(s, i).slot });
+            let own = leaf(s, i).slot;
+            let pair = partner.iter().find(|pair| if s == 0 { pair.0 == own } else { pair.1 == own });
+            let slot = pair.map_or(own, |pair| between(*pair));
+            found.push(LeafPair { kin, leaves, shows: [true; 2], slot });
         };
         if a.is_empty() || b.is_empty() {
             a.iter().for_each(|&i| alone(0, i));
@@ -131,15 +146,7 @@ impl Family {
         b.iter().filter(|j| !paired_b.contains(j)).for_each(|&j| alone(1, j));
         let (mut shown_a, mut shown_b) = (BTreeSet::new(), BTreeSet::new());
         for (i, j, pair) in matched {
-            let slot = if pair.0 == pair.1 {
-                pair.0
-            } else {
-                let known = slots.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
-                    slots.pairs.push(pair);
-                    slots.pairs.len() - 1
-                });
-                slots.first.saturating_add(known as u16)
-            };
+            let slot = between(pair);
             found.push(LeafPair { kin, leaves: [i, j], shows: [shown_a.insert(i), shown_b.insert(j)], slot });
         }
         found
@@ -236,7 +243,7 @@ impl Blender<'_> {
             match pair.leaves {
                 [a, b] if a != NONE && b != NONE && fed == Feed::Several => {
                     let between = between(leaf(0), leaf(1), shares[1], pair.slot);
-                    let (size, offset) = (between.size * degree, between.offset * degree);
+                    let (size, offset) = (between.size * degree.sqrt(), between.offset * degree);
                     builder.leaf(Leaf { chain, size, offset, ..between });
                 }
                 _ => {
@@ -244,8 +251,8 @@ impl Blender<'_> {
                         let shows = pair.shows[s] || fed == Feed::Several;
                         if pair.leaves[s] != NONE && shares[s] > 0.0 && shows {
                             let own = *leaf(s);
-                            let (size, offset) = (own.size * (shares[s] * degree), own.offset * degree);
-                            builder.leaf(Leaf { chain, size, offset, ..own });
+                            let (size, offset) = (own.size * (shares[s] * degree).sqrt(), own.offset * degree);
+                            builder.leaf(Leaf { chain, size, offset, slot: pair.slot, ..own });
                         }
                     }
                 }
