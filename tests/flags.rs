@@ -1,6 +1,7 @@
 //! What a build step asks of the command: comparing, dependency files, messages, caches and shards.
 
 #![cfg(feature = "cli")]
+#![expect(clippy::print_stderr, reason = "says what was skipped")]
 
 mod tiny;
 
@@ -246,4 +247,83 @@ fn shards_that_share_a_cache_end_in_the_bytes_of_a_single_build() {
     let (_, said) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--shard", "1/4"]);
     assert!(said.contains("--cache"), "{said}");
     says(project.path(), 2, &["build", "three.ron", "--out", "out", "--shard", "5/4"]);
+}
+
+#[test]
+fn planned_commands_end_in_the_bytes_of_a_single_build() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    let plan = ["plan", "three.ron", "--out", "out", "--parts", "parts"];
+    let (json, _) = says(project.path(), 0, &[&plan[..], &["--format", "json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let commands = json["commands"].as_array().unwrap();
+    let kinds: Vec<&str> = commands.iter().map(|command| command["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["sources", "tree", "tree", "tree", "atlas", "set"]);
+    let texts = |command: &serde_json::Value, field: &str| {
+        command[field].as_array().unwrap().iter().map(|text| text.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    for command in commands {
+        // Each runs where there is nothing but its inputs, as on another machine.
+        let elsewhere = tempfile::tempdir().unwrap();
+        for input in texts(command, "inputs") {
+            let to = elsewhere.path().join(&input);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::copy(project.path().join(&input), to).unwrap();
+        }
+        let arguments = texts(command, "arguments");
+        says(elsewhere.path(), 0, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        for output in texts(command, "outputs") {
+            assert!(elsewhere.path().join(&output).is_file(), "{output} was not made");
+        }
+        for (file, bytes) in tree(elsewhere.path()) {
+            let to = project.path().join(&file);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::write(to, bytes).unwrap();
+        }
+    }
+    assert!(tree(&project.path().join("out/three")) == tree(&project.path().join("plain/three")));
+    // A tree is not made again by a later step.
+    let size = |part: &str| fs::metadata(project.path().join("parts").join(part)).unwrap().len();
+    assert!(size("three_001.part") > 10_000 && size("three_001.part") < size("three_atlas.part"));
+    let step = |more: &[&'static str]| [&["step", "tree", "three.ron", "--part", "x.part"], more].concat();
+    let (_, said) = says(project.path(), 1, &step(&["--place", "4"]));
+    assert!(said.contains("only 3 trees"), "{said}");
+    fs::write(project.path().join("parts/three_001.part"), "cut").unwrap();
+    let (_, said) = says(project.path(), 1, &step(&["--place", "1", "--given", "parts/three_001.part"]));
+    assert!(said.contains("three_001.part") && said.contains("no part"), "{said}");
+    says(project.path(), 2, &["step", "tree", "three.ron", "--part", "x.part"]);
+}
+
+/// Ninja is what many engines' builds run by; `.ci/run` installs it where it can.
+#[test]
+fn ninja_builds_a_plan_and_only_what_an_edit_touches() {
+    let project = three();
+    let program = env!("CARGO_BIN_EXE_treewright");
+    let (text, _) =
+        says(project.path(), 0, &["plan", "three.ron", "--out", "out", "--parts", "parts", "--program", program]);
+    fs::write(project.path().join("build.ninja"), text).unwrap();
+    let ninja = || {
+        let output = Command::new("ninja").current_dir(project.path()).output();
+        match output {
+            Ok(output) => {
+                let said = String::from_utf8_lossy(&output.stdout).into_owned();
+                assert!(output.status.success(), "{said}");
+                Some(said)
+            }
+            Err(_) => None,
+        }
+    };
+    let Some(first) = ninja() else {
+        eprintln!("skipped: there is no ninja");
+        return;
+    };
+    assert!(first.contains("[6/6]"), "{first}");
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    assert!(tree(&project.path().join("out/three")) == tree(&project.path().join("plain/three")));
+    assert!(ninja().unwrap().contains("no work to do"));
+    // A comment changes no part, so nothing after the parts is run.
+    fs::write(project.path().join("three.ron"), THREE.replace("seed: 1,", "seed: 1, // first")).unwrap();
+    let again = ninja().unwrap();
+    assert!(again.contains("step sources") || again.contains("sources parts"), "{again}");
+    assert!(ninja().unwrap().contains("no work to do"));
 }

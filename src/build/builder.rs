@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::output::{self, Committed, OutputError, Turn};
+use super::pipeline::Share;
 use super::{
-    BuildError, BuildOptions, Cache, Happened, Loaded, Outcome, Progress, SetState, SetStatus, find, load_preset,
-    pipeline, record,
+    BuildError, BuildOptions, Cache, Happened, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
+    load_preset, pipeline, record,
 };
 use crate::base::Diagnostic;
 
@@ -25,6 +26,15 @@ impl Builder {
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
         Self { cache: Cache::new(options.cache.as_ref()), options }
+    }
+
+    /// A builder that takes what it can from part files, as [`make_part`] writes them.
+    ///
+    /// # Errors
+    ///
+    /// The first file that is no whole part.
+    pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
+        Ok(Self { cache: Cache::of_parts(parts)?, options })
     }
 
     /// Builds the sets of some preset files, in their order.
@@ -104,7 +114,7 @@ impl Builder {
         };
         if let Some(shard) = self.options.shard {
             progress(Progress::Steps(pipeline::steps(plan)));
-            let (trees, notes) = pipeline::make_shard(plan, &inputs, &self.cache, shard, &step)?;
+            let (trees, notes) = pipeline::make_share(plan, &inputs, &self.cache, Share::Trees(shard), &step)?;
             outcome.happened = Happened::Shard { trees };
             outcome.notes = notes;
             self.told(&mut outcome);
@@ -136,8 +146,31 @@ impl Builder {
     }
 }
 
+/// Makes a share of one preset's set, from the presets' files and what earlier parts hold: the bytes of a part file with
+/// everything that was made and not given.
+///
+/// # Errors
+///
+/// All errors of the preset and what it reads.
+pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
+    let cache = Cache::of_parts(given)
+        .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()));
+    let Some(loaded) = sets.first() else { return Err(failed) };
+    let made = pipeline::read_inputs(loaded)
+        .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
+    match made {
+        Ok((0, _)) if matches!(share, Share::Trees(_)) => {
+            let count = loaded.plan.variants.len();
+            Err(BuildError::of(vec![Diagnostic::new(&loaded.preset, format!("the set has only {count} trees"))]))
+        }
+        Ok(_) => Ok(cache.part()),
+        Err(diagnostics) => Err(BuildError::of(loaded.placed(diagnostics))),
+    }
+}
+
 /// Reads all presets side by side: the good ones, no two of one name, and what is wrong with the others.
-fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
+pub(super) fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
     let all: Vec<_> = presets.par_iter().map(|preset| find::load_or_reads(preset)).collect();
     let mut failed = BuildError::of(Vec::new());
     let mut names = Names::default();

@@ -15,6 +15,7 @@ mod find;
 mod morphs;
 pub mod output;
 pub mod pipeline;
+mod plan;
 mod record;
 mod selections;
 mod shapes;
@@ -25,11 +26,12 @@ mod world;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-pub use builder::{Builder, check};
-pub use cache::{Cache, CacheError, CacheOptions, CacheStats, clear as clear_cache, stats as cache_stats};
+pub use builder::{Builder, check, make_part};
+pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
 pub use depfile::depfile;
 pub use find::{Loaded, find_presets, load_preset};
-pub use pipeline::SetFiles;
+pub use pipeline::{SetFiles, Share};
+pub use plan::{Step, StepKind, ninja, plan};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};

@@ -247,9 +247,9 @@ fn trees(
         let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected, morphs);
         let plant = trees.dressed(variant, bare, seed.child("dress"));
         step("dressing");
-        let ladder = trees.ladder(&plant, seed.child("lod"));
+        let (ladder, key) = trees.ladder(&plant, seed.child("lod"));
         step("levels of detail");
-        Tree { plant, ladder }
+        Tree { plant, ladder, key }
     };
     places.par_iter().map(one).collect()
 }
@@ -281,8 +281,8 @@ pub fn make_set(
     let places: Vec<usize> = (0..plan.variants.len()).collect();
     let trees = trees(plan, &prepared, &selected, cache, &places, step);
     let pictures = &prepared.wardrobe.pictures;
-    let placed = assets::place(plan, pictures, &trees)?;
-    let clips = clips::clips(plan, &prepared.morphs, &placed.atlas)?;
+    let placed = assets::place(plan, pictures, &trees, cache)?;
+    let clips = clips::clips(plan, &prepared.morphs, &placed.packed.atlas)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, &prepared, &selected);
@@ -293,22 +293,41 @@ pub fn make_set(
     Ok(SetFiles { files, notes })
 }
 
-/// Makes a part of the trees of a set for the cache: how many, and what is to be told.
+/// What of a set is made for the cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// Sources and pictures.
+    Sources,
+    /// Sources, pictures and some of the trees.
+    Trees(Shard),
+    /// All that is in the set's textures.
+    Atlas,
+}
+
+/// Makes a part of a set for the cache: how many trees, and what is to be told.
 ///
 /// # Errors
 ///
-/// As [`make_set`], but for the atlas.
-pub fn make_shard(
+/// As [`make_set`].
+pub fn make_share(
     plan: &Plan,
     inputs: &Inputs,
     cache: &Cache,
-    shard: Shard,
+    share: Share,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<(usize, Vec<Note>), Vec<Diagnostic>> {
     let prepared = prepared(plan, inputs, cache, step)?;
+    let all = 0..plan.variants.len();
+    let places: Vec<usize> = match share {
+        Share::Sources => return Ok((0, stages::source_notes(plan, &prepared.sources))),
+        Share::Trees(shard) => all.filter(|&place| shard.has(place)).collect(),
+        Share::Atlas => all.collect(),
+    };
     let selected = selections::selected(plan, &prepared.blended)?;
     step("picking");
-    let places: Vec<usize> = (0..plan.variants.len()).filter(|&place| shard.has(place)).collect();
-    trees(plan, &prepared, &selected, cache, &places, step);
+    let trees = trees(plan, &prepared, &selected, cache, &places, step);
+    if share == Share::Atlas {
+        assets::textures(plan, &prepared.wardrobe.pictures, &trees, cache)?;
+    }
     Ok((places.len(), notes(plan, &prepared, &selected)))
 }

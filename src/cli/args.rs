@@ -30,8 +30,12 @@ pub(super) enum Command {
     Inspect(InspectArguments),
     /// Starts a preset of your own, with its species file, every line explained.
     New(NewArguments),
+    /// Writes a build as a graph of commands that share no folder, for Ninja, Bazel or a farm.
+    Plan(PlanArguments),
     /// Prints every field of presets and species, with range, unit and default, as Markdown.
     Schema(SchemaArguments),
+    /// Runs one command of a `plan`.
+    Step(StepArguments),
     /// Builds, then rebuilds the sets that a saved file touches, until interrupted.
     Watch(WatchArguments),
 }
@@ -86,10 +90,10 @@ pub(super) enum MessageFormat {
 pub(super) struct CacheFolder {
     /// A folder that keeps what stages made, for later builds, other processes and machines; the environment variable
     /// TREEWRIGHT_CACHE names it as well.
-    #[arg(long = "cache", value_name = "DIR")]
+    #[arg(id = "cache_folder", long = "cache", value_name = "DIR")]
     folder: Option<PathBuf>,
     /// Most bytes that the cache may hold after a build: what was used longest ago goes first. K, M, G mean 1024 each.
-    #[arg(long = "cache-limit", value_name = "SIZE", default_value = "4G", value_parser = size)]
+    #[arg(id = "cache_limit", long = "cache-limit", value_name = "SIZE", default_value = "4G", value_parser = size)]
     limit: u64,
 }
 
@@ -123,6 +127,66 @@ pub(super) enum CacheAction {
         #[command(flatten)]
         cache: CacheFolder,
     },
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlanArguments {
+    /// Preset files, or folders whose *.ron files are presets.
+    #[arg(required = true, value_name = "PRESET|DIR")]
+    pub(super) presets: Vec<PathBuf>,
+    /// The folder that the sets are written to.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// The folder of the files that one command hands to another.
+    #[arg(long, value_name = "DIR")]
+    pub(super) parts: PathBuf,
+    /// A build file for Ninja, or each command with its arguments, inputs and outputs as JSON.
+    #[arg(long, value_enum, default_value_t = PlanFormat::Ninja)]
+    pub(super) format: PlanFormat,
+    /// What Ninja runs.
+    #[arg(long, value_name = "COMMAND", default_value = "treewright")]
+    pub(super) program: String,
+}
+
+/// How a plan is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PlanFormat {
+    Ninja,
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct StepArguments {
+    /// What is made.
+    #[arg(value_enum)]
+    pub(super) what: StepOf,
+    /// The preset.
+    pub(super) preset: PathBuf,
+    /// Which tree, from 1.
+    #[arg(long, value_name = "N", required_if_eq("what", "tree"), value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) place: Option<u32>,
+    /// Part files of earlier steps.
+    #[arg(long, value_name = "FILE")]
+    pub(super) given: Vec<PathBuf>,
+    /// The part file to write; one that holds these bytes already is left alone.
+    #[arg(long, value_name = "FILE", required_unless_present = "out", conflicts_with = "out")]
+    pub(super) part: Option<PathBuf>,
+    /// The folder that the set is written to.
+    #[arg(long, value_name = "DIR", required_if_eq("what", "set"))]
+    pub(super) out: Option<PathBuf>,
+}
+
+/// What a step makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum StepOf {
+    /// Sources and pictures.
+    Sources,
+    /// One tree with its levels of detail.
+    Tree,
+    /// The textures of the set.
+    Atlas,
+    /// The files of the set.
+    Set,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ mod estimate;
 mod inspect;
 mod messages;
 mod new;
+mod plan;
 mod report;
 mod watch;
 
@@ -37,6 +38,8 @@ pub fn run() -> ExitCode {
         Command::Estimate(estimate) => estimate::run(&estimate),
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),
+        Command::Plan(plan) => plan::run(&plan),
+        Command::Step(step) => plan::step(&step),
         Command::Schema(schema) => match schema.of {
             args::SchemaOf::Presets => report::print(&crate::preset::describe()),
             args::SchemaOf::Messages => report::print(messages::DESCRIBED),
