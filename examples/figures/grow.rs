@@ -48,7 +48,9 @@ pub(crate) fn print() {
         format!("150,000 even nodes, 6,000 endpoints, 5 iterations, median of 9, {threads} threads; the paper: 9.5 s");
     Figure::new("grow.paper_typical", whole(&even), "s", how).goal("<= 0.35 on 2 cores").print();
     let how = format!("the same with finer nodes along the branches (detail 2), median of 9, {threads} threads");
-    Figure::new("grow.paper_typical_detailed", whole(&typical(150_000, 2.0)), "s", how).goal("<= 0.35 on 2 cores").print();
+    Figure::new("grow.paper_typical_detailed", whole(&typical(150_000, 2.0)), "s", how)
+        .goal("<= 0.35 on 2 cores")
+        .print();
 
     let time = seconds(9, || drop(graph(&even)));
     let built = graph(&even);

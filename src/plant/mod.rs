@@ -206,7 +206,11 @@ impl Plant {
     pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
         self.leaves = leaves;
         debug_assert_eq!(validate::validate(&self), Ok(()));
+        self
+    }
+
     /// The same plant with those leaves for which `keep` gives one.
+    #[must_use]
     pub(crate) fn keep_leaves(mut self, keep: impl Fn(usize, &Leaf) -> Option<Leaf>) -> Self {
         self.leaves = self.leaves.iter().enumerate().filter_map(|(i, leaf)| keep(i, leaf)).collect();
         self

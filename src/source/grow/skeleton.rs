@@ -83,10 +83,7 @@ fn stems(ways: &Ways, bole: f32) -> (Vec<Vec3>, Vec<u32>) {
         let fork = fork as usize;
         let thick = heavy[fork];
         low[i] = i == 0 || (low[fork] && here.y < bole);
-        let splits = i != 0
-            && thick as usize != i
-            && low[fork]
-            && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
+        let splits = i != 0 && thick as usize != i && low[fork] && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
         let mut parent = moved[fork];
         if splits {
             parent = places.len() as u32;

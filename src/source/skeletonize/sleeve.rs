@@ -329,8 +329,7 @@ impl<'a> Sleeves<'a> {
         // Where the surface is open, its border is the end. A side on which the surface ends far below the tip has none of it.
         let near = |p: DVec3| (p - self.middles[k]).dot(along) >= tip.0 - self.radii[k] * 2.0;
         let members = self.members[k].iter().filter(|&&v| self.border[v as usize]);
-        let mut ends: Vec<DVec3> =
-            members.map(|&v| self.surface.positions[v as usize]).filter(|&p| near(p)).collect();
+        let mut ends: Vec<DVec3> = members.map(|&v| self.surface.positions[v as usize]).filter(|&p| near(p)).collect();
         if ends.len() < 3 {
             ends = sides.iter().flatten().map(|side| side.1).filter(|&p| near(p)).collect();
         }
