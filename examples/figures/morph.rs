@@ -19,7 +19,7 @@ use treewright::relate::{
 use treewright::select;
 use treewright::source::import::import;
 
-use crate::select::source;
+use crate::table_1::source;
 use crate::{Figure, data, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };

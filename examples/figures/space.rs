@@ -18,7 +18,7 @@ use treewright::relate::{
 };
 use treewright::source::import::import;
 
-use crate::select::source;
+use crate::table_1::source;
 use crate::{Figure, data, seconds};
 
 /// Prints them.
@@ -438,7 +438,7 @@ fn quality() {
         for ((name, value), unit) in names.iter().zip(worst).zip(unit) {
             let how =
                 format!("{what}: largest jump between neighbours of {steps} steps, four pairs ({})", told.join(", "));
-            Figure::new(name, *value, unit, how).print();
+            Figure::new(*name, *value, unit, how).print();
         }
     }
 }
