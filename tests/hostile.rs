@@ -46,7 +46,7 @@ fn read(bytes: &[u8]) -> Result<usize, Vec<Diagnostic>> {
             assert!(part.material.is_none_or(|m| m < scene.materials.len()));
         }
         for material in &scene.materials {
-            let images = [material.color_image, material.normal_image, material.alpha_image];
+            let images = [material.color_image, material.normal_image, material.roughness_image, material.alpha_image];
             assert!(images.into_iter().flatten().all(|i| i < scene.images.len()));
         }
         return Ok(scene.triangles());

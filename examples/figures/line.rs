@@ -22,7 +22,7 @@ pub(crate) fn print() {
     let threads = rayon::current_num_threads();
 
     let time = seconds(3, || {
-        let builder = Builder::new(BuildOptions { out: scratch.join("sets"), cache: None, force: true });
+        let builder = Builder::new(BuildOptions { force: true, ..BuildOptions::new(scratch.join("sets")) });
         builder.build(&shipped, &|_| {}).expect("the shipped presets build");
     });
     let how = format!("{} sets, cold, written to disk, median of 3, {threads} threads", shipped.len());
@@ -170,9 +170,7 @@ fn continuity_and_cloud(sets: &[Vec<(String, Vec<u8>)>]) {
 /// Runs the Khronos validator, as `.ci/run` does.
 fn valid(sets: &[PathBuf], scratch: &Path) {
     let out = scratch.join("valid");
-    Builder::new(BuildOptions { out: out.clone(), cache: None, force: false })
-        .build(sets, &|_| {})
-        .expect("the presets build");
+    Builder::new(BuildOptions::new(&out)).build(sets, &|_| {}).expect("the presets build");
     let glbs: usize = std::fs::read_dir(&out)
         .expect("the folder was just written")
         .flatten()

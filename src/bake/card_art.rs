@@ -87,6 +87,12 @@ pub fn own_bark_maps(art: &Art, seed: Seed) -> (Option<Maps>, Vec<String>) {
                     *channel = srgb(linear(*channel) * factor);
                 }
             }
+            if let Some(bytes) = image(bark.roughness) {
+                match decode(bytes, ArtFile::Roughness, ArtLimits::default()) {
+                    Ok(rough) => roughen(&mut maps, rough),
+                    Err(error) => notes.push(format!("of the bark {error}")),
+                }
+            }
             // Engines want tiles whose sides are powers of two; shrinking is all that is done.
             let side =
                 |n: u32| (n.next_power_of_two() / if n.is_power_of_two() { 1 } else { 2 }).clamp(1, LARGEST_BARK);
@@ -100,12 +106,22 @@ pub fn own_bark_maps(art: &Art, seed: Seed) -> (Option<Maps>, Vec<String>) {
     (Some(bark_maps(BarkPattern::Smooth, bark.color, 512, seed)), notes)
 }
 
+/// Takes the roughness from a picture's green.
+fn roughen(maps: &mut Maps, picture: image::DynamicImage) {
+    let same = (picture.width(), picture.height()) == (maps.width, maps.height);
+    let filter = image::imageops::FilterType::Triangle;
+    let picture = if same { picture } else { picture.resize_exact(maps.width, maps.height, filter) };
+    for (orm, texel) in maps.orm.iter_mut().zip(picture.into_rgb8().pixels()) {
+        orm[1] = texel.0[1];
+    }
+}
+
 /// Decodes what leaves wear; those that can't be are left out.
 fn textures(art: &Art, notes: &mut Vec<String>) -> Vec<Option<Texture>> {
     let mut worn = vec![false; art.images.len()];
     for leaf in &art.leaves {
         if let LeafPicture::Card(card) = leaf {
-            let images = [card.image, card.normal, card.alpha];
+            let images = [card.image, card.normal, card.roughness, card.alpha];
             images.into_iter().flatten().filter(|i| *i < art.images.len()).for_each(|i| worn[i] = true);
         }
     }
@@ -141,12 +157,15 @@ struct Sample {
     color: Vec3,
     alpha: f32,
     normal: Vec3,
+    /// 0..=255.
+    rough: f32,
 }
 
 /// Draws a card's picture.
 fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     let texture = |index: Option<usize>| index.and_then(|i| textures.get(i)?.as_ref());
     let (color, normal, alpha) = (texture(card.image), texture(card.normal), texture(card.alpha));
+    let roughness = texture(card.roughness);
     let (width, height) = size(card, color);
     let (columns, rows) = (width as usize * SAMPLES, height as usize * SAMPLES);
     let mut samples = vec![Sample::default(); columns * rows];
@@ -188,6 +207,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
                     color: Vec3::new(linear(texel[0]), linear(texel[1]), linear(texel[2])) * tint,
                     alpha: if shared { 1.0 } else { own } * f32::from(texel[3]) / 255.0,
                     normal: normal.map_or(Vec3::Z, |t| turned(t.at(uv), turn)),
+                    rough: roughness.map_or(f32::from(ROUGH), |t| f32::from(t.at(uv)[1])),
                 };
             }
         }
@@ -199,6 +219,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     for y in 0..height as usize {
         for x in 0..width as usize {
             let (mut light, mut bump, mut cover, mut weight) = (Vec3::ZERO, Vec3::ZERO, 0.0, 1e-6);
+            let mut rough = 0.0;
             for k in 0..SAMPLES * SAMPLES {
                 let s = samples[(y * SAMPLES + k / SAMPLES) * columns + x * SAMPLES + k % SAMPLES];
                 if s.covered {
@@ -206,6 +227,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
                     let w = alpha + 1e-3;
                     light += s.color * w;
                     bump += s.normal * w;
+                    rough += s.rough * w;
                     cover += alpha;
                     weight += w;
                 }
@@ -216,7 +238,9 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
             let a = (a * 0.5 / card.cutoff.clamp(0.05, 1.0)).min(1.0);
             maps.color.push([rgb[0], rgb[1], rgb[2], (a * 255.0 + 0.5) as u8]);
             maps.normal.push(encode_normal(bump));
-            maps.orm.push([255, ROUGH, 0]);
+            // Where nothing is drawn, the usual.
+            let rough = if rough > 0.0 { (rough / weight + 0.5) as u8 } else { ROUGH };
+            maps.orm.push([255, rough, 0]);
         }
     }
     if color.is_some() && normal.is_none() {
@@ -295,6 +319,7 @@ mod tests {
             color: [1.0; 4],
             image,
             normal: None,
+            roughness: None,
             alpha: None,
             cutoff: 0.5,
         }
@@ -356,7 +381,7 @@ mod tests {
         let (maps, notes) = card_maps(&art, Seed::new(1));
         assert_eq!(notes.len(), 1);
         assert!(maps[0].color.iter().all(|c| *c == [255; 4]));
-        let bark = Some(BarkPicture { color: [0.2, 0.1, 0.05], image: Some(0), normal: None });
+        let bark = Some(BarkPicture { color: [0.2, 0.1, 0.05], image: Some(0), normal: None, roughness: None });
         let (maps, notes) = own_bark_maps(&Art { bark, ..art }, Seed::new(1));
         assert!(maps.is_some() && notes.len() == 1);
         assert_eq!(own_bark_maps(&Art::default(), Seed::new(1)), (None, Vec::new()));
@@ -364,7 +389,7 @@ mod tests {
 
     #[test]
     fn own_bark_is_tinted_and_its_sides_are_powers_of_two() {
-        let bark = Some(BarkPicture { color: [1.0, 0.5, 0.0], image: Some(0), normal: None });
+        let bark = Some(BarkPicture { color: [1.0, 0.5, 0.0], image: Some(0), normal: None, roughness: None });
         let art = Art { images: vec![png(48, 16, |_, _| [200, 200, 200, 255])], leaves: Vec::new(), bark };
         let maps = own_bark_maps(&art, Seed::new(1)).0.unwrap();
         assert_eq!((maps.width, maps.height), (32, 16));

@@ -13,16 +13,16 @@ use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
-    Wear,
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe,
+    TargetLeaf, Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 2);
-const GRAPH: Stage = Stage("graph", 1);
-const IMPORT: Stage = Stage("import", 3);
-const LIKE: Stage = Stage("like", 1);
+const GROW: Stage = Stage("grow", 3);
+const GRAPH: Stage = Stage("graph", 2);
+const IMPORT: Stage = Stage("import", 4);
+const LIKE: Stage = Stage("like", 2);
 const PICTURES: Stage = Stage("pictures", 1);
 
 /// A source and what was mended in it.
@@ -426,29 +426,66 @@ pub(super) fn wardrobe(
 }
 
 impl Wardrobe {
-    /// How a variant gets its leaves; none where all of its sources bring theirs.
+    /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
     pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
-        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+        if matches!(variant, Variant::Frame { .. }) {
             return None;
         }
+        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
+            return Some(Dressing::Own { params: plan.dress.clone() });
+        }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
-        Some(Dressing { params, first: self.dressed.0 })
+        Some(Dressing::Made { params, first: self.dressed.0 })
     }
 }
 
-/// How a plant without leaves of its own gets some.
+/// How a plant gets its leaves.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Dressing {
-    params: DressParams,
-    /// Slot of the first picture.
-    first: u16,
+pub(super) enum Dressing {
+    /// Those that all of its sources bring, thinned as the preset says.
+    Own { params: DressParams },
+    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
+    Made { params: DressParams, first: u16 },
 }
 
 impl Dressing {
     /// The plant with leaves.
     pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
-        let dressed = dress::dress(&plant.without_leaves(), &self.params, seed);
-        dressed.rewear(|_, leaf| (self.first + leaf.slot, leaf.form))
+        match self {
+            Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
+            Self::Made { params, first } => {
+                let dressed = dress::dress(&plant.without_leaves(), params, seed);
+                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
+            }
+        }
+    }
+}
+
+impl Wardrobe {
+    /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
+    pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
+        let plant = self.plants[index].clone();
+        let (art, dress) = match leaf {
+            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
+                let LeafArt::Made { shape, color, variation, size: edge } = art else { return plant };
+                let picture =
+                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
+                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
+                let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
+                let dress =
+                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
+                (art, dress)
+            }
+            _ => {
+                return match self.dressing(plan, &Variant::Source(index)) {
+                    Some(dressing) => dressing.dress(plant, seed),
+                    None => plant,
+                };
+            }
+        };
+        let first = self.pictures.leaves.len() as u16;
+        self.pictures.leaves.extend(art);
+        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
     }
 }
 
@@ -466,6 +503,9 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
+        // Frames are made of dressed sources.
+        Variant::Frame { .. } => Vec::new(),
         Variant::Selected { selection, .. } => {
             // The candidates of a selection are blends of the same sources.
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());

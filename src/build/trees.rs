@@ -24,6 +24,8 @@ pub(super) struct Tree {
     pub(super) plant: Arc<Plant>,
     /// Its levels of detail.
     pub(super) ladder: Arc<Ladder>,
+    /// The key of those.
+    pub(super) key: Key,
 }
 
 /// What all trees of a set share.
@@ -48,11 +50,12 @@ impl<'a> Trees<'a> {
     }
 
     /// Every level of a variant with leaves.
-    pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> Arc<Ladder> {
+    pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
         let key = LADDER.key().input(content(plant)).input(self.pictures).params(mesh).params(lods).number(seed.bits());
         let Pictures { leaves, bark } = &self.wardrobe.pictures;
-        self.made(LADDER, key.finish(), || lod::ladder(plant, mesh, lods, leaves, bark, seed))
+        let key = key.finish();
+        (self.made(LADDER, key, || lod::ladder(plant, mesh, lods, leaves, bark, seed)), key)
     }
 
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
@@ -62,7 +65,7 @@ impl<'a> Trees<'a> {
 }
 
 /// The key of a value's content.
-fn content(value: &impl serde::Serialize) -> Key {
+pub(super) fn content(value: &impl serde::Serialize) -> Key {
     Key::of_bytes(&postcard::to_stdvec(value).expect("plain data serializes"))
 }
 
@@ -110,12 +113,12 @@ impl Entry for Pictures {
     }
 }
 
-fn weight(maps: &Maps) -> usize {
+pub(super) fn weight(maps: &Maps) -> usize {
     maps.color.len() * 10
 }
 
 /// Whether every map has a pixel for each place.
-fn is_whole(maps: &Maps) -> bool {
+pub(super) fn is_whole(maps: &Maps) -> bool {
     let pixels = maps.width as usize * maps.height as usize;
     pixels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()] == [pixels; 3]
 }

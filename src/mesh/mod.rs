@@ -4,6 +4,7 @@ mod card;
 mod check;
 mod crown_light;
 mod gate;
+mod keyed;
 #[cfg(feature = "lightmap")]
 mod lightmap;
 mod rings;
@@ -22,6 +23,7 @@ pub use card::{CardShape, LeafCard, all_cards, leaf_cards};
 pub use check::problems;
 pub use crown_light::CrownLight;
 pub use gate::{MeshError, check_indices, optimize};
+pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 #[cfg(feature = "lightmap")]
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;

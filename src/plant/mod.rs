@@ -16,6 +16,7 @@ mod order;
 mod pose;
 mod stats;
 mod stored;
+mod support;
 mod validate;
 
 use glam::Vec3;
@@ -34,6 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
+pub use support::{LEAF, WOOD, trunk_support, trunk_support_by};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -65,7 +67,8 @@ pub struct Chain {
     len: u32,
 }
 
-/// One leaf.
+/// One leaf: the septuple of 2017 CAVW, 4.3 (chain, place on it, width and height, three of orientation, texture), and how
+/// far from the axis it stands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
@@ -195,6 +198,21 @@ impl Plant {
         for (i, leaf) in self.leaves.iter_mut().enumerate() {
             (leaf.slot, leaf.form) = wear(i, leaf);
         }
+        self
+    }
+
+    /// The same plant with other leaves, each on a chain of it.
+    #[must_use]
+    pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
+        self.leaves = leaves;
+        debug_assert_eq!(validate::validate(&self), Ok(()));
+        self
+    }
+
+    /// The same plant with those leaves for which `keep` gives one.
+    #[must_use]
+    pub(crate) fn keep_leaves(mut self, keep: impl Fn(usize, &Leaf) -> Option<Leaf>) -> Self {
+        self.leaves = self.leaves.iter().enumerate().filter_map(|(i, leaf)| keep(i, leaf)).collect();
         self
     }
 

@@ -23,13 +23,18 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 
 /// Candidates that a row starts with.
-const FIRST: usize = 10;
+const FIRST: usize = 20;
 /// How far a pair may undercut the potentials and still count as rounding.
 const SLACK: f64 = 1e-9;
 /// Bounds of fewer cells are priced on one thread.
 const PARALLEL_CELLS: usize = 1 << 15;
+/// Columns that a row is given more when it shares too few with others.
+const MORE: usize = 10;
 /// Most steps of row reduction, a row.
 const REDUCTIONS: usize = 8;
+
+/// Pairs that are priced at once.
+const LANES: usize = 32;
 
 /// A column that a row may take, and what it costs.
 type Arc = (u32, f64);
@@ -51,25 +56,18 @@ pub(super) fn assign_pruned(
     search.reduce();
     loop {
         let wanted: Vec<Vec<Arc>> = match search.match_all() {
-            Ok(()) => each(rows, columns, &|row| {
-                let arcs = &search.arcs[row];
-                let most = search.row_potential[row] - SLACK;
-                let cheap = line(row).iter().zip(&search.column_potential).enumerate();
-                cheap
-                    .filter(|(_, (bound, potential))| f64::from(**bound) - **potential < most)
-                    .filter(|(column, _)| arcs.iter().all(|arc| arc.0 as usize != *column))
-                    .map(|(column, (_, potential))| (column as u32, exact(row, column), *potential))
-                    .filter(|(_, cost, potential)| cost - potential < most)
-                    .map(|(column, cost, _)| (column, cost))
-                    .collect()
-            }),
-            // These rows share too few columns: twice as many for each.
+            Ok(()) => {
+                // Rounded up, so that no price comes out too high.
+                let potentials: Vec<f32> = search.column_potential.iter().map(|p| *p as f32 + 1e-6).collect();
+                each(rows, columns, &|row| search.undercut(row, line(row), &potentials, &|c| exact(row, c)))
+            }
+            // These rows share too few columns.
             Err(stuck) => {
                 let mut wanted = vec![Vec::new(); rows];
                 for row in stuck {
                     let arcs = &search.arcs[row];
                     let known = |column: u32| arcs.iter().any(|arc| arc.0 == column);
-                    let near = nearest(arcs.len().max(1), line(row), &known);
+                    let near = nearest(MORE, line(row), &known);
                     wanted[row] = near.into_iter().map(|column| (column, exact(row, column as usize))).collect();
                 }
                 wanted
@@ -208,6 +206,30 @@ impl Search {
         }
         left.sort_unstable();
         self.free_rows = left;
+    }
+
+    /// The pairs of a row that cost less than their potentials, by its lower bounds and the columns' potentials.
+    fn undercut(&self, row: usize, bounds: &[f32], potentials: &[f32], exact: &dyn Fn(usize) -> f64) -> Vec<Arc> {
+        let most = self.row_potential[row] - SLACK;
+        let least = self.row_potential[row] as f32 + 1e-6;
+        let mut found = Vec::new();
+        for (run, (bounds, potentials)) in bounds.chunks(LANES).zip(potentials.chunks(LANES)).enumerate() {
+            // Hardly any run holds a cheap pair, and asking all of it at once takes no branches.
+            let any = bounds.iter().zip(potentials).fold(false, |any, (b, p)| any | (b - p < least));
+            if !any {
+                continue;
+            }
+            for (i, (b, p)) in bounds.iter().zip(potentials).enumerate() {
+                let column = run * LANES + i;
+                if b - p < least && self.arcs[row].iter().all(|arc| arc.0 as usize != column) {
+                    let cost = exact(column);
+                    if cost - self.column_potential[column] < most {
+                        found.push((column as u32, cost));
+                    }
+                }
+            }
+        }
+        found
     }
 
     /// Gives a row more arcs; a row that they undercut loses its column.

@@ -4,9 +4,9 @@
 //! is handed to it. Here every length, offset, stride, count and index is checked against the bytes that are there before
 //! anything is touched or allocated: what is allocated is bounded by a constant times the size of the file, whatever the
 //! file claims. Sparse and quantized attributes (`KHR_mesh_quantization`), base64 in the text and files beside it are
-//! read.
+//! read, and so is what meshopt packed (`unpack`) and copies by EXT_mesh_gpu_instancing.
 //!
-//! Limits: what is compressed (Draco, meshopt) is counted but not read; skins, morph targets and animations are ignored.
+//! Limits: what Draco compressed is counted but not read; skins, morph targets and animations are ignored.
 //!
 //! Source: glTF 2.0 specification, 3.6, 3.7 and 4.4; MSFT_lod vendor extension.
 
@@ -18,6 +18,7 @@ pub(super) mod look;
 mod scene;
 #[cfg(test)]
 mod tests;
+mod unpack;
 
 use std::collections::BTreeMap;
 
@@ -368,16 +369,18 @@ fn read<'a>(
     if budget::is_dense(text) {
         return Err(GlbError::Unsupported("its text holds far more objects than a file of its size should".to_owned()));
     }
-    let root: json::Root = serde_json::from_slice(text).map_err(|e| GlbError::Json(e.to_string()))?;
+    let mut root: json::Root = serde_json::from_slice(text).map_err(|e| GlbError::Json(e.to_string()))?;
     if root.asset.version.split('.').next() != Some("2") {
         return Err(GlbError::Json(format!("it states glTF version {:?}, not \"2.0\"", root.asset.version)));
     }
+    accessor::check_views(&root)?;
+    let mut buffers = buffers::buffers(&root, bin, container, files)?;
+    unpack::unpack(&mut root, &mut buffers)?;
     let layouts = accessor::layouts(&root)?;
-    let buffers = buffers::buffers(&root, bin, container, files)?;
     let meshes = root.meshes.iter().enumerate().map(|(i, m)| mesh(i, m, &root, &layouts)).collect::<Result<_, _>>()?;
     let images = root.images.iter().map(|image| self::image(image, &root)).collect::<Result<_, _>>()?;
     Ok(GlbInfo {
-        instances: scene::instances(&root)?,
+        instances: scene::instances(&root, &layouts, &buffers)?,
         lods: scene::lods(&root)?,
         meshes,
         images,

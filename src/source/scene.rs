@@ -140,7 +140,13 @@ fn keep_used(scene: &mut Scene) {
     let mut images: Vec<Option<usize>> = vec![None; scene.images.len()];
     let mut left = Vec::new();
     for material in &mut scene.materials {
-        for image in [&mut material.color_image, &mut material.normal_image, &mut material.alpha_image] {
+        let named = [
+            &mut material.color_image,
+            &mut material.normal_image,
+            &mut material.roughness_image,
+            &mut material.alpha_image,
+        ];
+        for image in named {
             let Some(old) = *image else { continue };
             *image = Some(*images[old].get_or_insert_with(|| {
                 left.push(scene.images[old].clone());
@@ -248,6 +254,8 @@ pub struct Material {
     pub color_image: Option<usize>,
     /// Normal map.
     pub normal_image: Option<usize>,
+    /// Picture whose green is the roughness.
+    pub roughness_image: Option<usize>,
     /// Alpha in a picture of its own (OBJ's `map_d`).
     pub alpha_image: Option<usize>,
 }
@@ -262,6 +270,7 @@ impl Default for Material {
             color: [1.0; 4],
             color_image: None,
             normal_image: None,
+            roughness_image: None,
             alpha_image: None,
         }
     }

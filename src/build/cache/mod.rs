@@ -5,6 +5,7 @@
 //! where an input is itself made by a stage, its *content* is the key, so that an edit which leaves a stage's output as
 //! it was goes no further. A hit or a miss never changes a byte. An entry that was damaged is made again, and told.
 
+mod parts;
 mod recent;
 mod store;
 
@@ -15,6 +16,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::base::{Diagnostic, Key, KeyBuilder, Note};
+pub use parts::PartError;
+use parts::Parts;
 use recent::Recent;
 pub use store::{CacheError, CacheStats, clear, stats};
 use store::{Found, Store};
@@ -63,6 +66,7 @@ impl Entry for Vec<u8> {
 pub struct Cache {
     memory: Mutex<Recent>,
     store: Option<Store>,
+    parts: Option<Parts>,
     notes: Mutex<Vec<Note>>,
 }
 
@@ -84,6 +88,20 @@ impl Cache {
         Self { store: options.map(Store::new), ..Self::default() }
     }
 
+    /// A cache of what some part files hold, which remembers what is made beside it for [`part`](Self::part).
+    ///
+    /// # Errors
+    ///
+    /// The first file that is no whole part.
+    pub(super) fn of_parts(files: &[PathBuf]) -> Result<Self, PartError> {
+        Ok(Self { parts: Some(Parts::read(files)?), ..Self::default() })
+    }
+
+    /// A part file of everything that was made and not given.
+    pub(super) fn part(&self) -> Vec<u8> {
+        self.parts.as_ref().map(Parts::made).unwrap_or_default()
+    }
+
     /// The value of a key: from memory, from the folder, or made. Two threads may make the same one; both get equal
     /// values.
     pub(super) fn remember<T: Entry>(
@@ -99,13 +117,18 @@ impl Cache {
             return Ok(self.keep(key, value));
         }
         let value = make()?;
-        if let Some(store) = &self.store {
-            // Plain data always serializes; without an entry the next build makes it again.
-            let written = postcard::to_stdvec(&value).map(|bytes| store.put(stage.0, key, &bytes));
-            if let Ok(Err(error)) = written
+        // Plain data always serializes; without an entry the next build makes it again.
+        if (self.store.is_some() || self.parts.is_some())
+            && let Ok(bytes) = postcard::to_stdvec(&value)
+        {
+            if let Some(store) = &self.store
+                && let Err(error) = store.put(stage.0, key, &bytes)
                 && store.gives_up()
             {
                 self.note(format!("{error}; nothing more is written to it"));
+            }
+            if let Some(parts) = &self.parts {
+                parts.add(key, bytes);
             }
         }
         Ok(self.keep(key, value))
@@ -151,6 +174,12 @@ impl Cache {
     }
 
     fn stored<T: Entry>(&self, stage: Stage, key: Key) -> Option<T> {
+        if let Some(bytes) = self.parts.as_ref().and_then(|parts| parts.given(key))
+            && let Ok((value, [])) = postcard::take_from_bytes::<T>(bytes)
+            && value.is_sound()
+        {
+            return Some(value);
+        }
         let store = self.store.as_ref()?;
         let broken = match store.get(stage.0, key) {
             Found::Missing => return None,

@@ -377,11 +377,35 @@ fn quad(group: &Group) -> Option<[u32; 4]> {
 fn place(group: &Group, sheet: &Sheet, window: &Window, slot: u16) -> Option<Card> {
     let fit = Affine::fit(&group.map, &sheet.points)?;
     let (up, across) = (fit.vector(window.up), fit.vector(window.across));
-    let y = up.try_normalize()?;
-    let across = across - y * y.dot(across);
-    let x = across.try_normalize()?;
-    let (length, width) = (up.length(), across.length());
-    let base = fit.point(window.base);
+    let facing = across.cross(up).try_normalize()?;
+    // A bent sheet faces where its area does.
+    let z = if facing.dot(sheet.normal) < 0.0 { -sheet.normal } else { sheet.normal };
+    let z = if facing.dot(z) > 0.5 { z } else { facing };
+    let y = (up - z * z.dot(up)).try_normalize()?;
+    let x = y.cross(z);
+    let (mut length, mut width) = (up.dot(y), across.dot(x));
+    let mut base = fit.point(window.base);
+    // A flat one is now exact. The image of one that is bent spans less or more than the sheet itself.
+    let span = |points: &mut dyn Iterator<Item = Vec3>, axis: Vec3| {
+        let along = points.map(|p| (p - base).dot(axis));
+        along.fold((f32::MAX, f32::MIN), |(low, high), d| (low.min(d), high.max(d)))
+    };
+    let mut shift = Vec3::ZERO;
+    for (axis, side) in [(x, Some(&mut width)), (y, Some(&mut length)), (z, None)] {
+        let is = span(&mut sheet.points.iter().copied(), axis);
+        let image = span(&mut group.map.iter().map(|q| fit.point(*q)), axis);
+        match side {
+            Some(side) if image.1 - image.0 > 0.0 => {
+                let factor = ((is.1 - is.0) / (image.1 - image.0)).clamp(0.5, 2.0);
+                // The base lies in the middle across, and as far below the lower end as it did.
+                let (of_image, of_sheet) = ((image.0 + image.1) * 0.5, (is.0 + is.1) * 0.5);
+                shift += axis * (of_sheet - of_image * factor);
+                *side *= factor;
+            }
+            _ => shift += axis * ((is.0 + is.1) * 0.5),
+        }
+    }
+    base += shift;
     (base.is_finite() && length.is_finite() && width > 0.0).then_some(Card {
         base,
         axes: [x, y, x.cross(y)],
@@ -438,6 +462,7 @@ fn worn(scene: &Scene, material: Option<usize>, gallery: &mut Gallery<'_>) -> Ca
         color: material.map_or([1.0; 4], |m| m.color),
         image: material.and_then(|m| gallery.add(m.color_image)),
         normal: material.and_then(|m| gallery.add(m.normal_image)),
+        roughness: material.and_then(|m| gallery.add(m.roughness_image)),
         alpha: material.and_then(|m| gallery.add(m.alpha_image)),
         cutoff: match material.map(|m| m.alpha) {
             Some(Alpha::Mask(cutoff)) => cutoff,

@@ -46,6 +46,8 @@ pub struct CardPicture {
     pub image: Option<usize>,
     /// Index of the normal map.
     pub normal: Option<usize>,
+    /// Index of a picture whose green is the roughness.
+    pub roughness: Option<usize>,
     /// Index of a picture whose alpha, or where it has none whose brightness, is the alpha.
     pub alpha: Option<usize>,
     /// Alpha below which nothing is seen.
@@ -72,6 +74,8 @@ pub struct BarkPicture {
     pub image: Option<usize>,
     /// Index of the normal map.
     pub normal: Option<usize>,
+    /// Index of a picture whose green is the roughness.
+    pub roughness: Option<usize>,
 }
 
 /// The pictures of a scene that are worn, each once.
@@ -151,9 +155,10 @@ pub(super) fn bark(
     let opaque = described.is_none_or(|m| m.alpha == Alpha::Opaque);
     let image = described.filter(|_| spans && opaque).and_then(|m| gallery.add(m.color_image));
     let normal = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.normal_image));
+    let roughness = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.roughness_image));
     let color = match (image, described) {
         (Some(_), Some(m)) => [m.color[0], m.color[1], m.color[2]],
         _ => (sum / area.max(1.0)).to_array(),
     };
-    Some(BarkPicture { color, image, normal })
+    Some(BarkPicture { color, image, normal, roughness })
 }

@@ -18,8 +18,6 @@ pub(super) struct Layout {
     stride: usize,
     /// Elements that replace others.
     sparse: Option<Sparse>,
-    /// Whether the data is compressed by an extension.
-    compressed: bool,
 }
 
 /// Elements that replace others, in rising order.
@@ -78,8 +76,8 @@ impl Kind {
     }
 }
 
-/// The layouts of all accessors.
-pub(super) fn layouts(root: &json::Root) -> Result<Vec<Layout>, GlbError> {
+/// Checks that buffer views lie in their buffers.
+pub(super) fn check_views(root: &json::Root) -> Result<(), GlbError> {
     for (i, view) in root.buffer_views.iter().enumerate() {
         let buffer = usize::try_from(view.buffer).ok().and_then(|b| root.buffers.get(b));
         let end = view.byte_offset.checked_add(view.byte_length);
@@ -88,6 +86,11 @@ pub(super) fn layouts(root: &json::Root) -> Result<Vec<Layout>, GlbError> {
             _ => return Err(GlbError::Broken(format!("buffer view {i} reaches beyond its buffer"))),
         }
     }
+    Ok(())
+}
+
+/// The layouts of all accessors; of views that were checked and unpacked.
+pub(super) fn layouts(root: &json::Root) -> Result<Vec<Layout>, GlbError> {
     root.accessors.iter().enumerate().map(|(i, accessor)| layout(i, accessor, root)).collect()
 }
 
@@ -115,7 +118,6 @@ fn layout(index: usize, accessor: &json::Accessor, root: &json::Root) -> Result<
         at: None,
         stride: size,
         sparse: None,
-        compressed: false,
     };
     if let Some(sparse) = &accessor.sparse {
         layout.sparse = Some(
@@ -138,7 +140,6 @@ fn layout(index: usize, accessor: &json::Accessor, root: &json::Root) -> Result<
         return Err(broken("reaches beyond its buffer view"));
     }
     layout.stride = stride as usize;
-    layout.compressed = view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some();
     // Both lie within the buffer, so their sum fits.
     layout.at = Some((view.buffer as usize, (view.byte_offset + accessor.byte_offset) as usize));
     Ok(layout)
@@ -149,9 +150,7 @@ fn sparse(sparse: &json::Sparse, size: usize, of: u64, root: &json::Root) -> Opt
     let place = |part: &json::SparsePart, size: usize| {
         let view = root.buffer_views.get(usize::try_from(part.buffer_view).ok()?)?;
         let end = sparse.count.checked_mul(size as u64)?.checked_add(part.byte_offset)?;
-        let plain = view.extensions.meshopt.is_none() && view.extensions.khr_meshopt.is_none();
-        (end <= view.byte_length && plain)
-            .then(|| (view.buffer as usize, (view.byte_offset + part.byte_offset) as usize))
+        (end <= view.byte_length).then(|| (view.buffer as usize, (view.byte_offset + part.byte_offset) as usize))
     };
     (sparse.count >= 1 && sparse.count <= of).then_some(())?;
     Some(Sparse {
@@ -243,13 +242,6 @@ impl Layout {
     pub(super) fn elements<'a>(&self, buffers: &'a Buffers<'_>) -> Result<Elements<'a>, GlbError> {
         let missing = || GlbError::Unsupported("the vertex data is in another file, which is missing".into());
         let beyond = || GlbError::Broken("data reaches beyond the file".into());
-        if self.compressed {
-            return Err(GlbError::Unsupported(
-                "its vertex data is compressed by meshopt, which is not read: export it uncompressed, or unpack it \
-                 with `gltf-transform copy`"
-                    .into(),
-            ));
-        }
         let of = |(buffer, start): (usize, usize), length: usize| {
             let bytes = buffers.get(buffer).and_then(|b| b.as_deref()).ok_or_else(missing)?;
             bytes.get(start..).and_then(|b| b.get(..length)).ok_or_else(beyond)

@@ -84,9 +84,24 @@ pub(super) struct View {
 #[serde(default)]
 pub(super) struct ViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]
-    pub(super) meshopt: Option<IgnoredAny>,
+    pub(super) meshopt: Option<Box<Meshopt>>,
     #[serde(rename = "KHR_meshopt_compression")]
-    pub(super) khr_meshopt: Option<IgnoredAny>,
+    pub(super) khr_meshopt: Option<Box<Meshopt>>,
+}
+
+/// Where a packed view's bytes are, and what they unpack to.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Meshopt {
+    pub(super) buffer: u64,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: u64,
+    pub(super) count: u64,
+    pub(super) mode: String,
+    #[serde(default)]
+    pub(super) filter: String,
 }
 
 #[derive(Deserialize)]
@@ -122,6 +137,7 @@ pub(super) struct Material {
 pub(super) struct Pbr {
     pub(super) base_color_factor: Option<[f32; 4]>,
     pub(super) base_color_texture: Option<TextureUse>,
+    pub(super) metallic_roughness_texture: Option<TextureUse>,
 }
 
 #[derive(Deserialize, Default)]
@@ -245,6 +261,14 @@ impl Default for Extras {
 pub(super) struct Extensions {
     #[serde(rename = "MSFT_lod")]
     pub(super) msft_lod: Option<MsftLod>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<Box<Instancing>>,
+}
+
+/// Accessors of the places of a node's copies, by `TRANSLATION`, `ROTATION` and `SCALE`.
+#[derive(Deserialize)]
+pub(super) struct Instancing {
+    pub(super) attributes: BTreeMap<String, u64>,
 }
 
 #[derive(Deserialize)]

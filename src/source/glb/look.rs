@@ -23,6 +23,8 @@ pub(crate) struct Wear {
     pub(crate) color_image: Option<usize>,
     /// Index of the image.
     pub(crate) normal_image: Option<usize>,
+    /// Index of the image whose green is the roughness.
+    pub(crate) roughness_image: Option<usize>,
     /// How the colour picture lies.
     pub(crate) placing: Placing,
 }
@@ -50,7 +52,10 @@ pub(crate) enum Picture {
 }
 
 /// Extensions that are read, or that change nothing that is.
-const READ: [&str; 8] = [
+const READ: [&str; 11] = [
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "EXT_texture_webp",
@@ -83,6 +88,11 @@ impl Look {
                 color: factor.unwrap_or([1.0; 4]),
                 color_image: color.map(image).transpose()?.flatten(),
                 normal_image: material.normal_texture.as_deref().map(image).transpose()?.flatten(),
+                roughness_image: pbr
+                    .and_then(|p| p.metallic_roughness_texture.as_ref())
+                    .map(image)
+                    .transpose()?
+                    .flatten(),
                 placing: color.map(placing).unwrap_or_default(),
             })
         };

@@ -1,5 +1,7 @@
 //! Where the meshes of a glTF scene stand, and which nodes are levels of which.
 
+use super::accessor::Layout;
+use super::buffers::Buffers;
 use super::{GlbError, Instance, LodInfo, LodLevel, json};
 
 const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -7,7 +9,11 @@ const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1
 /// Every mesh of the default scene (the first where none is named); all nodes without a parent where there is no scene.
 ///
 /// Without recursion, and each node at most once, so neither depth nor cycles can hurt.
-pub(super) fn instances(root: &json::Root) -> Result<Vec<Instance>, GlbError> {
+pub(super) fn instances(
+    root: &json::Root,
+    layouts: &[Layout],
+    buffers: &Buffers<'_>,
+) -> Result<Vec<Instance>, GlbError> {
     let at = |i: u64| {
         let index = usize::try_from(i).ok().filter(|&i| i < root.nodes.len());
         index.ok_or_else(|| GlbError::Broken(format!("node {i} is named but not there")))
@@ -37,11 +43,53 @@ pub(super) fn instances(root: &json::Root) -> Result<Vec<Instance>, GlbError> {
         let node = &root.nodes[index];
         let matrix = product(&parent, &local(node));
         if let Some(mesh) = mesh_of(node, root)? {
-            found.push(Instance { node: node.name.clone(), mesh, matrix });
+            match &node.extensions.instancing {
+                None => found.push(Instance { node: node.name.clone(), mesh, matrix }),
+                // A name for each copy could make much of a small file.
+                Some(copies) => found.extend(places(copies, layouts, buffers)?.into_iter().map(|place| Instance {
+                    node: String::new(),
+                    mesh,
+                    matrix: product(&matrix, &place),
+                })),
+            }
         }
         stack.extend(node.children.iter().rev().map(|&c| (c, matrix)));
     }
     Ok(found)
+}
+
+/// Where a node's copies are (EXT_mesh_gpu_instancing); one place where the file's data is missing.
+fn places(copies: &json::Instancing, layouts: &[Layout], buffers: &Buffers<'_>) -> Result<Vec<[f32; 16]>, GlbError> {
+    let of = |name: &str| match copies.attributes.get(name) {
+        None => Ok(None),
+        Some(&accessor) => {
+            let layout = usize::try_from(accessor).ok().and_then(|a| layouts.get(a));
+            let layout = layout
+                .ok_or_else(|| GlbError::Broken(format!("instances name accessor {accessor}, which is not there")))?;
+            layout.elements(buffers).map(Some)
+        }
+    };
+    let (moved, turned, scaled) = match (of("TRANSLATION"), of("ROTATION"), of("SCALE")) {
+        (Err(GlbError::Unsupported(_)), ..)
+        | (_, Err(GlbError::Unsupported(_)), _)
+        | (.., Err(GlbError::Unsupported(_))) => return Ok(vec![IDENTITY]),
+        (moved, turned, scaled) => (moved?, turned?, scaled?),
+    };
+    let counts = [&moved, &turned, &scaled].map(|e| e.as_ref().map(super::accessor::Elements::len));
+    let count = counts.iter().flatten().copied().min().unwrap_or(0);
+    if counts.iter().flatten().any(|&n| n != count) {
+        return Err(GlbError::Broken("instances have places of different counts".to_owned()));
+    }
+    Ok((0..count)
+        .map(|i| {
+            local(&json::Node {
+                translation: moved.as_ref().map(|e| e.get(i)),
+                rotation: turned.as_ref().map(|e| e.get(i)),
+                scale: scaled.as_ref().map(|e| e.get(i)),
+                ..json::Node::default()
+            })
+        })
+        .collect())
 }
 
 /// Every node with `MSFT_lod` levels, in order of nodes.

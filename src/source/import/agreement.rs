@@ -3,6 +3,8 @@
 //! Both are sampled along their axes; a sample is covered when the other's axes pass within one and a half of the true
 //! radius there, or half a percent of the height. Wood thinner than 2 % of the trunk is left out. n log n.
 
+use glam::Vec3;
+
 use super::nearest::Nearest;
 use super::piece::Piece;
 use crate::plant::Plant;
@@ -30,9 +32,16 @@ pub struct Agreement {
 /// Compares a found plant with the true one, both in the same place.
 #[must_use]
 pub fn agreement(found: &Plant, truth: &Plant) -> Agreement {
+    agreement_at(found, Vec3::ZERO, truth)
+}
+
+/// The same for a found plant that has to be moved by `shift` to be where the true one is: every plant has the base of
+/// its main stem at the origin, and of a shrub another stem may have been taken for that.
+#[must_use]
+pub fn agreement_at(found: &Plant, shift: Vec3, truth: &Plant) -> Agreement {
     let height = f64::from(truth.height());
     let trunk = trunk(truth);
-    let (found_axes, true_axes) = (Axes::of(found), Axes::of(truth));
+    let (found_axes, true_axes) = (Axes::of(found, shift), Axes::of(truth, Vec3::ZERO));
     let mut errors = Vec::new();
     let step = height * 0.002;
     let (mut all, mut covered) = (0.0, 0.0);
@@ -90,14 +99,15 @@ struct Axes {
 }
 
 impl Axes {
-    fn of(plant: &Plant) -> Self {
+    fn of(plant: &Plant, shift: Vec3) -> Self {
         let posed = plant.pose();
         let (mut pieces, mut radii) = (Vec::new(), Vec::new());
         for id in plant.chain_ids() {
             let points = posed.chain(plant, id);
             for (pair, r) in points.windows(2).zip(plant.radii(id).windows(2)) {
                 let r = [f64::from(r[0]), f64::from(r[1])];
-                pieces.push(Piece::stretch(pair[0].as_dvec3(), pair[1].as_dvec3(), 0.0));
+                let [a, b] = [pair[0], pair[1]].map(|p| (p + shift).as_dvec3());
+                pieces.push(Piece::stretch(a, b, 0.0));
                 radii.push(r);
             }
         }
@@ -130,7 +140,6 @@ impl Axes {
 mod tests {
     use super::*;
     use crate::plant::{Skeleton, SkeletonNode};
-    use glam::Vec3;
 
     fn pole(bend: f32, radius: f32) -> Plant {
         let node = |x: f32, y: f32, parent| SkeletonNode { position: Vec3::new(x, y, 0.0), radius, parent };
@@ -144,6 +153,7 @@ mod tests {
         let straight = pole(0.0, 0.1);
         let same = agreement(&straight, &straight);
         assert_eq!((same.length_found, same.length_true, same.radius_error, same.chains), (1.0, 1.0, 0.0, 1.0));
+        assert_eq!(agreement_at(&straight, Vec3::X, &straight).length_found, 0.0);
         let bent = agreement(&pole(50.0, 0.12), &straight);
         assert!((bent.length_found - 0.5).abs() < 0.05, "{bent:?}");
         assert!(bent.length_true < 0.2 && (bent.radius_error - 0.2).abs() < 1e-3, "{bent:?}");

@@ -22,6 +22,8 @@ const BETTER: f64 = 0.25;
 const INSIDE: f64 = 0.1;
 /// How far a lower order is looked for, as a share of the extent.
 const REACH: f64 = 0.05;
+/// Least radius of a stem that stands where the first one does, as a share of that one's.
+const SHRUB: f64 = 0.3;
 /// Most fragments of a ring that look for a way out.
 const MOST_TRIES: usize = 8;
 
@@ -228,10 +230,13 @@ fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
         let piece = &pieces[i as usize];
         let away = piece.start - first.start;
         let beside = DVec3::new(away.x, 0.0, away.z).length();
+        let apart = away.y.abs() <= extent.height * 0.05
+            && beside > (1.5 * (piece.radius + first.radius)).max(extent.height * 0.01);
+        // Stems of a shrub grow out of one place, at one level and of like thickness; a branch starts higher up.
+        let out_of_one = away.y.abs() <= extent.height * 0.01 && piece.radius >= first.radius * SHRUB;
         if i != main
             && standing.len() < MOST_STEMS
-            && away.y.abs() <= extent.height * 0.05
-            && beside > (1.5 * (piece.radius + first.radius)).max(extent.height * 0.01)
+            && (apart || out_of_one)
             && top[i as usize] - piece.start.y >= extent.height * 0.1
         {
             standing.push(i);

@@ -45,7 +45,7 @@ mod upright;
 #[cfg(test)]
 mod tests;
 
-pub use agreement::{Agreement, agreement};
+pub use agreement::{Agreement, agreement, agreement_at};
 
 use crate::base::Diagnostic;
 use crate::plant::{Plant, PlantError};

@@ -71,6 +71,7 @@ fn materials(info: &GlbInfo<'_>, scene: &mut Scene) {
             color: wear.color.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 1.0 }),
             color_image: wear.color_image,
             normal_image: wear.normal_image,
+            roughness_image: wear.roughness_image,
             alpha_image: None,
         });
     }
@@ -80,7 +81,7 @@ fn materials(info: &GlbInfo<'_>, scene: &mut Scene) {
 fn pictures(info: &GlbInfo<'_>, scene: &mut Scene, left: &mut usize) -> Result<(), GlbError> {
     let mut worn = vec![false; info.look.images.len()];
     for wear in &info.look.materials {
-        for image in [wear.color_image, wear.normal_image].into_iter().flatten() {
+        for image in [wear.color_image, wear.normal_image, wear.roughness_image].into_iter().flatten() {
             worn[image] = true;
         }
     }

@@ -117,6 +117,7 @@ fn library(
         let mut map = |scene: &mut Scene| picture(&statement, library).map(|name| images.index(name, scene));
         match &word[..] {
             b"map_kd" => scene.materials[index].color_image = map(scene),
+            b"map_pr" => scene.materials[index].roughness_image = map(scene),
             b"map_d" | b"map_opacity" | b"map_tr" => {
                 let image = map(scene);
                 scene.materials[index].alpha_image = image;

@@ -58,7 +58,7 @@ mod tests {
             let closed = closed(&surface);
             let neighbours = closed.neighbours();
             assert!(neighbours.iter().flatten().all(|n| n.1 == 2), "{sides}");
-            let edges = neighbours.iter().map(Vec::len).sum::<usize>() / 2;
+            let edges = neighbours.iter().map(<[_]>::len).sum::<usize>() / 2;
             assert_eq!(closed.positions.len() + closed.triangles.len(), edges + 2);
         }
     }

@@ -94,8 +94,7 @@ struct Equations {
 
 impl Equations {
     fn new(surface: &Surface) -> Option<Self> {
-        let links: Vec<Vec<u32>> =
-            surface.neighbours().into_iter().map(|list| list.into_iter().map(|n| n.0).collect()).collect();
+        let links: Vec<Vec<u32>> = surface.neighbours().iter().map(|list| list.iter().map(|n| n.0).collect()).collect();
         let n = links.len();
         let mut pattern: Vec<Vec<u32>> = Vec::with_capacity(n);
         let mut entries = 0_usize;
@@ -196,11 +195,11 @@ mod tests {
             let thin = contract(&surface).unwrap();
             let offs: Vec<f64> = thin.iter().map(|p| DVec3::new(p.x, 0.0, p.z).length()).collect();
             let mean = offs.iter().sum::<f64>() / offs.len() as f64;
-            // Only the rings of the ends, whose area goes along the axis too, may stay wider.
+            // The rings of the ends, whose area goes along the axis too, stay a little wider than the others.
             let most = offs.iter().fold(0.0_f64, |m, &o| m.max(o));
             let (low, high) = thin.iter().fold((9.0_f64, 0.0_f64), |(l, h), p| (l.min(p.y), h.max(p.y)));
-            assert!(mean < 0.01 && most < 0.09, "{sides} {mean} {most}");
-            assert!(high - low > 2.9, "{sides} {low} {high}");
+            assert!(mean < 0.01 && most < 0.015, "{sides} {mean} {most}");
+            assert!(high - low > 3.7, "{sides} {low} {high}");
         }
     }
 

@@ -36,8 +36,13 @@ use crate::plant::Plant;
 use crate::preset::plan::{ImportHeight, UpAxis};
 use surface::Surface;
 
-/// Most vertices of a piece of surface that is contracted; larger ones are coarsened first.
+/// Most vertices of a piece of surface that is contracted as it is.
 pub const MOST_VERTICES: usize = 8_000;
+/// Larger pieces are coarsened first: to one of so many of their vertices, as far as that is more, for what was scanned or
+/// modelled so finely may have twigs to show for it.
+const ONE_OF: usize = 25;
+/// Most vertices that are contracted of a coarsened piece.
+const MOST_OF_MANY: usize = 40_000;
 /// Most pieces of surface: of a soup of loose triangles the largest are taken.
 pub const MOST_PIECES: usize = 100_000;
 /// Least triangles of a piece of wood.
@@ -207,7 +212,7 @@ fn contracted(piece: &Surface) -> Option<Limb> {
     let mut piece = piece.clone();
     piece.positions.iter_mut().for_each(|p| *p -= middle);
     let closed = cap::closed(&piece);
-    let mut most = MOST_VERTICES;
+    let mut most = (piece.positions.len() / ONE_OF).clamp(MOST_VERTICES, MOST_OF_MANY);
     let (coarse, places) = loop {
         let coarse = coarsen::coarsen(&closed, most);
         if let Some(places) = contract::contract(&coarse.surface) {

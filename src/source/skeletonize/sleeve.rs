@@ -7,7 +7,10 @@
 //! - rounds of axes, which a surface with holes gives, are opened where the wood is thinnest;
 //! - a spur that doesn't come out of its parent's wood is the parent's;
 //! - a fork lies on the line of its two thickest axes, not drawn aside by the third one's collar;
-//! - an axis goes on to the end of its surface, of which a contraction always falls short.
+//! - sleeves much shorter than wide are one with their neighbour: where a cut runs askew, each of two holds a half of
+//!   a ring, and neither its middle nor its radius;
+//! - an axis goes on to the end of its surface, of which a contraction always falls short. The end is looked for in each of
+//!   eight directions around the axis: trunks are cut level and lean, so that the farthest point is that of one side.
 
 use glam::{DMat3, DVec3};
 
@@ -26,8 +29,14 @@ const STRAIGHT: f64 = 0.5;
 const COLLAR: f64 = 1.5;
 /// The part of a fork's sleeve that is surely nearer than a collar.
 const FORK: f64 = 0.3;
-/// The part of a sleeve, from its end, that gives an end's radius.
-const END: f64 = 0.25;
+/// Least distance of two nodes along an axis, in radii.
+const CLOSE: f64 = 0.5;
+/// Steps that joining close sleeves may take for each vertex.
+const MOST_STEPS: usize = 200;
+/// Directions around an axis in which its end is looked for.
+const SIDES: usize = 8;
+/// How far the farthest point lies beyond the end's middle, in its radii, where the end is a tip.
+const POINTED: f64 = 1.0;
 
 /// The limb of some axes.
 pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
@@ -38,6 +47,7 @@ pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
             break;
         }
     }
+    sleeves.join_close();
     sleeves.finish()
 }
 
@@ -92,6 +102,8 @@ fn mean(places: impl Iterator<Item = (DVec3, f64)>) -> Option<DVec3> {
 struct Sleeves<'a> {
     surface: &'a Surface,
     shares: Vec<f64>,
+    /// Whether each vertex is on an edge of one triangle.
+    border: Vec<bool>,
     /// The vertices of each node's sleeve; empty for nodes that are gone.
     members: Vec<Vec<u32>>,
     links: Vec<Vec<u32>>,
@@ -113,6 +125,7 @@ impl<'a> Sleeves<'a> {
         let mut sleeves = Self {
             surface,
             shares: surface.shares(),
+            border: surface.neighbours().iter().map(|near| near.iter().any(|n| n.1 == 1)).collect(),
             members,
             links,
             middles: vec![DVec3::ZERO; axes.count],
@@ -251,6 +264,107 @@ impl<'a> Sleeves<'a> {
         any
     }
 
+    /// Makes one of neighbours along an axis that are nearer than a part of their radius.
+    fn join_close(&mut self) {
+        let mut steps = MOST_STEPS * self.surface.positions.len();
+        let mut work: Vec<u32> = (0..self.links.len() as u32).rev().collect();
+        while let Some(k) = work.pop() {
+            let k = k as usize;
+            // At least one edge stays.
+            if !(1..=2).contains(&self.links[k].len()) {
+                continue;
+            }
+            let near = |&n: &u32| {
+                let n = n as usize;
+                let (one, other) = (self.links[k].len(), self.links[n].len());
+                (other == 2 || other == 1 && one == 2)
+                    && self.middles[k].distance(self.middles[n]) < CLOSE * self.radii[k].max(self.radii[n])
+            };
+            let Some(&n) = self.links[k].iter().find(|n| near(n)) else { continue };
+            let larger = self.members[n as usize].len() > self.members[k].len();
+            let (from, to) = if larger { (k, n as usize) } else { (n as usize, k) };
+            let all = self.members[from].len() + self.members[to].len();
+            if all > steps {
+                return;
+            }
+            steps -= all;
+            let moved = std::mem::take(&mut self.members[from]);
+            self.members[to].extend(moved);
+            self.links[to].retain(|&l| l as usize != from);
+            for l in std::mem::take(&mut self.links[from]).into_iter().filter(|&l| l as usize != to) {
+                self.links[to].push(l);
+                self.links[l as usize].iter_mut().filter(|m| **m as usize == from).for_each(|m| *m = to as u32);
+            }
+            self.middle(to);
+            self.radius(to);
+            work.push(to as u32);
+        }
+    }
+
+    /// Middle and radius of the end of the surface beyond the last node of an axis; none where the axis reaches it.
+    fn end(&self, k: usize) -> Option<LimbNode> {
+        let [before] = *self.links[k].as_slice() else { return None };
+        let along = (self.middles[k] - self.middles[before as usize]).try_normalize()?;
+        let (x, y) = along.any_orthonormal_pair();
+        // The farthest vertex on each side: how far ahead it is, and its place.
+        let mut sides: [Option<(f64, DVec3)>; SIDES] = [None; SIDES];
+        let mut tip = (0.0, self.middles[k]);
+        for &v in &self.members[k] {
+            let p = self.surface.positions[v as usize];
+            let d = p - self.middles[k];
+            let ahead = d.dot(along);
+            if ahead > tip.0 {
+                tip = (ahead, p);
+            }
+            let (u, w) = (d.dot(x), d.dot(y));
+            // Eight sides by the signs of both coordinates and by which of them is larger.
+            let side = usize::from(u > 0.0) + 2 * usize::from(w > 0.0) + 4 * usize::from(u.abs() > w.abs());
+            if sides[side].is_none_or(|(most, _)| ahead > most) {
+                sides[side] = Some((ahead, p));
+            }
+        }
+        if tip.0 <= self.radii[k] * 0.05 {
+            return None;
+        }
+        // Where the surface is open, its border is the end. A side on which the surface ends far below the tip has none of it.
+        let near = |p: DVec3| (p - self.middles[k]).dot(along) >= tip.0 - self.radii[k] * 2.0;
+        let members = self.members[k].iter().filter(|&&v| self.border[v as usize]);
+        let mut ends: Vec<DVec3> = members.map(|&v| self.surface.positions[v as usize]).filter(|&p| near(p)).collect();
+        if ends.len() < 3 {
+            ends = sides.iter().flatten().map(|side| side.1).filter(|&p| near(p)).collect();
+        }
+        let count = ends.len().max(1) as f64;
+        let middle = ends.iter().sum::<DVec3>() / count;
+        let off = |p: DVec3| {
+            let d = p - middle;
+            (d - along * d.dot(along)).length()
+        };
+        let radius = (ends.iter().map(|&p| off(p)).sum::<f64>() / count).min(self.radii[k] * COLLAR);
+        let short = (tip.1 - middle).dot(along);
+        if short <= radius * POINTED {
+            return Some(LimbNode { position: middle, radius });
+        }
+        // A tip: what lies about its own end.
+        let last = tip.0 - short * 0.5;
+        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+        let about = || {
+            let members = self.members[k].iter().map(|&v| self.surface.positions[v as usize]);
+            members.filter(|p| (*p - self.middles[k]).dot(along) >= last)
+        };
+        for p in about() {
+            sum += p;
+            count += 1.0;
+        }
+        let middle = if count > 0.0 { sum / count } else { tip.1 };
+        let middle = middle + along * (tip.1 - middle).dot(along);
+        let off = |p: DVec3| {
+            let d = p - middle;
+            (d - along * d.dot(along)).length()
+        };
+        let radius = about().map(off).sum::<f64>() / f64::max(count, 1.0);
+        Some(LimbNode { position: middle, radius: radius.min(self.radii[k] * COLLAR) })
+    }
+
     fn finish(mut self) -> Limb {
         let n = self.links.len();
         let forks: Vec<usize> = (0..n).filter(|&k| self.links[k].len() > 2).collect();
@@ -290,35 +404,10 @@ impl<'a> Sleeves<'a> {
             return stick(&self.surface.positions, &self.shares).unwrap_or(limb);
         }
         for (k, &own) in name.iter().enumerate() {
-            let [before] = *self.links[k].as_slice() else { continue };
-            let Some(along) = (self.middles[k] - self.middles[before as usize]).try_normalize() else { continue };
-            let ahead = |v: u32| (self.surface.positions[v as usize] - self.middles[k]).dot(along);
-            let (low, high) = self.members[k].iter().fold((0.0_f64, 0.0_f64), |(l, h), &v| {
-                let x = ahead(v);
-                (l.min(x), h.max(x))
-            });
-            if high <= self.radii[k] * 0.05 {
-                continue;
+            if let Some(end) = self.end(k) {
+                limb.edges.push([own, limb.nodes.len() as u32]);
+                limb.nodes.push(end);
             }
-            let last = high - (high - low) * END;
-            // The end lies in the middle of its own surface: the last bit of axis is short, and points anywhere.
-            let (mut middle, mut count) = (DVec3::ZERO, 0.0);
-            for &v in self.members[k].iter().filter(|&&v| ahead(v) >= last) {
-                middle += self.surface.positions[v as usize];
-                count += 1.0;
-            }
-            middle = if count > 0.0 { middle / count } else { self.middles[k] };
-            middle += along * (high - (middle - self.middles[k]).dot(along));
-            let (mut sum, mut count) = (0.0, 0.0);
-            for &v in self.members[k].iter().filter(|&&v| ahead(v) >= last) {
-                let d = self.surface.positions[v as usize] - middle;
-                sum += (d - along * d.dot(along)).length();
-                count += 1.0;
-            }
-            let tip = limb.nodes.len() as u32;
-            let radius = if count > 0.0 { (sum / count).min(self.radii[k] * COLLAR) } else { self.radii[k] };
-            limb.nodes.push(LimbNode { position: middle, radius });
-            limb.edges.push([own, tip]);
         }
         limb
     }

@@ -72,24 +72,41 @@ pub(super) fn surfaces(welded: &Welded) -> Vec<Surface> {
 
 impl Surface {
     /// The neighbours of each vertex, rising, each once; and for each how many triangles the edge to it has.
-    pub(super) fn neighbours(&self) -> Vec<Vec<(u32, u32)>> {
-        let mut all: Vec<Vec<(u32, u32)>> = vec![Vec::new(); self.positions.len()];
+    pub(super) fn neighbours(&self) -> Neighbours {
+        let n = self.positions.len();
+        let mut first = vec![0_u32; n + 1];
+        for &v in self.triangles.iter().flatten() {
+            first[v as usize + 1] += 2;
+        }
+        for v in 0..n {
+            first[v + 1] += first[v];
+        }
+        let mut next = first.clone();
+        let mut all = vec![(0_u32, 1_u32); first[n] as usize];
         for &[a, b, c] in &self.triangles {
             for [u, v] in [[a, b], [b, c], [c, a], [b, a], [c, b], [a, c]] {
-                all[u as usize].push((v, 1));
+                all[next[u as usize] as usize].0 = v;
+                next[u as usize] += 1;
             }
         }
-        for list in &mut all {
-            list.sort_unstable();
-            list.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                if same {
-                    kept.1 += next.1;
+        // Rows are sorted, and closed up where a neighbour is there twice.
+        let mut kept = 0;
+        for v in 0..n {
+            let (from, to) = (first[v] as usize, next[v] as usize);
+            all[from..to].sort_unstable();
+            first[v] = kept as u32;
+            for k in from..to {
+                if kept > first[v] as usize && all[kept - 1].0 == all[k].0 {
+                    all[kept - 1].1 += 1;
+                } else {
+                    all[kept] = all[k];
+                    kept += 1;
                 }
-                same
-            });
+            }
         }
-        all
+        first[n] = kept as u32;
+        all.truncate(kept);
+        Neighbours { first, all }
     }
 
     /// Area of all triangles.
@@ -107,6 +124,33 @@ impl Surface {
             }
         }
         shares
+    }
+}
+
+/// The neighbours of all vertices, in one array.
+#[derive(Clone, Debug)]
+pub(super) struct Neighbours {
+    first: Vec<u32>,
+    all: Vec<(u32, u32)>,
+}
+
+impl Neighbours {
+    /// How many vertices there are.
+    pub(super) fn len(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// Each vertex' neighbours in turn.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[(u32, u32)]> {
+        self.first.windows(2).map(|w| &self.all[w[0] as usize..w[1] as usize])
+    }
+}
+
+impl std::ops::Index<usize> for Neighbours {
+    type Output = [(u32, u32)];
+
+    fn index(&self, v: usize) -> &Self::Output {
+        &self.all[self.first[v] as usize..self.first[v + 1] as usize]
     }
 }
 

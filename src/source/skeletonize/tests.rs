@@ -10,8 +10,9 @@ use super::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
 use crate::base::Seed;
 use crate::plant::PlantStats;
 use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
-use crate::source::import::{agreement, import, import_with};
-use crate::source::scene::Files;
+use crate::source::foliage::{self, Overrides};
+use crate::source::import::{agreement, agreement_at, import, import_with};
+use crate::source::scene::{Files, read};
 
 fn params(method: Method) -> SkeletonParams {
     SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method }
@@ -206,5 +207,62 @@ fn meshes_agree_with_the_skeletons_that_they_were_made_from() {
         let a = agreement(&found, &truth);
         assert!(a.length_found >= 0.95 && a.length_true >= 0.95, "{name} {a:?}");
         assert!(a.radius_error <= 0.1 && (a.chains - 1.0).abs() <= 0.15, "{name} {a:?}");
+    }
+}
+
+#[test]
+fn rings_and_contraction_agree_on_meshes_of_tubes() {
+    let Some(data) = real_trees() else {
+        return;
+    };
+    for name in ["eztree_aspen_small.glb", "eztree_oak_medium.glb", "eztree_pine_medium.glb", "tg_acer.glb"] {
+        let file = std::fs::read(data.join("mesh").join(name)).unwrap();
+        let scene = read(&file, name, &Files::new()).unwrap();
+        let parts = foliage::split(&scene, &Files::new(), &Overrides::default());
+        let wood = Wood { positions: parts.wood_positions, triangles: parts.wood };
+        let by = |method| skeletonize(&wood, &params(method)).unwrap();
+        let (rings, contracted) = (by(Method::ByPiece), by(Method::Contraction));
+        let shift = rings.placement.point(Vec3::ZERO) - contracted.placement.point(Vec3::ZERO);
+        let a = agreement_at(&contracted.plant, shift, &rings.plant);
+        assert!(a.length_found >= 0.99 && a.length_true >= 0.99, "{name} {a:?}");
+        assert!(a.radius_error <= 0.02 && (a.chains - 1.0).abs() <= 0.02, "{name} {a:?}");
+        // The base of the trunk is the same place, though one is a ring and the other what a surface shrank to.
+        let trunk = rings.plant.radii(rings.plant.chain_ids().next().unwrap())[0];
+        assert!(shift.length() < trunk * 0.2, "{name} {shift} {trunk}");
+    }
+}
+
+#[test]
+fn trunks_cut_level_and_leaning_keep_their_base() {
+    // A trunk leaning by 20 degrees, cut level with the ground, its rings tilted into the lean one by one.
+    let lean = DVec3::new(0.34, 0.94, 0.0);
+    let path: Vec<DVec3> = (0..14).map(|k| lean * (0.35 * f64::from(k))).collect();
+    for sides in [5, 6, 8, 12] {
+        let mut surface = shapes::tube(&path, &[0.3; 14], sides);
+        for p in &mut surface.positions[..sides as usize] {
+            *p -= lean * (p.y / lean.y);
+        }
+        let found = skeletonize(&wood(&[surface]), &params(Method::Contraction)).unwrap();
+        let base = found.placement.point(Vec3::ZERO);
+        assert!(base.length() < 0.06, "{sides} {base}");
+        assert!((found.plant.height() - 0.94 * 0.35 * 13.0).abs() < 0.15, "{sides} {}", found.plant.height());
+    }
+}
+
+#[test]
+fn stems_out_of_one_place_are_stems_and_a_low_branch_is_none() {
+    let stem = |k: u32, radius: f64| {
+        let angle = f64::from(k) * 1.3;
+        let (x, z) = (libm::cos(angle), libm::sin(angle));
+        let base = DVec3::new(x, 0.0, z) * 0.04;
+        pole(base, DVec3::new(x * 0.9, 2.5, z * 0.9), radius, radius * 0.3)
+    };
+    let mut parts: Vec<Surface> = (0..5).map(|k| stem(k, 0.03 + 0.002 * f64::from(k))).collect();
+    // It leaves the first stem 20 cm above the ground.
+    parts.push(pole(DVec3::new(0.1, 0.2, 0.0), DVec3::new(1.2, 1.4, 0.3), 0.02, 0.005));
+    for method in [Method::ByPiece, Method::Contraction] {
+        let found = skeletonize(&wood(&parts), &params(method)).unwrap();
+        let stems = found.plant.chains().iter().filter(|c| c.parent.is_none()).count();
+        assert_eq!((stems, found.plant.chains().len()), (5, 6), "{method:?} {:?}", found.notes);
     }
 }

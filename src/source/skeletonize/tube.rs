@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use super::surface::Surface;
+use super::surface::{Neighbours, Surface};
 use crate::source::import::limb::Limb;
 
 /// Most that the distances of a ring's vertices from its middle may scatter, a share of their mean.
@@ -34,7 +34,7 @@ pub(super) fn tube(surface: &Surface) -> Option<Limb> {
 }
 
 /// The vertices of each open end, at most two; none when the border isn't made of that many simple rounds.
-fn open_ends(neighbours: &[Vec<(u32, u32)>]) -> Option<Vec<Vec<u32>>> {
+fn open_ends(neighbours: &Neighbours) -> Option<Vec<Vec<u32>>> {
     let border = |v: u32| neighbours[v as usize].iter().filter(|n| n.1 == 1).map(|n| n.0);
     let mut seen = vec![false; neighbours.len()];
     let mut loops = Vec::new();
@@ -64,7 +64,7 @@ fn open_ends(neighbours: &[Vec<(u32, u32)>]) -> Option<Vec<Vec<u32>>> {
 }
 
 /// Vertices where a closed tube may end: those of most edges, and those farthest apart.
-fn apexes(surface: &Surface, neighbours: &[Vec<(u32, u32)>]) -> Vec<Vec<u32>> {
+fn apexes(surface: &Surface, neighbours: &Neighbours) -> Vec<Vec<u32>> {
     let positions = &surface.positions;
     let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
     let far = |from: DVec3| {
@@ -84,7 +84,7 @@ fn apexes(surface: &Surface, neighbours: &[Vec<(u32, u32)>]) -> Vec<Vec<u32>> {
 }
 
 /// The middles of the layers from `start` on, if all are rings.
-fn axis(surface: &Surface, neighbours: &[Vec<(u32, u32)>], start: &[u32]) -> Option<Limb> {
+fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<Limb> {
     let mut depth = vec![u32::MAX; surface.positions.len()];
     for &v in start {
         depth[v as usize] = 0;
@@ -132,7 +132,7 @@ fn axis(surface: &Surface, neighbours: &[Vec<(u32, u32)>], start: &[u32]) -> Opt
 /// vertex or a round with chords across it.
 fn ring(
     surface: &Surface,
-    neighbours: &[Vec<(u32, u32)>],
+    neighbours: &Neighbours,
     depth: &[u32],
     layer: &[u32],
     level: u32,

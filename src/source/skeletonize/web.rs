@@ -38,7 +38,7 @@ impl Web {
     /// The web of a surface.
     pub(super) fn new(surface: &Surface) -> Self {
         let n = surface.positions.len();
-        let links = surface.neighbours().into_iter().map(|list| list.into_iter().map(|n| n.0).collect()).collect();
+        let links = surface.neighbours().iter().map(|list| list.iter().map(|n| n.0).collect()).collect();
         let mut faces: Vec<Vec<[u32; 2]>> = vec![Vec::new(); n];
         for &[a, b, c] in &surface.triangles {
             faces[a as usize].push([b, c]);
@@ -75,6 +75,11 @@ impl Web {
             }
         }
         None
+    }
+
+    /// Whether a vertex was collapsed into another.
+    pub(super) fn is_gone(&self, v: u32) -> bool {
+        self.into[v as usize] != v
     }
 
     /// Whether the steps allowed are used up.
