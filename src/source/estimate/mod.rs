@@ -16,9 +16,9 @@
 //! | slenderness | the longest branches against their radii |
 //! | crookedness | arc length over chord |
 //!
-//! Paths find their own way, so a tree grown by the first recipe misses some of its measures. [`ROUNDS`] trial trees are
+//! Paths find their own way, so a tree grown by the first recipe misses some of its measures. `ROUNDS` trial trees are
 //! grown and measured alike, and each corrects the recipe by what it missed. What measures don't tell is searched for: in
-//! [`GENERATIONS`] generations the best recipe so far is varied [`BROOD`] times, each time less, and replaced by one whose
+//! `GENERATIONS` generations the best recipe so far is varied `BROOD` times, each time less, and replaced by one whose
 //! trees come nearer ([`Habit::distance`](crate::plant::Habit::distance), the mean of two trees, so that no recipe wins by a
 //! lucky one). Deterministic; about as long as 110 trees of 12,000 to 60,000 nodes take, some seconds.
 //!
