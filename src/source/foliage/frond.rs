@@ -16,6 +16,8 @@ use crate::source::scene::Part;
 
 /// Slices of a frond.
 const SLICES: usize = 5;
+/// How far each slice goes on under the next, as a share of its length: where a frond bends, its slices would gape.
+const OVER: f32 = 0.06;
 /// Steepest that a half leans, rise over run: beyond, its points say nothing about a plane.
 const STEEP: f32 = 4.0;
 
@@ -118,10 +120,10 @@ fn unroll(part: &Part, c: &Component, near: &Near) -> Option<Unrolled> {
         for k in 0..3 {
             let (a, b) = (corner[k], corner[(k + 1) % 3]);
             for slice in 0..SLICES {
-                for cut in [a.x, slice as f32 / SLICES as f32, (slice + 1) as f32 / SLICES as f32] {
-                    let inside = |t: f32| {
-                        t >= slice as f32 / SLICES as f32 - 1e-5 && t <= (slice + 1) as f32 / SLICES as f32 + 1e-5
-                    };
+                let (low, high) =
+                    ((slice as f32 - OVER) / SLICES as f32, ((slice + 1) as f32 + OVER) / SLICES as f32);
+                for cut in [a.x, low, high] {
+                    let inside = |t: f32| t >= low - 1e-5 && t <= high + 1e-5;
                     let f = if b.x == a.x { 0.0 } else { (cut - a.x) / (b.x - a.x) };
                     if inside(cut) && (0.0..=1.0).contains(&f) {
                         let y = a.y + (b.y - a.y) * f;
@@ -147,9 +149,9 @@ pub(super) fn cards(part: &Part, c: &Component, near: &Near, slots: u16) -> Vec<
         // Both halves face the same way.
         let x = if half == 0 { -out } else { out };
         (length.is_finite() && width > 0.0 && width.is_finite()).then_some(Card {
-            base: frond.spine[k] + out * (width * 0.5),
+            base: frond.spine[k] + out * (width * 0.5) - along * OVER,
             axes: [x, y, x.cross(y)],
-            length,
+            length: length * (1.0 + 2.0 * OVER),
             width,
             slot: slots + (half * SLICES + k) as u16,
         })
@@ -168,13 +170,14 @@ pub(super) fn pictures(part: &Part, c: &Component, near: &Near, plain: &CardPict
         let corner = |i: u32| {
             let place = frond.places[order[&i]];
             CardCorner {
-                at: Vec2::new(place.y / width + edge, 1.0 - (place.x * SLICES as f32 - k as f32)),
+                at: Vec2::new(place.y / width + edge, 1.0 - (place.x * SLICES as f32 - k as f32 + OVER) / (1.0 + 2.0 * OVER)),
                 uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
                 color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
             }
         };
         CardPicture {
-            width: width * frond.slants[half] / frond.spine[k].distance(frond.spine[k + 1]).max(1e-12),
+            width: width * frond.slants[half]
+                / (frond.spine[k].distance(frond.spine[k + 1]) * (1.0 + 2.0 * OVER)).max(1e-12),
             triangles: c.triangles.iter().map(|t| t.map(corner)).collect(),
             ..plain.clone()
         }
