@@ -31,6 +31,8 @@ const COLLAR: f64 = 1.5;
 const FORK: f64 = 0.3;
 /// How much wider than all beside it a sleeve may be before it is what it swallowed, a twig that shrank into it.
 const SWOLLEN: f64 = 1.5;
+/// The same for the end of an axis.
+const SWOLLEN_END: f64 = 2.0;
 /// Least distance of two nodes along an axis, in radii.
 const CLOSE: f64 = 0.5;
 /// Steps that joining close sleeves may take for each vertex.
@@ -290,13 +292,18 @@ impl<'a> Sleeves<'a> {
     /// Gives sleeves that are much wider than all beside them their neighbours' radius, and their place on the way between.
     fn calm(&mut self) {
         let swollen: Vec<(usize, f64)> = (0..self.links.len())
-            .filter(|&k| self.links[k].len() > 1)
             .filter_map(|k| {
                 let most = self.links[k].iter().fold(0.0_f64, |m, &n| m.max(self.radii[n as usize]));
-                (most > 0.0 && self.radii[k] > most * SWOLLEN).then_some((k, most))
+                // A trunk may well be wider at its foot.
+                let share = if self.links[k].len() > 1 { SWOLLEN } else { SWOLLEN_END };
+                (most > 0.0 && self.radii[k] > most * share).then_some((k, most))
             })
             .collect();
         for (k, most) in swollen {
+            self.radii[k] = most;
+            if self.links[k].len() < 2 {
+                continue;
+            }
             let (a, b) = self.main(k);
             let (from, to) = (self.middles[a as usize], self.middles[b as usize]);
             let way = to - from;
@@ -304,7 +311,6 @@ impl<'a> Sleeves<'a> {
                 let t = ((self.middles[k] - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
                 self.middles[k] = from + way * t;
             }
-            self.radii[k] = most;
         }
     }
 
@@ -453,7 +459,11 @@ impl<'a> Sleeves<'a> {
             return stick(&self.surface.positions, &self.shares).unwrap_or(limb);
         }
         for (k, &own) in name.iter().enumerate() {
-            if let Some(end) = self.end(k) {
+            let Some(end) = self.end(k) else { continue };
+            // A last bit shorter than wide points anywhere, and would tilt the end.
+            if end.position.distance(self.middles[k]) < CLOSE * end.radius {
+                limb.nodes[own as usize] = end;
+            } else {
                 limb.edges.push([own, limb.nodes.len() as u32]);
                 limb.nodes.push(end);
             }
