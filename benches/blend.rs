@@ -1,53 +1,38 @@
-//! Benchmarks of matching and blending. `cargo bench --bench blend`; the rows of the paper's Table 1 are figures.
+//! Benchmarks of blending, a function at a time. `cargo bench --bench blend`; whole stages are figures.
 
-use std::path::Path;
+#[path = "../examples/figures/table_1.rs"]
+mod table_1;
 
 use divan::Bencher;
-use treewright::base::{Seed, simplex_point};
-use treewright::blend::{Tasks, mix};
+use table_1::{FILTER, MATCHING, ROWS, SCORES};
+use treewright::base::Seed;
+use treewright::blend::{self, Tasks};
 use treewright::plant::Plant;
-use treewright::preset::plan::MatchParams;
-use treewright::relate::{Blender, Family, TopologyTree, fuzzy_family, match_fuzzy, nway_family};
-use treewright::source::grow::grow;
-use treewright::{preset, select};
+use treewright::preset::plan::Pick;
+use treewright::relate::{Family, KinId, fuzzy_family};
+use treewright::select::{self, Examined, Habits, Profile, Sources, Topology};
 
 fn main() {
     divan::main();
 }
 
-const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
-
-/// An oak cut down to its coarsest chains.
-fn oak(seed: u64, chains: usize) -> Plant {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets/species/oak.ron");
-    let params = preset::species("oak.ron", &std::fs::read_to_string(path).unwrap()).unwrap();
-    let plant = grow(&params, Seed::new(seed)).unwrap().0;
-    let mut order: Vec<_> = plant.chain_ids().collect();
-    order.sort_by_key(|&id| (plant.chain(id).order, id));
-    select::without(&plant, order.get(chains..).unwrap_or(&[]))
-}
-
+/// The Salix pair.
 fn family() -> Family {
-    fuzzy_family(oak(1, 213), oak(2, 594), &MATCHING).unwrap()
-}
-
-#[divan::bench]
-fn match_600(bencher: Bencher<'_, '_>) {
-    let (a, b) = (TopologyTree::of(&oak(1, 600)), TopologyTree::of(&oak(2, 600)));
-    bencher.bench(|| match_fuzzy(&a, &b, &MATCHING));
+    let (a, b) = ROWS[0].plants();
+    fuzzy_family(a, b, &MATCHING).unwrap()
 }
 
 #[divan::bench(sample_count = 20)]
 fn family_of_a_pair(bencher: Bencher<'_, '_>) {
-    let (a, b) = (oak(1, 213), oak(2, 594));
+    let (a, b) = ROWS[0].plants();
     bencher.with_inputs(|| (a.clone(), b.clone())).bench_values(|(a, b)| fuzzy_family(a, b, &MATCHING));
 }
 
 #[divan::bench(sample_count = 20)]
-fn schedule_317_states(bencher: Bencher<'_, '_>) {
+fn schedule_a_row(bencher: Bencher<'_, '_>) {
     let family = family();
     let tasks = Tasks::new(&family, 0, 1);
-    bencher.bench(|| tasks.in_betweens(Seed::new(1), 317, 0.0, 1.0));
+    bencher.bench(|| tasks.in_betweens(Seed::new(1), ROWS[0].trees, 0.0, 1.0));
 }
 
 #[divan::bench]
@@ -58,23 +43,66 @@ fn one_tree_from_nothing(bencher: Bencher<'_, '_>) {
     bencher.bench(|| family.blend(&weights));
 }
 
-#[divan::bench(sample_count = 20)]
-fn blend_317_trees_on_one_thread(bencher: Bencher<'_, '_>) {
-    let family = family();
-    let tasks = Tasks::new(&family, 0, 1);
-    let states = tasks.in_betweens(Seed::new(1), 317, 0.0, 1.0);
-    bencher.bench(|| {
-        let (mut blender, mut plant) = (Blender::new(&family), Plant::default());
-        states.iter().for_each(|state| blender.blend_into(&tasks.weights(state), &mut plant));
-    });
+fn tree(family: &Family, i: u64) -> (Plant, Vec<KinId>) {
+    family.blend_with_kins(&blend::sample(family, 0, 1, Seed::new(i), 0.1 + 0.8 * (i as f32 / 64.0)))
 }
 
 #[divan::bench]
-fn mix_4way_500(bencher: Bencher<'_, '_>) {
-    let family = nway_family((1..5).map(|seed| oak(seed, 500)).collect(), &MATCHING).unwrap();
-    let (mut blender, mut plant, mut turn) = (Blender::new(&family), Plant::default(), 0);
-    bencher.bench_local(|| {
-        turn += 1;
-        blender.blend_into(&mix(&family, &simplex_point(4, turn)), &mut plant);
-    });
+fn pose(bencher: Bencher<'_, '_>) {
+    let (plant, _) = tree(&family(), 32);
+    bencher.bench(|| plant.pose());
+}
+
+#[divan::bench]
+fn collisions(bencher: Bencher<'_, '_>) {
+    let (plant, _) = tree(&family(), 32);
+    let posed = plant.pose();
+    bencher.bench(|| select::collisions(&plant, &posed, &[], &Habits::default(), &FILTER));
+}
+
+#[divan::bench]
+fn profile(bencher: Bencher<'_, '_>) {
+    let (plant, _) = tree(&family(), 32);
+    let posed = plant.pose();
+    bencher.bench(|| Profile::of(&plant, &posed));
+}
+
+#[divan::bench]
+fn examine(bencher: Bencher<'_, '_>) {
+    let family = family();
+    let sources = Sources::of(&family, &FILTER);
+    let (plant, kins) = tree(&family, 32);
+    bencher.bench(|| select::examine(&plant, &kins, &sources, &FILTER));
+}
+
+#[divan::bench]
+fn edit_distance_of_a_pair(bencher: Bencher<'_, '_>) {
+    let family = family();
+    let (a, b) = (Topology::of(&family.sources()[0]), Topology::of(&tree(&family, 32).0));
+    bencher.bench(|| select::edit_distance(&a, &b));
+}
+
+fn examined() -> (Sources, Vec<Examined>) {
+    let family = family();
+    let sources = Sources::of(&family, &FILTER);
+    let trees = (0..64)
+        .map(|i| {
+            let (plant, kins) = tree(&family, i);
+            select::examine(&plant, &kins, &sources, &FILTER)
+        })
+        .collect();
+    (sources, trees)
+}
+
+#[divan::bench(sample_count = 20)]
+fn score_64_trees(bencher: Bencher<'_, '_>) {
+    let (sources, trees) = examined();
+    bencher.bench(|| select::scores(&trees, &sources, &SCORES));
+}
+
+#[divan::bench(sample_count = 20)]
+fn pick_8_diverse_of_64(bencher: Bencher<'_, '_>) {
+    let (sources, trees) = examined();
+    let scores = select::scores(&trees, &sources, &SCORES);
+    bencher.bench(|| select::pick(Pick::Diverse { apart: 0.0 }, 8, 1e9, &trees, &scores));
 }

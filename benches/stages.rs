@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use divan::Bencher;
 use treewright::base::Seed;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
-use treewright::build::{Memory, load_preset};
+use treewright::build::{Cache, load_preset};
 use treewright::plant::Plant;
 use treewright::preset::plan::{BarkArt, LeafArt, MatchParams, Plan};
 use treewright::relate::{Family, fuzzy_family};
@@ -135,5 +135,5 @@ fn whole_set(bencher: Bencher<'_, '_>) {
     let loaded = load_preset(&file("presets/avenue.ron")).unwrap();
     let inputs = read_inputs(&loaded).unwrap();
     let key = set_key(&loaded.plan, &inputs);
-    bencher.bench(|| make_set(&loaded.plan, &inputs, key, &Memory::default(), &|_| {}));
+    bencher.bench(|| make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}));
 }

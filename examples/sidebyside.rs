@@ -9,9 +9,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
-use treewright::bake::{
-    Light, Maps, Picture, Repeat, Shading, Surface, View, card_maps, own_bark_maps, rasterize,
-};
+use treewright::bake::{Light, Maps, Picture, Repeat, Shading, Surface, View, card_maps, own_bark_maps, rasterize};
 use treewright::base::Seed;
 use treewright::mesh::{CardShape, Mesh, TubeDetail, all_cards, leaf_cards, tubes};
 use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
@@ -122,7 +120,8 @@ fn of_scene(scene: &Scene, files: &scene::Files<'_>) -> (Vec<Mesh>, Vec<Worn>) {
             for (channel, factor) in c.iter_mut().zip(factor) {
                 *channel = (f32::from(*channel) * factor.max(0.0).sqrt()).min(255.0) as u8;
             }
-            c[3] = if material.is_some_and(|m| m.alpha == Alpha::Opaque && m.alpha_image.is_none()) { 255 } else { c[3] };
+            c[3] =
+                if material.is_some_and(|m| m.alpha == Alpha::Opaque && m.alpha_image.is_none()) { 255 } else { c[3] };
         }
         let colored = !part.colors.is_empty();
         // One picture a colour of the vertices, where there are any: the rasterizer knows none.
@@ -181,8 +180,12 @@ fn of_plant(made: &Imported) -> (Vec<Mesh>, Vec<Worn>) {
     let (leaves, _) = card_maps(&made.art, seed);
     let (bark, _) = own_bark_maps(&made.art, seed);
     let posed = made.plant.pose();
-    let detail =
-        TubeDetail { sides: 12, error: made.plant.height() * 1e-4, min_radius: 0.0, bark_tile: made.plant.height() * 0.1 };
+    let detail = TubeDetail {
+        sides: 12,
+        error: made.plant.height() * 1e-4,
+        min_radius: 0.0,
+        bark_tile: made.plant.height() * 0.1,
+    };
     let wood = tubes(&made.plant, &posed, &detail);
     let cards = leaf_cards(&made.plant, &posed, &all_cards(&made.plant), CardShape::Flat);
     let bark = bark.unwrap_or_else(|| plain([150, 120, 90, 255]));

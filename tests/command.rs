@@ -154,3 +154,27 @@ fn json_of_a_plant_has_the_documented_fields() {
         }
     }
 }
+
+#[test]
+fn distances_are_told_as_json_and_csv_and_drawn() {
+    let project = tiny::project();
+    let folder = project.path();
+    let files = ["species/tiny.ron", "scans/tiny.swc", "species/tiny.ron"];
+    let with = |more: &[&str]| says(folder, &[&["distance"], &files[..], more].concat());
+    for metric in ["qed", "edit", "elastic"] {
+        let told: serde_json::Value = serde_json::from_str(&with(&["--metric", metric])).unwrap();
+        assert_eq!(told["metric"], metric);
+        let at = |i: usize, j: usize| told["distances"][i][j].as_f64().unwrap();
+        assert!(at(0, 1) > 0.0 && at(0, 1) == at(1, 0) && at(0, 0) == 0.0 && at(0, 2) == 0.0);
+        assert_eq!(told["merges"][0]["of"], serde_json::json!([0, 2]));
+    }
+    let near: serde_json::Value = serde_json::from_str(&with(&["--turn"])).unwrap();
+    let far: serde_json::Value = serde_json::from_str(&with(&[])).unwrap();
+    assert!(near["distances"][0][1].as_f64() <= far["distances"][0][1].as_f64());
+    let csv = with(&["--format", "csv", "--dendrogram", "tree.svg"]);
+    assert!(csv.starts_with("\"\",\"species/tiny.ron\",\"scans/tiny.swc\"") && csv.lines().count() == 4, "{csv}");
+    let svg = fs::read_to_string(folder.join("tree.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.matches("<path").count() == 2);
+    assert_eq!(treewright(folder, &["distance", "species/tiny.ron"]).status.code(), Some(2));
+    assert!(fails(folder, &["distance", "species/tiny.ron", "gone.csv"]).contains("no such file"));
+}

@@ -200,7 +200,7 @@ fn hostile_presets_are_errors_that_name_file_and_place() {
         assert!(said.len() < 4000, "{name}: too much is said");
     }
     // All at once: every error is told, and the good preset among them is built.
-    let said = fails(project.path(), &["build", ".", "--out", "out"]);
+    let said = fails(project.path(), &["build", ".", "--keep-going", "--out", "out"]);
     for (name, _, parts) in &cases {
         assert!(parts.iter().all(|part| said.contains(part)), "{name} is not told: {said}");
     }
@@ -227,7 +227,7 @@ fn two_presets_of_one_name_are_told_before_one_overwrites_the_other() {
         }
     }
     fs::write(at("more/Grown.ron"), tiny::GROWN).unwrap();
-    for arguments in [vec!["build", "grown.ron", "more", "--out", "out"], vec!["check", "grown.ron", "more"]] {
+    for arguments in [vec!["build", "-k", "grown.ron", "more", "--out", "out"], vec!["check", "grown.ron", "more"]] {
         let said = fails(project.path(), &arguments);
         assert!(said.contains("same name") && said.contains("grown.ron") && said.contains("Grown.ron"), "{said}");
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use treewright::base::{Diagnostic, Seed};
 use treewright::preset::plan::ImportParams;
+use treewright::source::grow::{ShapeReading, Solid, obstacle_triangles};
 use treewright::source::{import, scene};
 
 /// What parts the files of a seed: the first is imported, the others are what it names, in the order it asks for them.
@@ -45,8 +46,7 @@ fn read(bytes: &[u8]) -> Result<usize, Vec<Diagnostic>> {
             assert!(part.material.is_none_or(|m| m < scene.materials.len()));
         }
         for material in &scene.materials {
-            let images =
-                [material.color_image, material.normal_image, material.roughness_image, material.alpha_image];
+            let images = [material.color_image, material.normal_image, material.roughness_image, material.alpha_image];
             assert!(images.into_iter().flatten().all(|i| i < scene.images.len()));
         }
         return Ok(scene.triangles());
@@ -129,6 +129,45 @@ fn no_mutation_hurts() {
         }
         assert!(sound > 10 && sound < 800, "{}: {sound} of 800 are read", file.display());
     }
+}
+
+/// Damages a file many times and counts how often it is read all the same.
+fn read_damaged(file: &str, rounds: u64, read: impl Fn(&[u8]) -> bool) {
+    let whole = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
+    assert!(read(&whole), "{file}");
+    let sound = (0..rounds).filter(|&round| read(&mutated(&whole, Seed::new(round)))).count();
+    assert!(sound > 5 && (sound as u64) < rounds, "{file}: {sound} of {rounds} are read");
+}
+
+#[test]
+fn no_mutation_of_a_shape_hurts() {
+    // What a species takes its endpoints from: an outline and a mesh. What is read holds places or none, and can be asked.
+    let asked = |read: Result<Solid, _>| match read {
+        Ok(solid) => {
+            assert!(solid.bounds().iter().all(|corner| corner.is_finite()));
+            let probe = |k: u64| Seed::new(k).direction() + glam::Vec3::Y * 0.5;
+            let _ = (0..20).filter(|&k| solid.holds(probe(k))).count();
+            true
+        }
+        Err(error) => {
+            let error: treewright::source::grow::SolidError = error;
+            assert!(error.to_string().chars().count() < 600);
+            false
+        }
+    };
+    read_damaged("presets/species/cypress.svg", 600, |bytes| asked(Solid::read(bytes, ShapeReading::Outline)));
+    read_damaged("presets/species/hawthorn.obj", 200, |bytes| asked(Solid::read(bytes, ShapeReading::MeshY)));
+}
+
+#[test]
+fn no_mutation_of_an_obstacle_hurts() {
+    read_damaged("fuzz/seeds/gltf/container", 400, |bytes| match obstacle_triangles(bytes) {
+        Ok(triangles) => !triangles.is_empty(),
+        Err(error) => {
+            assert!(!error.is_empty() && error.chars().count() < 600);
+            false
+        }
+    });
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use treewright::base::Diagnostic;
 use treewright::build::pipeline::{SetFiles, make_set, read_inputs, set_key};
-use treewright::build::{Memory, load_preset};
+use treewright::build::{Cache, load_preset};
 use treewright::preset::place;
 
 /// A set of two shrubs and what the entry gives of them.
@@ -34,7 +34,7 @@ fn built(entry: &str) -> Result<SetFiles, Vec<Diagnostic>> {
     fs::write(&file, preset(entry)).unwrap();
     let loaded = load_preset(&file).unwrap();
     let inputs = read_inputs(&loaded).unwrap();
-    make_set(&loaded.plan, &inputs, set_key(&loaded.plan, &inputs), &Memory::default(), &|_| {})
+    make_set(&loaded.plan, &inputs, set_key(&loaded.plan, &inputs), &Cache::default(), &|_| {})
 }
 
 fn manifest(files: &SetFiles) -> serde_json::Value {

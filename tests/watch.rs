@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use treewright::build::Progress;
+use treewright::build::{Happened, Progress};
 use treewright::watch::{Event, Next, Watcher};
 
 /// How long anything may take. A bound, no measure: the tests end as soon as what they wait for is there.
@@ -38,12 +38,12 @@ impl Watched {
         }
         let (say, said) = channel();
         let (folder, out) = (project.path().to_path_buf(), project.path().join(out));
-        let mut watcher = Watcher::new(&folder, &out).unwrap();
+        let mut watcher = Watcher::new(&folder, &out, None).unwrap();
         // The thread waits for events when the test ends, and ends with the process.
         std::thread::spawn(move || {
             watcher.run(&|event| {
                 let message = match event {
-                    Event::Build(Progress::Set { outcome, .. }) if outcome.current => {
+                    Event::Build(Progress::Set { outcome, .. }) if outcome.happened == Happened::Current => {
                         Said::Current(outcome.set.clone())
                     }
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),

@@ -6,7 +6,7 @@ use std::process::Command;
 use treewright::base::Seed;
 use treewright::blend::sample;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
-use treewright::build::{BuildOptions, Builder, Memory, SetFiles, find_presets, load_preset};
+use treewright::build::{BuildOptions, Builder, Cache, SetFiles, find_presets, load_preset};
 use treewright::plant::PlantStats;
 use treewright::preset::plan::{ImportParams, MatchParams};
 use treewright::relate::fuzzy_family;
@@ -22,7 +22,7 @@ pub(crate) fn print() {
     let threads = rayon::current_num_threads();
 
     let time = seconds(3, || {
-        let builder = Builder::new(BuildOptions { out: scratch.join("sets"), force: true });
+        let builder = Builder::new(BuildOptions { force: true, ..BuildOptions::new(scratch.join("sets")) });
         builder.build(&shipped, &|_| {}).expect("the shipped presets build");
     });
     let how = format!("{} sets, cold, written to disk, median of 3, {threads} threads", shipped.len());
@@ -58,7 +58,7 @@ fn made(preset: &Path) -> SetFiles {
     let loaded = load_preset(preset).expect("the preset is good");
     let inputs = read_inputs(&loaded).expect("its files are there");
     let key = set_key(&loaded.plan, &inputs);
-    make_set(&loaded.plan, &inputs, key, &Memory::default(), &|_| {}).expect("it builds")
+    make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds")
 }
 
 fn imports(folder: &Path) {
@@ -170,7 +170,7 @@ fn continuity_and_cloud(sets: &[Vec<(String, Vec<u8>)>]) {
 /// Runs the Khronos validator, as `.ci/run` does.
 fn valid(sets: &[PathBuf], scratch: &Path) {
     let out = scratch.join("valid");
-    Builder::new(BuildOptions { out: out.clone(), force: false }).build(sets, &|_| {}).expect("the presets build");
+    Builder::new(BuildOptions::new(&out)).build(sets, &|_| {}).expect("the presets build");
     let glbs: usize = std::fs::read_dir(&out)
         .expect("the folder was just written")
         .flatten()

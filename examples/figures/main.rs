@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`.
+//! `grow`, `import`, `blend`, `space`, `morph`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -14,18 +14,22 @@ mod formats;
 mod grow;
 mod import;
 mod line;
+mod morph;
 mod plausibility;
 mod select;
 mod shells;
+mod space;
 mod surface;
+mod table_1;
 mod trees;
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// A measured figure.
 pub(crate) struct Figure {
-    name: &'static str,
+    name: Cow<'static, str>,
     value: f64,
     unit: &'static str,
     goal: &'static str,
@@ -33,8 +37,13 @@ pub(crate) struct Figure {
 }
 
 impl Figure {
-    pub(crate) fn new(name: &'static str, value: f64, unit: &'static str, how: impl Into<String>) -> Self {
-        Self { name, value, unit, goal: "", how: how.into() }
+    pub(crate) fn new(
+        name: impl Into<Cow<'static, str>>,
+        value: f64,
+        unit: &'static str,
+        how: impl Into<String>,
+    ) -> Self {
+        Self { name: name.into(), value, unit, goal: "", how: how.into() }
     }
 
     pub(crate) fn goal(mut self, goal: &'static str) -> Self {
@@ -77,8 +86,14 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 4] =
-    [("line", line::print), ("grow", grow::print), ("import", import::print), ("blend", blend::print)];
+const TOPICS: [(&str, fn()); 6] = [
+    ("line", line::print),
+    ("grow", grow::print),
+    ("import", import::print),
+    ("blend", blend::print),
+    ("space", space::print),
+    ("morph", morph::print),
+];
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();

@@ -3,16 +3,12 @@
 use treewright::base::Seed;
 use treewright::blend::{Tasks, sample};
 use treewright::plant::Plant;
-use treewright::preset::plan::{FilterParams, MatchParams, Pick, ScoreParams};
+use treewright::preset::plan::Pick;
 use treewright::relate::{Family, KinId, fuzzy_family};
 use treewright::select::{self, Examined, Sources, Topology};
-use treewright::source::grow::grow;
 
-use crate::{Figure, root, seconds};
-
-const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 };
-const SCORES: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4 };
-const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+use crate::table_1::{FILTER, MATCHING, ROWS, SCORES, source};
+use crate::{Figure, seconds};
 
 /// Prints them.
 pub(crate) fn print() {
@@ -21,36 +17,15 @@ pub(crate) fn print() {
     diversity();
 }
 
-/// A plant of a shipped species, cut down to its `chains` thickest chains.
-pub(crate) fn source(species: &str, seed: u64, chains: usize) -> Plant {
-    let text = std::fs::read_to_string(root().join(format!("presets/species/{species}.ron"))).expect("it is shipped");
-    let mut params = treewright::preset::species(species, &text).expect("the species is good");
-    params.seed = seed;
-    let plant = grow(&params, Seed::new(seed).child("grow")).expect("it grows").0;
-    let mut order: Vec<_> = plant.chain_ids().collect();
-    order.sort_by(|&a, &b| {
-        let key = |id| (plant.chain(id).order, -plant.radii(id)[0]);
-        key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)).then(a.cmp(&b))
-    });
-    // Coarse orders first, so no chain loses its parent.
-    select::without(&plant, order.get(chains..).unwrap_or(&[]))
-}
-
 /// Filtering and scoring the 317 trees of the first row of the paper's Table 1.
 fn speed() {
-    let (a, b) = (source("oak", 1, 213), source("oak", 2, 594));
+    let (a, b) = ROWS[0].plants();
     let (from, to) = (a.chains().len(), b.chains().len());
     let family = fuzzy_family(a, b, &MATCHING).expect("they match");
     let tasks = Tasks::new(&family, 0, 1);
-    let mut trees: Vec<(Plant, Vec<KinId>)> = Vec::new();
-    for i in 0.. {
-        let left = 317 - trees.len();
-        let states = tasks.batch(Seed::new(i), 1.0).take(left);
-        trees.extend(states.map(|state| family.blend_with_kins(&tasks.weights(&state))));
-        if trees.len() == 317 {
-            break;
-        }
-    }
+    let states = tasks.in_betweens(Seed::new(1), ROWS[0].trees, 0.0, 1.0);
+    let trees: Vec<(Plant, Vec<KinId>)> =
+        states.iter().map(|state| family.blend_with_kins(&tasks.weights(state))).collect();
     let threads = rayon::current_num_threads();
     let sources = Sources::of(&family, &FILTER);
     let chains = trees.iter().map(|t| t.0.chains().len()).sum::<usize>() / trees.len();
@@ -73,8 +48,6 @@ fn speed() {
     let removed: usize = examined.iter().map(|t| t.collisions.len()).sum();
     let how = format!("{removed} branches removed from {mended} of the 317 trees");
     Figure::new("blend.filter_removed", removed as f64 / 317.0, "branches a tree", how).print();
-    let rejected = examined.iter().filter(|t| t.departure.by > FILTER.botany).count();
-    Figure::new("blend.filter_rejected", rejected as f64, "trees", "of the 317, by their proportions").print();
 }
 
 fn examined(trees: &[(Plant, Vec<KinId>)], sources: &Sources) -> Vec<Examined> {

@@ -8,6 +8,7 @@
 //! Colour is dilated under alpha and between the cells. Limits: sides up to 8192.
 
 use glam::Vec2;
+use serde::{Deserialize, Serialize};
 
 use super::resample::shrink;
 use super::{Maps, dilate, skyline};
@@ -20,7 +21,7 @@ const ALIGN: u32 = 8;
 const SCALES: u32 = 1024;
 
 /// A picture's place in an atlas, texels, without its gutter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rect {
     /// Left edge.
     pub x: u32,
@@ -33,7 +34,7 @@ pub struct Rect {
 }
 
 /// Pictures packed into one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Atlas {
     /// The packed maps.
     pub maps: Maps,

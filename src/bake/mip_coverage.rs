@@ -9,6 +9,8 @@
 //! Limits: the halo stays below the cut-off, so it can't restore everything; under bilinear magnification it moves the
 //! visible edge outwards by up to 0.3 of a texel. Colour under alpha must be dilated, as everywhere here.
 
+use serde::{Deserialize, Serialize};
+
 use super::Maps;
 
 /// Alpha at which a leaf's texel is solid: the cut-off of the `MASK` material, as a share of full alpha.
@@ -30,7 +32,7 @@ pub fn coverage(maps: &Maps, levels: usize) -> Vec<f32> {
 }
 
 /// Coverage before and after a correction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoverageReport {
     /// Share of solid texels, level 0 to 4, as the picture was.
     pub before: Vec<f32>,

@@ -5,9 +5,11 @@ mod bark_art;
 mod bark_height;
 mod card_art;
 mod contact_sheet;
+mod contour;
 mod coverage;
 mod dilate;
 mod leaf_art;
+mod leaf_morph;
 mod leaf_outline;
 mod leaf_veins;
 mod letters;
@@ -23,12 +25,15 @@ mod spray;
 mod srgb;
 mod user_art;
 
+use serde::{Deserialize, Serialize};
+
 pub use atlas::{Atlas, AtlasError, Rect, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
 pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
 pub use dilate::dilate;
 pub use leaf_art::leaf_maps;
+pub use leaf_morph::LeafMorph;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize};
@@ -37,18 +42,23 @@ pub use spray::spray_span;
 pub(crate) use srgb::encode as srgb_byte;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
+use crate::base::bulk;
+
 /// A material's maps, all of one size, rows from the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Maps {
     /// Pixels.
     pub width: u32,
     /// Pixels.
     pub height: u32,
     /// sRGB colour and linear alpha.
+    #[serde(with = "bulk")]
     pub color: Vec<[u8; 4]>,
     /// Tangent-space normal, +Y up (glTF), 128 is zero.
+    #[serde(with = "bulk")]
     pub normal: Vec<[u8; 3]>,
     /// Occlusion, roughness, metalness (glTF's channel order).
+    #[serde(with = "bulk")]
     pub orm: Vec<[u8; 3]>,
 }
 

@@ -33,6 +33,18 @@ impl Key {
         blake3::Hash::from_hex(text).ok().map(|hash| Self(*hash.as_bytes()))
     }
 
+    /// The key that [`bytes`](Self::bytes) gave.
+    #[must_use]
+    pub const fn of(bytes: [u8; 32]) -> Self {
+        Self(bytes)
+    }
+
+    /// The key's bytes.
+    #[must_use]
+    pub const fn bytes(self) -> [u8; 32] {
+        self.0
+    }
+
     /// The key as 64 hexadecimal digits.
     #[must_use]
     pub fn to_hex(self) -> String {

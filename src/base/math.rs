@@ -58,6 +58,30 @@ pub fn exp(x: f32) -> f32 {
     libm::expf(x)
 }
 
+/// Sine of an angle in radians, in double precision.
+#[must_use]
+pub fn sin64(x: f64) -> f64 {
+    libm::sin(x)
+}
+
+/// Cosine of an angle in radians, in double precision.
+#[must_use]
+pub fn cos64(x: f64) -> f64 {
+    libm::cos(x)
+}
+
+/// Arc sine in radians, in double precision; the argument is clamped to -1..=1.
+#[must_use]
+pub fn asin64(x: f64) -> f64 {
+    libm::asin(x.clamp(-1.0, 1.0))
+}
+
+/// Arc cosine in radians, in double precision; the argument is clamped to -1..=1.
+#[must_use]
+pub fn acos64(x: f64) -> f64 {
+    libm::acos(x.clamp(-1.0, 1.0))
+}
+
 /// Natural logarithm.
 #[must_use]
 pub fn ln(x: f32) -> f32 {

@@ -1,8 +1,10 @@
 //! What every layer stands on: addressed randomness, deterministic mathematics, frames, content keys and
 //! diagnostics. Nothing here knows what a tree is.
 
+pub(crate) mod bulk;
 mod diagnostic;
 mod frame;
+mod gaussian;
 mod key;
 pub mod math;
 mod seed;
@@ -10,6 +12,7 @@ mod simplex;
 
 pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
+pub use gaussian::gaussian_shares;
 pub use key::{Key, KeyBuilder};
 pub use seed::{Draws, Seed};
 pub use simplex::simplex_point;

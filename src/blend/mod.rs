@@ -1,13 +1,18 @@
 //! Modes of blending: each only chooses [`Weights`](crate::relate::Weights) for a [`Family`](crate::relate::Family).
 
+mod growth;
 mod mix;
+mod morph;
 mod part;
 mod schedule;
+pub mod shape;
 mod tasks;
 #[cfg(test)]
 mod tests;
 
+pub use growth::{growth, leaf_scale};
 pub use mix::{mix, scattered};
+pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};
 pub use schedule::{Batch, State, sample};
 pub use tasks::Tasks;

@@ -1,88 +1,141 @@
 //! The last stages: one atlas for all variants, then the files of the set.
 
-use rayon::prelude::*;
+use std::sync::Arc;
 
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::cache::{Cache, Entry, Stage};
+use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
+use super::trees::{self, Tree};
 use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::export::{
     self, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
     MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
 };
-use crate::lod::{Ladder, Level};
+use crate::lod::Level;
 use crate::mesh::TreeMesh;
-use crate::plant::{Plant, PlantStats};
+use crate::plant::PlantStats;
 use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
+/// The stages that pack and encode pictures, with their versions.
+const ATLAS: Stage = Stage("atlas", 1);
+const PNG: Stage = Stage("png", 1);
+
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
+    /// Where encoded pictures are kept.
+    pub(super) cache: &'a Cache,
     /// The plan.
     pub(super) plan: &'a Plan,
     /// The set's key.
     pub(super) key: Key,
     /// What each variant is, in words, and its own seed.
     pub(super) identities: &'a [(serde_json::Value, Seed)],
-    /// The dressed variants.
-    pub(super) plants: &'a [Plant],
-    /// Their levels, with coordinates in their own pictures.
-    pub(super) ladders: &'a [Ladder],
+    /// The dressed variants and their levels, with coordinates in their own pictures.
+    pub(super) trees: &'a [Tree],
     /// What leaves and bark wear.
     pub(super) pictures: &'a Pictures,
+    /// The animated files.
+    pub(super) clips: &'a [Clip],
     /// What was mended in the sources.
     pub(super) notes: &'a [Note],
+}
+
+/// An atlas that keeps its coverage in every mip.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Packed {
+    /// The atlas.
+    pub(super) atlas: Atlas,
+    /// Alpha coverage of its mips.
+    coverage: CoverageReport,
+}
+
+impl Entry for Packed {
+    fn weight(&self) -> usize {
+        trees::weight(&self.atlas.maps)
+    }
+
+    fn is_sound(&self) -> bool {
+        trees::is_whole(&self.atlas.maps)
+    }
 }
 
 /// The atlas and the meshes of all variants with their coordinates in it.
 pub(super) struct Placed {
     /// The atlas.
-    pub(super) atlas: Atlas,
-    /// Alpha coverage of its mips.
-    coverage: CoverageReport,
+    pub(super) packed: Arc<Packed>,
     /// By variant and level.
     meshes: Vec<Vec<TreeMesh>>,
 }
 
-/// Packs the pictures of leaves and of all baked cards, and moves every mesh's coordinates there.
-pub(super) fn place(plan: &Plan, pictures: &Pictures, ladders: &[Ladder]) -> Result<Placed, Vec<Diagnostic>> {
-    let fail = |error: &dyn std::fmt::Display| {
-        vec![
-            Diagnostic::new("", error.to_string())
-                .with_field("atlas.size")
-                .with_hint("a larger atlas, fewer cards or fewer variants fit"),
-        ]
-    };
-    let tiles: Vec<&Maps> = pictures.leaves.iter().chain(ladders.iter().flat_map(|ladder| &ladder.tiles)).collect();
-    let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| fail(&e))?;
-    let coverage = bake::preserve_coverage(&mut atlas.maps);
+/// What an atlas that does not hold all is told as.
+fn does_not_fit(error: &dyn std::fmt::Display) -> Vec<Diagnostic> {
+    let hint = "a larger atlas, fewer cards or fewer variants fit";
+    vec![Diagnostic::new("", error.to_string()).with_field("atlas.size").with_hint(hint)]
+}
+
+/// Packs the pictures of leaves and of all baked cards.
+fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<Arc<Packed>, Vec<Diagnostic>> {
+    let key = ATLAS.key().input(trees::content(&pictures.leaves)).params(&plan.atlas);
+    let key = trees.iter().fold(key, |key, tree| key.input(tree.key)).finish();
+    cache.remember(ATLAS, key, || {
+        let cards = trees.iter().flat_map(|tree| &tree.ladder.tiles);
+        let tiles: Vec<&Maps> = pictures.leaves.iter().chain(cards).collect();
+        let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| does_not_fit(&e))?;
+        let coverage = bake::preserve_coverage(&mut atlas.maps);
+        Ok(Packed { atlas, coverage })
+    })
+}
+
+/// Packs the atlas and encodes all textures, for the cache.
+pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
+    let packed = packed(plan, pictures, trees, cache)?;
+    let png = |pixels: &[u8], width, height, kind| encoded(cache, pixels, (width, height), kind);
+    export::encode_maps_by(&pictures.bark, PngKind::Rgb, &png)?;
+    export::encode_maps_by(&packed.atlas.maps, PngKind::Rgba, &png).map(drop)
+}
+
+/// Packs the atlas, and moves every mesh's coordinates there.
+pub(super) fn place(
+    plan: &Plan,
+    pictures: &Pictures,
+    trees: &[Tree],
+    cache: &Cache,
+) -> Result<Placed, Vec<Diagnostic>> {
+    let packed = packed(plan, pictures, trees, cache)?;
+    let atlas = &packed.atlas;
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
-    let starts: Vec<u32> = ladders
+    let starts: Vec<u32> = trees
         .iter()
-        .scan(0, |next, ladder| {
+        .scan(0, |next, tree| {
             let start = *next;
-            *next += ladder.tiles.len() as u32;
+            *next += tree.ladder.tiles.len() as u32;
             Some(start)
         })
         .collect();
-    let meshes = ladders
+    let meshes = trees
         .par_iter()
         .zip(starts)
-        .map(|(ladder, start)| {
+        .map(|(tree, start)| {
             let level = |level: &Level| {
                 let mut mesh = level.mesh.clone();
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
                     *tile += start;
                 }
-                atlas.place(&mut mesh.leaf).map_err(|e| fail(&e))?;
+                atlas.place(&mut mesh.leaf).map_err(|e| does_not_fit(&e))?;
                 unwrap_lightmap(plan, &mut mesh)?;
                 Ok(mesh)
             };
-            ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
+            tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    Ok(Placed { atlas, coverage, meshes })
+    Ok(Placed { packed, meshes })
 }
 
 /// Gives a level the second UV set that the preset asks for.
@@ -111,7 +164,8 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     let set = &parts.plan.name;
     let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
     let materials = SetMaterials::of(set);
-    let names: Vec<String> = (1..=parts.plants.len()).map(|i| format!("{set}_{i:03}")).collect();
+    let png = |pixels: &[u8], width, height, kind| encoded(parts.cache, pixels, (width, height), kind);
+    let names: Vec<String> = (1..=parts.trees.len()).map(|i| format!("{set}_{i:03}")).collect();
 
     let (glbs, (bark, (leaf, sheet))) = rayon::join(
         || {
@@ -123,10 +177,10 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         },
         || {
             rayon::join(
-                || export::encode_maps(&parts.pictures.bark, PngKind::Rgb),
+                || export::encode_maps_by(&parts.pictures.bark, PngKind::Rgb, &png),
                 || {
                     rayon::join(
-                        || export::encode_maps(&placed.atlas.maps, PngKind::Rgba),
+                        || export::encode_maps_by(&placed.packed.atlas.maps, PngKind::Rgba, &png),
                         || contact_sheet(parts, placed, &names),
                     )
                 },
@@ -137,8 +191,9 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     for (name, bytes) in names.iter().zip(glbs.map_err(|e| fail(&e))?) {
         files.push((format!("{name}.glb"), bytes));
     }
+    files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
-        let maps = maps.map_err(|e| fail(&e))?;
+        let maps = maps?;
         files.push((uris.color.clone(), maps.color));
         files.push((uris.normal.clone(), maps.normal));
         files.push((uris.orm.clone(), maps.orm));
@@ -150,6 +205,21 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     Ok(files)
 }
 
+/// A picture as PNG, by its pixels: the maps of a material seldom change all at once.
+fn encoded(
+    cache: &Cache,
+    pixels: &[u8],
+    (width, height): (u32, u32),
+    kind: PngKind,
+) -> Result<Vec<u8>, Vec<Diagnostic>> {
+    let size = u64::from(width) << 32 | u64::from(height);
+    let key = PNG.key().input(Key::of_bytes(pixels)).number(size).number(kind as u64).finish();
+    let made = cache.remember(PNG, key, || {
+        export::encode(pixels, width, height, kind).map_err(|e| vec![Diagnostic::new("", e.to_string())])
+    })?;
+    Ok(made.to_vec())
+}
+
 fn glb(
     parts: &SetParts<'_>,
     placed: &Placed,
@@ -157,7 +227,8 @@ fn glb(
     variant: usize,
     name: &str,
 ) -> Result<Vec<u8>, export::ExportError> {
-    let levels: Vec<AssetLevel<'_>> = parts.ladders[variant]
+    let levels: Vec<AssetLevel<'_>> = parts.trees[variant]
+        .ladder
         .levels
         .iter()
         .zip(&placed.meshes[variant])
@@ -169,7 +240,7 @@ fn glb(
 /// Every variant at every level of detail.
 fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
     let columns = |variant: usize| {
-        let levels = parts.ladders[variant].levels.iter().zip(&placed.meshes[variant]).enumerate();
+        let levels = parts.trees[variant].ladder.levels.iter().zip(&placed.meshes[variant]).enumerate();
         levels
             .map(|(i, (level, mesh))| SheetColumn {
                 label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
@@ -179,7 +250,7 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     };
     let rows: Vec<SheetRow<'_>> =
         names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
-    let sheet = bake::contact_sheet(&rows, &placed.atlas.maps, &parts.pictures.bark);
+    let sheet = bake::contact_sheet(&rows, &placed.packed.atlas.maps, &parts.pictures.bark);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
 }
 
@@ -203,9 +274,10 @@ fn manifest(
     let plan = parts.plan;
     let size = |maps: &Maps| (maps.width, maps.height);
     let mut textures = Vec::new();
-    for (material, uris, (width, height)) in
-        [("bark", &materials.bark, size(&parts.pictures.bark)), ("leaf", &materials.leaf, size(&placed.atlas.maps))]
-    {
+    for (material, uris, (width, height)) in [
+        ("bark", &materials.bark, size(&parts.pictures.bark)),
+        ("leaf", &materials.leaf, size(&placed.packed.atlas.maps)),
+    ] {
         for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
             textures.push(TextureEntry {
                 file: file.clone(),
@@ -224,13 +296,14 @@ fn manifest(
         key: parts.key.to_hex(),
         seed: plan.seed,
         variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, i, name)).collect(),
+        clips: parts.clips.iter().map(|clip| clip.entry.clone()).collect(),
         textures,
         atlas: Some(AtlasEntry {
-            pictures: placed.atlas.rects.len() as u64,
-            scale: placed.atlas.scale,
-            utilisation: placed.atlas.utilisation,
-            coverage_before: placed.coverage.before.clone(),
-            coverage: placed.coverage.after.clone(),
+            pictures: placed.packed.atlas.rects.len() as u64,
+            scale: placed.packed.atlas.scale,
+            utilisation: placed.packed.atlas.utilisation,
+            coverage_before: placed.packed.coverage.before.clone(),
+            coverage: placed.packed.coverage.after.clone(),
         }),
         notes: parts.notes.iter().map(|note| format!("{}: {}", note.about, note.message)).collect(),
         files: files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
@@ -239,13 +312,13 @@ fn manifest(
 }
 
 fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &str) -> VariantEntry {
-    let plant = &parts.plants[variant];
+    let plant = &*parts.trees[variant].plant;
     let stats = PlantStats::of(plant);
     let meshes = &placed.meshes[variant];
     let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
     let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
     let height = bounds.max[1] - bounds.min[1];
-    let levels = parts.ladders[variant].levels.iter().zip(meshes).enumerate();
+    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes).enumerate();
     VariantEntry {
         name: name.to_owned(),
         file: format!("{name}.glb"),

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::morphs::{self, Morphs};
 use super::selections::{self, Selected};
+use super::shapes::{self, Shapes};
 use crate::base::{Diagnostic, Seed};
 use crate::blend::{self, Chosen, State, Tasks};
 use crate::plant::Plant;
@@ -19,6 +21,8 @@ pub(super) struct Blends {
     families: Vec<Family>,
     /// For each blend of the plan.
     made: Vec<Made>,
+    /// The plan's shape spaces.
+    shapes: Shapes,
 }
 
 /// One blend of the plan.
@@ -61,10 +65,13 @@ pub(super) fn blends(plan: &Plan, sources: &[Plant]) -> Result<Blends, Vec<Diagn
         })
         .collect();
     errors.extend(made.iter().filter_map(|made| made.as_ref().err().cloned()));
-    if !errors.is_empty() {
-        return Err(errors);
+    let shapes = shapes::shapes(plan, sources).map_err(|found| errors.extend(found));
+    match shapes {
+        Ok(shapes) if errors.is_empty() => {
+            Ok(Blends { families, made: made.into_iter().filter_map(Result::ok).collect(), shapes })
+        }
+        _ => Err(errors),
     }
-    Ok(Blends { families, made: made.into_iter().filter_map(Result::ok).collect() })
 }
 
 fn family(plan: &Plan, params: &BlendParams, sources: &[Plant]) -> Result<Family, Diagnostic> {
@@ -196,11 +203,14 @@ pub(super) fn variant(
     sources: &[Plant],
     blends: &Blends,
     selected: &Selected<'_>,
+    morphs: &Morphs,
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
         Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
+        Variant::Shape { shape, shares } => blends.shapes.plant(*shape, shares),
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+        Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
     };
     made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
 }
@@ -212,7 +222,9 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
     let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
         Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
         Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
+        Variant::Shape { shape, shares } => shapes::identity(plan, &plan.shapes[*shape], shares),
         Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
+        Variant::Frame { morph, frame } => morphs::identity(plan, *morph, *frame),
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     if let Some(kept) = kept {
@@ -277,7 +289,10 @@ mod tests {
         let plants = plants();
         let blends = blends(plan, &plants).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
-        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected)).collect()
+        plan.variants
+            .iter()
+            .map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs { made: Vec::new() }))
+            .collect()
     }
 
     #[test]

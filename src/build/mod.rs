@@ -7,26 +7,35 @@
 
 mod assets;
 mod blends;
+mod builder;
+mod cache;
+mod clips;
+mod depfile;
 mod find;
+mod morphs;
 pub mod output;
 pub mod pipeline;
+mod plan;
 mod record;
 mod selections;
+mod shapes;
 mod stages;
+mod trees;
 mod world;
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
+pub use builder::{Builder, check, make_part};
+pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
+pub use depfile::depfile;
 pub use find::{Loaded, find_presets, load_preset};
-pub use pipeline::{Memory, SetFiles};
+pub use pipeline::{SetFiles, Share};
+pub use plan::{Step, StepKind, ninja, plan};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};
-use output::{Committed, OutputError, Turn};
+use output::Committed;
 
 /// Why a build failed; everything that could be built was.
 #[derive(Debug)]
@@ -62,8 +71,82 @@ impl std::error::Error for BuildError {}
 pub struct BuildOptions {
     /// The folder that sets are written to, each into a folder of its own name.
     pub out: PathBuf,
+    /// Where stages keep what they made for other processes; without it only this process remembers.
+    pub cache: Option<CacheOptions>,
     /// Build also what is current.
     pub force: bool,
+    /// Build every set that can be built, also when another one fails. Without, a preset that can't be read keeps all
+    /// sets from being built, and a set that fails those after it.
+    pub keep_going: bool,
+    /// Make only a part of the trees, and only into the cache.
+    pub shard: Option<Shard>,
+}
+
+impl BuildOptions {
+    /// Builds what is not current into `out`, up to the first failure, without a cache on disk.
+    #[must_use]
+    pub fn new(out: impl Into<PathBuf>) -> Self {
+        Self { out: out.into(), cache: None, force: false, keep_going: false, shard: None }
+    }
+}
+
+/// One of several processes that share a cache: it makes every `of`th tree of each set, beginning with number `index`.
+/// When all have, a plain build finds every tree in the cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// From 0 to `of` - 1.
+    pub index: u32,
+    /// 1 or more.
+    pub of: u32,
+}
+
+impl Shard {
+    /// Whether the tree in this place is made here.
+    #[must_use]
+    pub const fn has(self, place: usize) -> bool {
+        place as u64 % self.of as u64 == self.index as u64
+    }
+}
+
+/// What a build did with a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happened {
+    /// Nothing that it depends on had changed.
+    Current,
+    /// It was made and written.
+    Built,
+    /// So many of its trees were made for the cache, and nothing was written.
+    Shard {
+        /// How many.
+        trees: usize,
+    },
+}
+
+/// What a build would find.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SetState {
+    /// The outputs are what the preset makes.
+    Current,
+    /// There is no such set yet.
+    New,
+    /// The preset, or a file that it reads, has changed since, or Treewright has.
+    Changed,
+    /// Files were changed or removed by somebody.
+    Damaged {
+        /// Their names.
+        files: Vec<String>,
+    },
+}
+
+/// A set and what a build would find.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetStatus {
+    /// The set's name.
+    pub set: String,
+    /// Where it lies.
+    pub folder: PathBuf,
+    /// What a build would find.
+    pub state: SetState,
 }
 
 /// What happened to one set.
@@ -73,8 +156,8 @@ pub struct Outcome {
     pub set: String,
     /// How many variants it has.
     pub variants: usize,
-    /// Whether nothing that the set depends on had changed.
-    pub current: bool,
+    /// What was done with it.
+    pub happened: Happened,
     /// What the commit did.
     pub committed: Committed,
     /// What was mended, bridged or dropped.
@@ -104,125 +187,4 @@ pub enum Progress<'a> {
         /// Where it lies.
         folder: &'a Path,
     },
-}
-
-/// Builds sets; keeps grown sources and made pictures in memory between calls, so that a watcher makes them once.
-#[derive(Debug)]
-pub struct Builder {
-    options: BuildOptions,
-    memory: Memory,
-}
-
-impl Builder {
-    /// A builder with nothing in memory.
-    #[must_use]
-    pub fn new(options: BuildOptions) -> Self {
-        Self { options, memory: Memory::default() }
-    }
-
-    /// Builds the sets of some preset files, in their order.
-    ///
-    /// # Errors
-    ///
-    /// All errors of all presets; the sets of the good ones are built and written.
-    pub fn build(
-        &self,
-        presets: &[PathBuf],
-        progress: &(dyn Fn(Progress<'_>) + Sync),
-    ) -> Result<Vec<Outcome>, BuildError> {
-        let loaded: Vec<_> = presets.par_iter().map(|preset| find::load_or_reads(preset)).collect();
-        let mut failed = BuildError::of(Vec::new());
-        let mut names = Names::default();
-        for (preset, loaded) in presets.iter().zip(loaded) {
-            let result = match loaded {
-                Err((diagnostics, world)) => Err((diagnostics, world.reads())),
-                Ok(loaded) => {
-                    let built = names.claim(preset, &loaded).and_then(|()| self.set(&loaded, progress));
-                    built.map_err(|diagnostics| (loaded.placed(diagnostics), loaded.world.reads()))
-                }
-            };
-            match result {
-                Ok(outcome) => failed.built.push(outcome),
-                Err((diagnostics, reads)) => {
-                    failed.diagnostics.extend(diagnostics);
-                    failed.reads.extend(reads);
-                }
-            }
-        }
-        if failed.diagnostics.is_empty() { Ok(failed.built) } else { Err(failed) }
-    }
-
-    /// Builds one set.
-    fn set(&self, loaded: &Loaded, progress: &(dyn Fn(Progress<'_>) + Sync)) -> Result<Outcome, Vec<Diagnostic>> {
-        let refused = |error: OutputError| vec![error.diagnostic()];
-        let plan = &loaded.plan;
-        let folder = self.options.out.join(&plan.name);
-        let inputs = pipeline::read_inputs(loaded)?;
-        let key = pipeline::set_key(plan, &inputs);
-        // Held until the set is written: who waited for it finds the set current and has nothing to do.
-        let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
-        output::recover(&folder).map_err(refused)?;
-        let old = record::read(&folder, &plan.name);
-        let mut outcome = Outcome {
-            set: plan.name.clone(),
-            variants: plan.variants.len(),
-            current: false,
-            committed: Committed::default(),
-            notes: Vec::new(),
-            reads: loaded.world.reads(),
-        };
-        if !self.options.force && old.as_ref().is_some_and(|old| old.key == key.to_hex() && old.is_whole(&folder)) {
-            outcome.current = true;
-        } else {
-            let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
-            progress(Progress::Steps(pipeline::steps(plan)));
-            let made = pipeline::make_set(plan, &inputs, key, &self.memory, &step)?;
-            let owned = old.map(|old| old.owned()).unwrap_or_default();
-            outcome.committed = output::commit(&folder, &owned, &made.files).map_err(refused)?;
-            outcome.notes = made.notes;
-        }
-        progress(Progress::Set { outcome: &outcome, folder: &folder });
-        Ok(outcome)
-    }
-}
-
-/// Resolves presets and reads every file that they name as a build would, without building. Returns how many are good.
-/// What only growing, matching and packing can find is left to the build.
-///
-/// # Errors
-///
-/// All errors of all presets.
-pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
-    let mut names = Names::default();
-    let mut diagnostics = Vec::new();
-    for preset in presets {
-        let checked = load_preset(preset).and_then(|loaded| {
-            names.claim(preset, &loaded)?;
-            let inputs = pipeline::read_inputs(&loaded)?;
-            pipeline::check_inputs(&loaded.plan, &inputs).map_err(|found| loaded.placed(found))
-        });
-        diagnostics.extend(checked.err().into_iter().flatten());
-    }
-    if diagnostics.is_empty() { Ok(presets.len()) } else { Err(BuildError::of(diagnostics)) }
-}
-
-/// The names of sets and who has them; upper and lower case are one, as they are to many file systems.
-#[derive(Debug, Default)]
-struct Names(BTreeMap<String, String>);
-
-impl Names {
-    fn claim(&mut self, preset: &Path, loaded: &Loaded) -> Result<(), Vec<Diagnostic>> {
-        match self.0.entry(loaded.plan.name.to_lowercase()) {
-            Entry::Occupied(other) => {
-                let message = format!("its set has the same name as that of {}", other.get());
-                Err(vec![Diagnostic::new(find::shown(preset), message).with_hint(
-                    "a set is named after its preset: rename one of them, or build them into two output folders",
-                )])
-            }
-            Entry::Vacant(free) => {
-                free.insert(find::shown(preset));
-                Ok(())
-            }
-        }
-    }
 }

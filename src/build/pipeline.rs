@@ -1,24 +1,26 @@
 //! The stages in order: from a plan and its inputs to the files of a set. Reads like a table of contents.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::assets::{self, SetParts};
-use super::{Loaded, World};
-use super::{blends, selections, stages};
+use super::blends::Blends;
+use super::cache::Cache;
+use super::morphs::Morphs;
+use super::selections::Selected;
+use super::stages::{SourcePlant, Wardrobe};
+use super::trees::{Tree, Trees};
+use super::{Loaded, Shard, World, blends, clips, morphs, selections, stages};
 use crate::base::{Diagnostic, Key, Note};
-use crate::lod::{self, Ladder};
-use crate::plant::Plant;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
 use crate::source::scene::Files;
 use crate::source::{grow, import};
 
-pub use super::stages::Memory;
-
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-const PIPELINE_VERSION: u32 = 3;
+const PIPELINE_VERSION: u32 = 4;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -202,7 +204,65 @@ pub fn steps(plan: &Plan) -> usize {
     plan.sources.len() + 2 * plan.variants.len() + 5
 }
 
-/// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads.
+/// What all trees of a set share.
+struct Prepared {
+    sources: Vec<Arc<SourcePlant>>,
+    wardrobe: Wardrobe,
+    morphs: Morphs,
+    blended: Blends,
+}
+
+/// Sources, pictures, and sources in correspondence.
+fn prepared(
+    plan: &Plan,
+    inputs: &Inputs,
+    cache: &Cache,
+    step: &(dyn Fn(&str) + Sync),
+) -> Result<Prepared, Vec<Diagnostic>> {
+    let (sources, pictures) =
+        rayon::join(|| stages::sources(plan, inputs, cache, step), || stages::pictures(plan, inputs, cache));
+    let (sources, pictures) = both(sources, pictures)?;
+    step("leaves and bark");
+    let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let morphs = morphs::morphs(plan, &mut wardrobe)?;
+    let blended = blends::blends(plan, &wardrobe.plants)?;
+    step("matching");
+    Ok(Prepared { sources, wardrobe, morphs, blended })
+}
+
+/// The trees of some variants, in order.
+fn trees(
+    plan: &Plan,
+    prepared: &Prepared,
+    selected: &Selected<'_>,
+    cache: &Cache,
+    places: &[usize],
+    step: &(dyn Fn(&str) + Sync),
+) -> Vec<Tree> {
+    let Prepared { wardrobe, morphs, blended, .. } = prepared;
+    let trees = Trees::new(plan, wardrobe, cache);
+    let one = |&place: &usize| {
+        let variant = &plan.variants[place];
+        let (_, seed) = blends::identity(plan, variant, selected);
+        let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected, morphs);
+        let plant = trees.dressed(variant, bare, seed.child("dress"));
+        step("dressing");
+        let (ladder, key) = trees.ladder(&plant, seed.child("lod"));
+        step("levels of detail");
+        Tree { plant, ladder, key }
+    };
+    places.par_iter().map(one).collect()
+}
+
+/// What was mended in the sources, rejected and removed.
+fn notes(plan: &Plan, prepared: &Prepared, selected: &Selected<'_>) -> Vec<Note> {
+    let mut notes = stages::source_notes(plan, &prepared.sources);
+    notes.extend(selected.notes.iter().cloned());
+    notes
+}
+
+/// Makes every file of a set. Pure: the same plan, inputs and version give the same bytes on any number of threads, and
+/// whatever the cache holds.
 ///
 /// # Errors
 ///
@@ -212,44 +272,62 @@ pub fn make_set(
     plan: &Plan,
     inputs: &Inputs,
     key: Key,
-    memory: &Memory,
+    cache: &Cache,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<SetFiles, Vec<Diagnostic>> {
-    let (sources, pictures) =
-        rayon::join(|| stages::sources(plan, inputs, memory, step), || stages::pictures(plan, inputs, memory));
-    let (sources, pictures) = both(sources, pictures)?;
-    step("leaves and bark");
-    let wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
-    let pictures = &wardrobe.pictures;
-    let blended = blends::blends(plan, &wardrobe.plants)?;
-    step("matching");
-    let selected = selections::selected(plan, &blended)?;
+    let prepared = prepared(plan, inputs, cache, step)?;
+    let selected = selections::selected(plan, &prepared.blended)?;
     step("picking");
-
-    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
-    let made: Vec<(Plant, Ladder)> = plan
-        .variants
-        .par_iter()
-        .zip(&identities)
-        .map(|(variant, (_, seed))| {
-            let bare = blends::variant(plan, variant, &wardrobe.plants, &blended, &selected);
-            let plant = wardrobe.dress(plan, variant, bare, seed.child("dress"));
-            step("dressing");
-            let (leaves, bark) = (&pictures.leaves, &pictures.bark);
-            let ladder = lod::ladder(&plant, &plan.mesh, &plan.lods, leaves, bark, seed.child("lod"));
-            step("levels of detail");
-            (plant, ladder)
-        })
-        .collect();
-    let (plants, ladders): (Vec<Plant>, Vec<Ladder>) = made.into_iter().unzip();
-
-    let placed = assets::place(plan, pictures, &ladders)?;
+    let places: Vec<usize> = (0..plan.variants.len()).collect();
+    let trees = trees(plan, &prepared, &selected, cache, &places, step);
+    let pictures = &prepared.wardrobe.pictures;
+    let placed = assets::place(plan, pictures, &trees, cache)?;
+    let clips = clips::clips(plan, &prepared.morphs, &placed.packed.atlas)?;
     step("atlas");
-    let mut notes = stages::source_notes(plan, &sources);
-    notes.extend(selected.notes.iter().cloned());
-    let parts =
-        SetParts { plan, key, identities: &identities, plants: &plants, ladders: &ladders, pictures, notes: &notes };
+    let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
+    let notes = notes(plan, &prepared, &selected);
+    let identities = &identities;
+    let parts = SetParts { cache, plan, key, identities, trees: &trees, pictures, clips: &clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })
+}
+
+/// What of a set is made for the cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// Sources and pictures.
+    Sources,
+    /// Sources, pictures and some of the trees.
+    Trees(Shard),
+    /// All that is in the set's textures.
+    Atlas,
+}
+
+/// Makes a part of a set for the cache: how many trees, and what is to be told.
+///
+/// # Errors
+///
+/// As [`make_set`].
+pub fn make_share(
+    plan: &Plan,
+    inputs: &Inputs,
+    cache: &Cache,
+    share: Share,
+    step: &(dyn Fn(&str) + Sync),
+) -> Result<(usize, Vec<Note>), Vec<Diagnostic>> {
+    let prepared = prepared(plan, inputs, cache, step)?;
+    let all = 0..plan.variants.len();
+    let places: Vec<usize> = match share {
+        Share::Sources => return Ok((0, stages::source_notes(plan, &prepared.sources))),
+        Share::Trees(shard) => all.filter(|&place| shard.has(place)).collect(),
+        Share::Atlas => all.collect(),
+    };
+    let selected = selections::selected(plan, &prepared.blended)?;
+    step("picking");
+    let trees = trees(plan, &prepared, &selected, cache, &places, step);
+    if share == Share::Atlas {
+        assets::textures(plan, &prepared.wardrobe.pictures, &trees, cache)?;
+    }
+    Ok((places.len(), notes(plan, &prepared, &selected)))
 }

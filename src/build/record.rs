@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::output::Owned;
@@ -52,10 +53,13 @@ impl Record {
         listed.chain(self.manifest.clone()).collect()
     }
 
-    /// Whether every file is there with its hash.
-    pub(super) fn is_whole(&self, folder: &Path) -> bool {
+    /// The files that are not there with their hash; also those whose hash the record does not tell.
+    pub(super) fn damaged(&self, folder: &Path) -> Vec<String> {
         let owned = self.owned();
-        owned.len() == self.files.len() + 1
-            && owned.iter().all(|(name, key)| fs::read(folder.join(name)).is_ok_and(|b| Key::of_bytes(&b) == *key))
+        let is_whole = |name: &str| {
+            let key = owned.get(name);
+            key.is_some_and(|key| fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key))
+        };
+        self.files.par_iter().map(|file| &file.file).filter(|name| !is_whole(name)).cloned().collect()
     }
 }

@@ -22,6 +22,7 @@ pub(super) struct Kept<'a> {
 }
 
 /// What all selections keep.
+#[derive(Default)]
 pub(super) struct Selected<'a> {
     /// By selection and place.
     kept: Vec<Vec<Kept<'a>>>,

@@ -1,10 +1,11 @@
 //! The stages as the pipeline calls them: each takes its own part of the plan and the results of earlier ones.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
 use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
@@ -12,58 +13,20 @@ use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe, Variant,
-    Wear,
+    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe,
+    TargetLeaf, Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
-/// Sources and pictures by their keys, kept between builds of one process: those used last. A hit never changes a byte.
-#[derive(Debug, Default)]
-pub struct Memory {
-    sources: Mutex<Kept<SourcePlant>>,
-    graphs: Mutex<Kept<grow::Graph>>,
-    pictures: Mutex<Kept<Pictures>>,
-}
-
-/// Most sources kept, and most pictures of sets.
-const MOST_KEPT: (usize, usize) = (64, 8);
-/// Most graphs kept: each takes some megabytes.
-const MOST_GRAPHS: usize = 4;
-
-/// Values by key, each with the time of its last use.
-#[derive(Debug)]
-struct Kept<T> {
-    values: BTreeMap<Key, (u64, Arc<T>)>,
-    uses: u64,
-}
-
-impl<T> Default for Kept<T> {
-    fn default() -> Self {
-        Self { values: BTreeMap::new(), uses: 0 }
-    }
-}
-
-impl<T> Kept<T> {
-    fn get(&mut self, key: Key) -> Option<Arc<T>> {
-        self.uses += 1;
-        let (used, value) = self.values.get_mut(&key)?;
-        *used = self.uses;
-        Some(value.clone())
-    }
-
-    /// Keeps a value, and forgets the one that was used longest ago when there are more than `most`.
-    fn insert(&mut self, key: Key, value: Arc<T>, most: usize) {
-        self.uses += 1;
-        self.values.insert(key, (self.uses, value));
-        if self.values.len() > most {
-            let oldest = self.values.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key);
-            oldest.and_then(|key| self.values.remove(&key));
-        }
-    }
-}
+/// The stages that make sources and pictures, with their versions.
+const GROW: Stage = Stage("grow", 3);
+const GRAPH: Stage = Stage("graph", 2);
+const IMPORT: Stage = Stage("import", 4);
+const LIKE: Stage = Stage("like", 2);
+const PICTURES: Stage = Stage("pictures", 1);
 
 /// A source and what was mended in it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct SourcePlant {
     /// The plant.
     pub(super) plant: Plant,
@@ -100,7 +63,7 @@ impl SourcePlant {
 }
 
 /// What leaves and bark wear.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Pictures {
     /// One for each slot.
     pub(super) leaves: Vec<Maps>,
@@ -108,34 +71,18 @@ pub(super) struct Pictures {
     pub(super) bark: Maps,
 }
 
-/// The value of a key, made if it is not there. Two threads may make the same one; both get equal values.
-fn remember<T>(
-    kept: &Mutex<Kept<T>>,
-    most: usize,
-    key: Key,
-    make: impl FnOnce() -> Result<T, Vec<Diagnostic>>,
-) -> Result<Arc<T>, Vec<Diagnostic>> {
-    let lock = || kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(value) = lock().get(key) {
-        return Ok(value);
-    }
-    let value = Arc::new(make()?);
-    lock().insert(key, value.clone(), most);
-    Ok(value)
-}
-
 /// Grows or imports every source.
 pub(super) fn sources(
     plan: &Plan,
     inputs: &Inputs,
-    memory: &Memory,
+    cache: &Cache,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Vec<Arc<SourcePlant>>, Vec<Diagnostic>> {
     let made: Vec<Result<Arc<SourcePlant>, Vec<Diagnostic>>> = plan
         .sources
         .par_iter()
         .map(|source| {
-            let result = one_source(source, inputs, memory);
+            let result = one_source(source, inputs, cache);
             step("source");
             result
         })
@@ -151,31 +98,31 @@ pub(super) fn sources(
     if errors.is_empty() { Ok(plants) } else { Err(errors) }
 }
 
-fn one_source(source: &Source, inputs: &Inputs, memory: &Memory) -> Result<Arc<SourcePlant>, Vec<Diagnostic>> {
+fn one_source(source: &Source, inputs: &Inputs, cache: &Cache) -> Result<Arc<SourcePlant>, Vec<Diagnostic>> {
     match &source.recipe {
         SourceRecipe::Grow(params) => {
-            let mut key = Key::stage("grow", 2).params(params);
+            let mut key = GROW.key().params(params);
             for shape in grow::shape_files(params) {
                 key = key.input(Key::of_bytes(&inputs[&shape.file].bytes));
             }
             for file in grow::obstacle_files(params) {
                 key = key.input(Key::of_bytes(&inputs[file].bytes));
             }
-            remember(&memory.sources, MOST_KEPT.0, key.finish(), || {
+            cache.remember(GROW, key.finish(), || {
                 let solids = solids(source, params, inputs)?;
-                let graph = graph(source, params, &solids, inputs, memory)?;
+                let graph = graph(source, params, &solids, inputs, cache)?;
                 grow::grow_on(&graph, params, &solids, Seed::new(params.seed).child("grow"))
                     .map(|(plant, notes)| SourcePlant::grown(plant, notes))
                     .map_err(|error| vec![grow_diagnostic(source, &error)])
             })
         }
         SourceRecipe::Import(params) => {
-            let key = import_key(Key::stage("import", 4), params, inputs);
-            remember(&memory.sources, MOST_KEPT.0, key, || imported(params, inputs).map(SourcePlant::imported))
+            let key = import_key(IMPORT.key(), params, inputs);
+            cache.remember(IMPORT, key, || imported(params, inputs).map(SourcePlant::imported))
         }
         SourceRecipe::Like(like) => {
-            let key = import_key(Key::stage("like", 2).params(like), &like.scan, inputs);
-            remember(&memory.sources, MOST_KEPT.0, key, || grown_like(source, like, inputs))
+            let key = import_key(LIKE.key().params(like), &like.scan, inputs);
+            cache.remember(LIKE, key, || grown_like(source, like, inputs))
         }
     }
 }
@@ -234,15 +181,15 @@ fn graph(
     params: &GrowParams,
     solids: &grow::Solids,
     inputs: &Inputs,
-    memory: &Memory,
+    cache: &Cache,
 ) -> Result<Arc<grow::Graph>, Vec<Diagnostic>> {
     let wrong = |error: grow::GrowError| vec![grow_diagnostic(source, &error)];
     let of = grow::GraphParams::of(params, solids).map_err(wrong)?;
-    let mut key = Key::stage("graph", 1).params(&of);
+    let mut key = GRAPH.key().params(&of);
     for file in grow::obstacle_files(params) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
-    remember(&memory.graphs, MOST_GRAPHS, key.finish(), || {
+    cache.remember_here(key.finish(), grow::Graph::bytes, || {
         let meshes = obstacle_meshes(source, params, inputs)?;
         grow::Graph::new(&of, &meshes).map_err(wrong)
     })
@@ -293,9 +240,10 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
 }
 
 /// Makes or reads the pictures of leaves and bark.
-pub(super) fn pictures(plan: &Plan, inputs: &Inputs, memory: &Memory) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
+pub(super) fn pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
     let seed = Seed::new(plan.seed);
-    let mut key = Key::stage("pictures", 1)
+    let mut key = PICTURES
+        .key()
         .number(plan.seed)
         .number(u64::from(plan.dress.pictures))
         .params(&plan.leaf_art)
@@ -303,7 +251,7 @@ pub(super) fn pictures(plan: &Plan, inputs: &Inputs, memory: &Memory) -> Result<
     for file in picture_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
-    remember(&memory.pictures, MOST_KEPT.1, key.finish(), || {
+    cache.remember(PICTURES, key.finish(), || {
         let leaves = match &plan.leaf_art {
             LeafArt::Made { shape, color, variation, size } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
@@ -369,7 +317,7 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
         .par_iter()
         .map(|source| match &source.recipe {
             SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
-            SourceRecipe::Import(_) => one_source(source, inputs, &Memory::default()).map(drop),
+            SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(drop),
             SourceRecipe::Grow(params) => {
                 solids(source, params, inputs)?;
                 obstacle_meshes(source, params, inputs).map(drop)
@@ -478,14 +426,66 @@ pub(super) fn wardrobe(
 }
 
 impl Wardrobe {
-    /// A variant with leaves: those that its sources bring, thinned as the preset says, or, where one of them brings none, those of dressing.
-    pub(super) fn dress(&self, plan: &Plan, variant: &Variant, plant: Plant, seed: Seed) -> Plant {
+    /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
+    pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
+        if matches!(variant, Variant::Frame { .. }) {
+            return None;
+        }
         if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
-            return dress::thin(plant, &plan.dress, seed.child("thin"));
+            return Some(Dressing::Own { params: plan.dress.clone() });
         }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
-        let first = self.dressed.0;
-        dress::dress(&plant.without_leaves(), &params, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+        Some(Dressing::Made { params, first: self.dressed.0 })
+    }
+}
+
+/// How a plant gets its leaves.
+#[derive(Clone, Debug, Serialize)]
+pub(super) enum Dressing {
+    /// Those that all of its sources bring, thinned as the preset says.
+    Own { params: DressParams },
+    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
+    Made { params: DressParams, first: u16 },
+}
+
+impl Dressing {
+    /// The plant with leaves.
+    pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
+        match self {
+            Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
+            Self::Made { params, first } => {
+                let dressed = dress::dress(&plant.without_leaves(), params, seed);
+                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
+            }
+        }
+    }
+}
+
+impl Wardrobe {
+    /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
+    pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
+        let plant = self.plants[index].clone();
+        let (art, dress) = match leaf {
+            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
+                let LeafArt::Made { shape, color, variation, size: edge } = art else { return plant };
+                let picture =
+                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
+                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
+                let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
+                let dress =
+                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
+                (art, dress)
+            }
+            _ => {
+                return match self.dressing(plan, &Variant::Source(index)) {
+                    Some(dressing) => dressing.dress(plant, seed),
+                    None => plant,
+                };
+            }
+        };
+        let first = self.pictures.leaves.len() as u16;
+        self.pictures.leaves.extend(art);
+        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
     }
 }
 
@@ -503,27 +503,13 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
+        Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
+        // Frames are made of dressed sources.
+        Variant::Frame { .. } => Vec::new(),
         Variant::Selected { selection, .. } => {
             // The candidates of a selection are blends of the same sources.
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
             first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_keeps_what_was_used_last() {
-        let mut kept = Kept::default();
-        let keys: Vec<Key> = (0..3_u8).map(|i| Key::of_bytes(&[i])).collect();
-        kept.insert(keys[0], Arc::new(0), 2);
-        kept.insert(keys[1], Arc::new(1), 2);
-        assert_eq!(kept.get(keys[0]).as_deref(), Some(&0));
-        kept.insert(keys[2], Arc::new(2), 2);
-        let left: Vec<Option<i32>> = keys.iter().map(|key| kept.get(*key).map(|value| *value)).collect();
-        assert_eq!(left, [Some(0), None, Some(2)]);
     }
 }

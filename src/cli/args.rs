@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::build::{CacheOptions, Shard};
 
 /// Turns a few source trees and a preset into a set of engine-ready tree variants.
 #[derive(Debug, Parser)]
@@ -16,16 +18,24 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Builds presets into sets of assets.
     Build(BuildArguments),
+    /// Tells what a cache holds, or empties it.
+    Cache(CacheArguments),
     /// Reads presets and what they name, and reports every error, without building.
     Check(CheckArguments),
+    /// Tells how far plants are from each other, and draws which are alike.
+    Distance(DistanceArguments),
     /// Writes a species file that grows plants like a scan or skeleton.
     Estimate(EstimateArguments),
     /// Tells what a plant, a source or an asset holds.
     Inspect(InspectArguments),
     /// Starts a preset of your own, with its species file, every line explained.
     New(NewArguments),
+    /// Writes a build as a graph of commands that share no folder, for Ninja, Bazel or a farm.
+    Plan(PlanArguments),
     /// Prints every field of presets and species, with range, unit and default, as Markdown.
-    Schema,
+    Schema(SchemaArguments),
+    /// Runs one command of a `plan`.
+    Step(StepArguments),
     /// Builds, then rebuilds the sets that a saved file touches, until interrupted.
     Watch(WatchArguments),
 }
@@ -44,6 +54,177 @@ pub(super) struct BuildArguments {
     /// How many threads to use; all cores unless RAYON_NUM_THREADS says otherwise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) jobs: Option<u16>,
+    /// Builds what can be built when a preset is wrong; without, a wrong preset keeps all from being built.
+    #[arg(short, long)]
+    pub(super) keep_going: bool,
+    /// Builds nothing; lists the sets that are not what the presets make, and ends with 1 if there are any.
+    #[arg(long, conflicts_with_all = ["force", "dry_run", "shard", "depfile"])]
+    pub(super) check: bool,
+    /// Builds and writes nothing; lists what would be built and why.
+    #[arg(long, conflicts_with_all = ["shard", "depfile"])]
+    pub(super) dry_run: bool,
+    /// Writes which files each set was made from, in Makefile syntax, for Ninja, Make and CMake. The target of a set's
+    /// rule is its manifest.
+    #[arg(long, value_name = "FILE")]
+    pub(super) depfile: Option<PathBuf>,
+    /// Makes the Ith of N parts of all trees, into the cache only; when N processes have, a plain build with the same
+    /// cache puts the sets together.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub(super) shard: Option<Shard>,
+    #[command(flatten)]
+    pub(super) cache: CacheFolder,
+    /// What is said: text for people on standard error, or one JSON object a line on standard output, as
+    /// `treewright schema messages` tells.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Text)]
+    pub(super) message_format: MessageFormat,
+}
+
+/// How a build speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum MessageFormat {
+    Text,
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CacheFolder {
+    /// A folder that keeps what stages made, for later builds, other processes and machines; the environment variable
+    /// TREEWRIGHT_CACHE names it as well.
+    #[arg(id = "cache_folder", long = "cache", value_name = "DIR")]
+    folder: Option<PathBuf>,
+    /// Most bytes that the cache may hold after a build: what was used longest ago goes first. K, M, G mean 1024 each.
+    #[arg(id = "cache_limit", long = "cache-limit", value_name = "SIZE", default_value = "4G", value_parser = size)]
+    limit: u64,
+}
+
+impl CacheFolder {
+    /// The cache to use, if one was named.
+    pub(super) fn options(&self) -> Option<CacheOptions> {
+        let named = || std::env::var_os("TREEWRIGHT_CACHE").filter(|name| !name.is_empty()).map(PathBuf::from);
+        let folder = self.folder.clone().or_else(named)?;
+        Some(CacheOptions { folder, limit: self.limit })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CacheArguments {
+    #[command(subcommand)]
+    pub(super) action: CacheAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum CacheAction {
+    /// Entries and bytes by stage.
+    Stats {
+        #[command(flatten)]
+        cache: CacheFolder,
+        /// Prints JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Removes every entry; files that Treewright did not write stay.
+    Clear {
+        #[command(flatten)]
+        cache: CacheFolder,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlanArguments {
+    /// Preset files, or folders whose *.ron files are presets.
+    #[arg(required = true, value_name = "PRESET|DIR")]
+    pub(super) presets: Vec<PathBuf>,
+    /// The folder that the sets are written to.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// The folder of the files that one command hands to another.
+    #[arg(long, value_name = "DIR")]
+    pub(super) parts: PathBuf,
+    /// A build file for Ninja, or each command with its arguments, inputs and outputs as JSON.
+    #[arg(long, value_enum, default_value_t = PlanFormat::Ninja)]
+    pub(super) format: PlanFormat,
+    /// What Ninja runs.
+    #[arg(long, value_name = "COMMAND", default_value = "treewright")]
+    pub(super) program: String,
+}
+
+/// How a plan is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PlanFormat {
+    Ninja,
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct StepArguments {
+    /// What is made.
+    #[arg(value_enum)]
+    pub(super) what: StepOf,
+    /// The preset.
+    pub(super) preset: PathBuf,
+    /// Which tree, from 1.
+    #[arg(long, value_name = "N", required_if_eq("what", "tree"), value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) place: Option<u32>,
+    /// Part files of earlier steps.
+    #[arg(long, value_name = "FILE")]
+    pub(super) given: Vec<PathBuf>,
+    /// The part file to write; one that holds these bytes already is left alone.
+    #[arg(long, value_name = "FILE", required_unless_present = "out", conflicts_with = "out")]
+    pub(super) part: Option<PathBuf>,
+    /// The folder that the set is written to.
+    #[arg(long, value_name = "DIR", required_if_eq("what", "set"))]
+    pub(super) out: Option<PathBuf>,
+}
+
+/// What a step makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum StepOf {
+    /// Sources and pictures.
+    Sources,
+    /// One tree with its levels of detail.
+    Tree,
+    /// The textures of the set.
+    Atlas,
+    /// The files of the set.
+    Set,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SchemaArguments {
+    /// Fields of presets and species, or the messages of `build --message-format json`.
+    #[arg(value_enum, default_value_t = SchemaOf::Presets)]
+    pub(super) of: SchemaOf,
+}
+
+/// What a schema is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum SchemaOf {
+    Presets,
+    Messages,
+}
+
+/// Reads `2/8`: the second of eight.
+fn shard(text: &str) -> Result<Shard, String> {
+    let wrong = || "a shard is I/N: number I of N, as 1/4 to 4/4".to_owned();
+    let (index, of) = text.split_once('/').ok_or_else(wrong)?;
+    let number = |text: &str| text.parse::<u32>().ok().filter(|n| (1..=100_000).contains(n)).ok_or_else(wrong);
+    let (index, of) = (number(index)?, number(of)?);
+    if index > of { Err(wrong()) } else { Ok(Shard { index: index - 1, of }) }
+}
+
+/// Reads a number of bytes: `500M`, `4G`.
+fn size(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 0,
+        "K" | "KB" | "KIB" => 10,
+        "M" | "MB" | "MIB" => 20,
+        "G" | "GB" | "GIB" => 30,
+        "T" | "TB" | "TIB" => 40,
+        _ => return Err("a size is a whole number with K, M, G or T, as 500M".to_owned()),
+    };
+    let number = digits.parse::<u64>().map_err(|_| "a size is a whole number with K, M, G or T, as 500M")?;
+    number.checked_mul(1 << shift).ok_or_else(|| "that is too much".to_owned())
 }
 
 #[derive(Debug, Args)]
@@ -51,6 +232,51 @@ pub(super) struct CheckArguments {
     /// Preset files, or folders whose *.ron files are presets.
     #[arg(required = true, value_name = "PRESET|DIR")]
     pub(super) presets: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DistanceArguments {
+    /// Scans, skeletons, meshes, plant dumps or species files; at least two.
+    #[arg(required = true, num_args = 2.., value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+    /// What is measured.
+    #[arg(long, value_enum, default_value_t = DistanceMetric::Qed)]
+    pub(super) metric: DistanceMetric,
+    /// Takes the least distance over all turns about the vertical.
+    #[arg(long)]
+    pub(super) turn: bool,
+    /// Scales plants to one size first.
+    #[arg(long)]
+    pub(super) relative: bool,
+    /// How the matrix is printed.
+    #[arg(long, value_enum, default_value_t = DistanceFormat::Json)]
+    pub(super) format: DistanceFormat,
+    /// Also draws the dendrogram (single linkage) as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub(super) dendrogram: Option<PathBuf>,
+    /// Seed that species files are grown with.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+}
+
+/// A distance of plants.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum DistanceMetric {
+    /// Quotient Euclidean distance of tree-shape space, metres.
+    Qed,
+    /// Its L1 variant, the tree edit distance, metres.
+    Edit,
+    /// The elastic metric, in which bending costs no length, metres.
+    Elastic,
+}
+
+/// A form of the matrix.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum DistanceFormat {
+    /// Names, distances and merges.
+    Json,
+    /// Names and distances.
+    Csv,
 }
 
 #[derive(Debug, Args)]
@@ -75,6 +301,12 @@ pub(super) struct InspectArguments {
     /// Seed that a species file is grown with.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    /// A second plant: tells what the trunk bears while the first turns into it.
+    #[arg(long, value_name = "FILE")]
+    pub(super) morph_to: Option<PathBuf>,
+    /// Also plots that as SVG.
+    #[arg(long, value_name = "FILE", requires = "morph_to")]
+    pub(super) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -93,4 +325,25 @@ pub(super) struct WatchArguments {
     /// The folder that the sets are written to.
     #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(super) cache: CacheFolder,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_fit_each_other_and_shards_and_sizes_are_read() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+        assert_eq!(shard("2/8"), Ok(Shard { index: 1, of: 8 }));
+        for wrong in ["0/4", "5/4", "1", "1/0", "a/b", "1/4/2", "-1/3", "1/9999999999"] {
+            assert!(shard(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(["17", "2k", "500M", "4GiB"].map(size), [Ok(17), Ok(2048), Ok(500 << 20), Ok(4 << 30)]);
+        for wrong in ["", "G", "1.5G", "1X", "99999999999T"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
 }

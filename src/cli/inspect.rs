@@ -13,10 +13,13 @@ use serde::Serialize;
 use super::args::InspectArguments;
 use super::report::{Failure, print};
 use crate::base::{Diagnostic, Seed};
+use crate::blend::{self, Pace};
 use crate::build::World;
-use crate::plant::{Distribution, Plant, PlantStats, dump, undump};
-use crate::preset::plan::ImportParams;
+use crate::export::{self, Curve};
+use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
+use crate::preset::plan::{ImportParams, MatchParams};
 use crate::preset::{self, place, species};
+use crate::relate;
 use crate::source::glb::{GlbInfo, read_glb};
 use crate::source::{grow, import};
 
@@ -30,6 +33,12 @@ struct Inspected<'a> {
     notes: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plant: Option<PlantStats>,
+    /// What the trunk that bears most bears of the plant, 0..=1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trunk_support: Option<f32>,
+    /// The same while it turns into another plant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    morph: Option<MorphSupport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     asset: Option<GlbInfo<'a>>,
 }
@@ -42,8 +51,15 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
     let name = name.unwrap_or_default();
     let bytes = folder.read(&name).map_err(one)?;
-    let mut inspected =
-        Inspected { file: file.clone(), kind: "glb".to_owned(), notes: Vec::new(), plant: None, asset: None };
+    let mut inspected = Inspected {
+        file: file.clone(),
+        kind: "glb".to_owned(),
+        notes: Vec::new(),
+        plant: None,
+        trunk_support: None,
+        morph: None,
+        asset: None,
+    };
     let mut plant = None;
     if bytes.starts_with(b"glTF") {
         inspected.asset = Some(read_glb(&bytes).map_err(|e| one(e.to_string()))?);
@@ -51,11 +67,23 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         let (kind, found, notes) = read_plant(&file, &bytes, &folder, arguments.seed)?;
         (inspected.kind, inspected.notes) = (kind, notes);
         inspected.plant = Some(PlantStats::of(&found));
+        inspected.trunk_support = Some(trunk_support(&found, &found.pose()));
         plant = Some(found);
     }
     if let Some(path) = &arguments.dump {
         let plant = plant.as_ref().ok_or_else(|| one("an asset holds no plant to dump".to_owned()))?;
         write(path, &dump(plant))?;
+    }
+    if let Some(path) = &arguments.morph_to {
+        let from = plant.ok_or_else(|| one("an asset holds no plant to morph".to_owned()))?;
+        let (name, to) = read_file(path, arguments.seed)?;
+        let morph = morph_support(from, to).map_err(one)?;
+        if let Some(path) = &arguments.plot {
+            let curve = |name: &str, values: &[f32]| Curve { name: name.to_owned(), values: values.to_vec() };
+            let curves = [curve("one-to-many", &morph.one_to_many), curve("one-to-one", &morph.one_to_one)];
+            write(path, &export::plot(&format!("Trunk support weight, {file} to {name}"), &curves, SUPPORT_BOUND))?;
+        }
+        inspected.morph = Some(morph);
     }
     let text = if arguments.json {
         serde_json::to_string_pretty(&inspected).map_err(|e| one(e.to_string()))?
@@ -63,6 +91,35 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         describe(&inspected)
     };
     print(&format!("{}\n", text.trim_end()))
+}
+
+/// Steps at which a morph is looked at.
+const STEPS: u32 = 100;
+/// How much steeper than the straight line from end to end the trunk support weight may change.
+const SUPPORT_BOUND: f32 = 2.0;
+
+/// The trunk support weight over a morph, at evenly spread times.
+#[derive(Serialize)]
+struct MorphSupport {
+    /// Steepest change by one-to-many matching, for the whole length.
+    steepest: f32,
+    /// Of the straight line from the first to the last.
+    straight: f32,
+    /// By branching patterns: chains split and merge.
+    one_to_many: Vec<f32>,
+    /// By fuzzy matching: chains without a partner grow and wilt.
+    one_to_one: Vec<f32>,
+}
+
+fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
+    let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+    let wrong = |error: relate::FamilyError| error.to_string();
+    let family = relate::pattern_family(from.clone(), to.clone(), &matching).map_err(wrong)?;
+    let one_to_many = blend::support_over_morph(&family, &Pace::of(&family), STEPS);
+    let family = relate::fuzzy_family(from, to, &matching).map_err(wrong)?;
+    let one_to_one = blend::support_over_morph(&family, &Pace::even(), STEPS);
+    let curve = Curve { name: String::new(), values: one_to_many };
+    Ok(MorphSupport { steepest: curve.steepest(), straight: curve.straight(), one_to_many: curve.values, one_to_one })
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
@@ -144,6 +201,19 @@ fn describe(inspected: &Inspected<'_>) -> String {
     let mut text = format!("{} ({})\n", inspected.file, inspected.kind);
     if let Some(stats) = &inspected.plant {
         describe_plant(&mut text, stats);
+    }
+    if let Some(support) = inspected.trunk_support {
+        let _ = writeln!(text, "trunk support weight {:.1} % of the plant's", support * 100.0);
+    }
+    if let Some(morph) = &inspected.morph {
+        let ends = morph.one_to_many.first().zip(morph.one_to_many.last()).unwrap_or((&0.0, &0.0));
+        let _ = writeln!(
+            text,
+            "while it morphs {:.1} % to {:.1} %, steepest {:.2} x the straight line",
+            ends.0 * 100.0,
+            ends.1 * 100.0,
+            morph.steepest / morph.straight.max(1e-6)
+        );
     }
     if let Some(asset) = &inspected.asset {
         describe_asset(&mut text, asset);

@@ -5,9 +5,13 @@
 
 mod args;
 mod build;
+mod cache;
+mod distance;
 mod estimate;
 mod inspect;
+mod messages;
 mod new;
+mod plan;
 mod report;
 mod watch;
 
@@ -22,19 +26,34 @@ use args::{Arguments, Command};
 pub fn run() -> ExitCode {
     // clap ends the process with 2 on wrong usage, with 0 on --help and --version.
     let arguments = Arguments::parse();
+    let mut json = false;
     let result = match arguments.command {
-        Command::Build(build) => build::run(&build),
+        Command::Build(build) => {
+            json = build.message_format == args::MessageFormat::Json;
+            build::run(&build)
+        }
+        Command::Cache(cache) => cache::run(&cache),
         Command::Check(check) => build::check(&check),
+        Command::Distance(distance) => distance::run(&distance),
         Command::Estimate(estimate) => estimate::run(&estimate),
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),
-        Command::Schema => report::print(&crate::preset::describe()),
+        Command::Plan(plan) => plan::run(&plan),
+        Command::Step(step) => plan::step(&step),
+        Command::Schema(schema) => match schema.of {
+            args::SchemaOf::Presets => report::print(&crate::preset::describe()),
+            args::SchemaOf::Messages => report::print(messages::DESCRIBED),
+        },
         Command::Watch(watch) => watch::run(&watch),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            report::failure(&failure);
+            if json {
+                messages::failure(&failure)
+            } else {
+                report::failure(&failure)
+            }
             ExitCode::from(1)
         }
     }

@@ -10,8 +10,10 @@ use std::time::Duration;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::args::MessageFormat;
+use super::messages;
 use crate::base::{Diagnostic, Span};
-use crate::build::{BuildError, Progress};
+use crate::build::{BuildError, Happened, Progress, SetState, SetStatus};
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -100,14 +102,15 @@ fn byte_range(text: &str, span: Span) -> Option<std::ops::Range<usize>> {
 
 /// Shows a build's progress: one bar over all steps on a terminal, a line a set elsewhere.
 pub(super) struct Meter {
+    format: MessageFormat,
     bar: Option<ProgressBar>,
     sets: Mutex<()>,
 }
 
 impl Meter {
     /// A meter for a build with no steps known yet.
-    pub(super) fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+    pub(super) fn new(format: MessageFormat) -> Self {
+        let bar = (format == MessageFormat::Text && std::io::stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{spinner} [{bar:32}] {pos}/{len} {msg}")
                 .expect("the template is well-formed")
                 .progress_chars("=> ");
@@ -115,16 +118,21 @@ impl Meter {
             bar.enable_steady_tick(Duration::from_millis(120));
             bar
         });
-        Self { bar, sets: Mutex::new(()) }
+        Self { format, bar, sets: Mutex::new(()) }
     }
 
     /// A meter that only prints lines.
     pub(super) fn plain() -> Self {
-        Self { bar: None, sets: Mutex::new(()) }
+        Self { format: MessageFormat::Text, bar: None, sets: Mutex::new(()) }
     }
 
     /// Takes one event.
     pub(super) fn take(&self, progress: &Progress<'_>) {
+        if self.format == MessageFormat::Json {
+            let _one_at_a_time = self.sets.lock();
+            messages::progress(progress);
+            return;
+        }
         match (&self.bar, progress) {
             (Some(bar), Progress::Steps(count)) => bar.inc_length(*count as u64),
             (Some(bar), Progress::Step { set, what }) => {
@@ -134,6 +142,28 @@ impl Meter {
             (_, Progress::Waiting) => self.line("waiting: another treewright builds into the output folder"),
             (_, Progress::Set { outcome, folder }) => self.line(&summary(folder, outcome)),
             (None, _) => {}
+        }
+    }
+
+    /// Tells what a build would find in a set.
+    pub(super) fn status(&self, status: &SetStatus) {
+        if self.format == MessageFormat::Json {
+            messages::status(status);
+            return;
+        }
+        let what = match &status.state {
+            SetState::Current => "nothing to do".to_owned(),
+            SetState::New => "not built yet".to_owned(),
+            SetState::Changed => "the preset, or a file that it reads, has changed since it was built".to_owned(),
+            SetState::Damaged { files } => format!("changed or removed by somebody: {}", files.join(", ")),
+        };
+        self.line(&format!("{}: {what}", status.folder.display()));
+    }
+
+    /// Tells that all went well.
+    pub(super) fn end(&self, sets: usize) {
+        if self.format == MessageFormat::Json {
+            messages::end(sets);
         }
     }
 
@@ -156,11 +186,14 @@ impl Meter {
 
 fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
     let mut text = format!("{}: {} variants in {}", outcome.set, outcome.variants, folder.display());
-    if outcome.current {
-        text += ", nothing had changed";
-    } else {
-        let c = &outcome.committed;
-        text += &format!(", {} files written, {} unchanged, {} removed", c.written.len(), c.unchanged, c.removed.len());
+    match outcome.happened {
+        Happened::Current => text += ", nothing had changed",
+        Happened::Shard { trees } => text = format!("{}: {trees} trees made for the cache", outcome.set),
+        Happened::Built => {
+            let c = &outcome.committed;
+            let (written, removed) = (c.written.len(), c.removed.len());
+            text += &format!(", {written} files written, {} unchanged, {removed} removed", c.unchanged);
+        }
     }
     for note in &outcome.notes {
         text += &format!("\n  note: {}: {}", note.about, note.message);

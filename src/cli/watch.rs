@@ -9,8 +9,8 @@ pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
     if !arguments.folder.is_dir() {
         return Err(Failure::Other(format!("{} is not a folder", arguments.folder.display())));
     }
-    let mut watcher =
-        Watcher::new(&arguments.folder, &arguments.out).map_err(|error| Failure::Other(error.to_string()))?;
+    let mut watcher = Watcher::new(&arguments.folder, &arguments.out, arguments.cache.options())
+        .map_err(|error| Failure::Other(error.to_string()))?;
     let meter = Meter::plain();
     watcher.run(&|event| {
         match event {

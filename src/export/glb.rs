@@ -176,14 +176,14 @@ fn check_levels(asset: &AssetIn<'_>) -> Result<(), ExportError> {
 
 /// Which of the two materials.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+pub(super) enum Part {
     Bark,
     Leaf,
 }
 
 /// A file under construction: the JSON tree and the binary chunk.
-struct Writer<'a> {
-    root: json::Root,
+pub(super) struct Writer<'a> {
+    pub(super) root: json::Root,
     bin: Vec<u8>,
     materials: &'a SetMaterials,
     /// Made on first use, so that no file names a material that it doesn't use.
@@ -192,7 +192,7 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(materials: &'a SetMaterials) -> Self {
+    pub(super) fn new(materials: &'a SetMaterials) -> Self {
         Self { root: json::Root::default(), bin: Vec::new(), materials, bark: None, leaf: None }
     }
 
@@ -219,7 +219,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn primitive(&mut self, part: Part, mesh: &Mesh, triangles: &[u32]) -> json::mesh::Primitive {
+    pub(super) fn primitive(&mut self, part: Part, mesh: &Mesh, triangles: &[u32]) -> json::mesh::Primitive {
         use json::accessor::{ComponentType, Type};
         use json::mesh::Semantic;
 
@@ -281,12 +281,19 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn vertex_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
+    pub(super) fn vertex_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
         self.view(bytes, json::buffer::Target::ArrayBuffer)
     }
 
     fn index_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
         self.view(bytes, json::buffer::Target::ElementArrayBuffer)
+    }
+
+    /// Of what is no vertex and no index, as the values of an animation.
+    pub(super) fn plain_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
+        let view = self.view(bytes, json::buffer::Target::ArrayBuffer);
+        self.root.buffer_views[view.value()].target = None;
+        view
     }
 
     /// Appends bytes to the binary chunk, from a multiple of four on.
@@ -306,7 +313,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    fn accessor(
+    pub(super) fn accessor(
         &mut self,
         view: Index<json::buffer::View>,
         count: usize,
@@ -403,7 +410,7 @@ impl<'a> Writer<'a> {
         self.root.push(json::Texture { name: None, sampler: Some(sampler), source, extensions: None, extras: None })
     }
 
-    /// Adds nodes and scene and packs both chunks.
+    /// Adds nodes and packs both chunks.
     fn finish(mut self, asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
         let count = asset.levels.len();
         for level in 0..count {
@@ -424,16 +431,21 @@ impl<'a> Writer<'a> {
             root.extras = raw(&Coverage { coverage });
             self.root.extensions_used.push("MSFT_lod".to_owned());
         }
+        self.seal(asset.name, asset.seed, Index::new(0))
+    }
+
+    /// Adds the scene with its root node and packs both chunks.
+    pub(super) fn seal(mut self, name: &str, seed: u64, node: Index<json::Node>) -> Result<Vec<u8>, ExportError> {
         self.root.scenes.push(json::Scene {
             extensions: None,
             extras: None,
-            name: Some(asset.name.to_owned()),
-            nodes: vec![Index::new(0)],
+            name: Some(name.to_owned()),
+            nodes: vec![node],
         });
         self.root.scene = Some(Index::new(0));
         self.root.asset = json::Asset {
             generator: Some(concat!("Treewright ", env!("CARGO_PKG_VERSION")).to_owned()),
-            extras: raw(&AssetExtras { set: &asset.materials.set, variant: asset.name, seed: asset.seed }),
+            extras: raw(&AssetExtras { set: &self.materials.set, variant: name, seed }),
             ..Default::default()
         };
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
@@ -444,7 +456,7 @@ impl<'a> Writer<'a> {
             extensions: None,
             extras: None,
         });
-        let too_large = || ExportError::TooLarge { name: asset.name.to_owned() };
+        let too_large = || ExportError::TooLarge { name: name.to_owned() };
         let text = json::serialize::to_vec(&self.root).map_err(|_| too_large())?;
         container(text, &self.bin).ok_or_else(too_large)
     }
@@ -487,7 +499,7 @@ fn container(mut text: Vec<u8>, bin: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// A mesh's indices without triangles that have two equal corners, after all that a writer relies on was checked.
-fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
+pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
     if mesh.indices.is_empty() {
         return Ok(Vec::new());
     }

@@ -27,6 +27,9 @@ pub struct Manifest {
     pub seed: u64,
     /// One a variant, in the preset's order.
     pub variants: Vec<VariantEntry>,
+    /// One a sequence that is animated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<ClipEntry>,
     /// One a texture file.
     pub textures: Vec<TextureEntry>,
     /// The leaf atlas; none for a set without leaves.
@@ -46,6 +49,25 @@ pub struct FileEntry {
     pub bytes: u64,
     /// blake3 of its bytes, 64 hexadecimal digits.
     pub blake3: String,
+}
+
+/// An animated file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClipEntry {
+    /// Its name, also of the root node and of the animation.
+    pub name: String,
+    /// Its GLB, relative to the manifest.
+    pub file: String,
+    /// How long it lasts, seconds.
+    pub seconds: f32,
+    /// Names of the variants that its keys are.
+    pub frames: Vec<String>,
+    /// Vertices of wood, each with a target a key.
+    pub wood_vertices: u64,
+    /// Leaves at every time.
+    pub leaves: u64,
+    /// What the trunk that bears most bears of the tree, at each key, 0..=1.
+    pub trunk_support: Vec<f32>,
 }
 
 /// A variant.
@@ -248,6 +270,7 @@ mod tests {
             key: "00".into(),
             seed: 41,
             variants: vec![variant],
+            clips: Vec::new(),
             textures: Vec::new(),
             atlas: None,
             notes: Vec::new(),

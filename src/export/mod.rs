@@ -1,20 +1,24 @@
 //! Assets: meshes, pictures and figures as the bytes that engines read.
 //!
 //! [`glb()`] writes one variant with all its levels, [`encode_maps`] the pictures that a set
-//! shares, [`Manifest`] says what was made and measured, [`capsules`] are colliders. Everything here
+//! shares, [`clip_glb`] a sequence with its animation, [`Manifest`] says what was made and measured, [`capsules`] are colliders. Everything here
 //! returns bytes; `build` decides where they go.
 
+mod clip;
 mod collider;
 mod glb;
 mod manifest;
+mod plot;
 mod png;
 #[cfg(test)]
 mod tests;
 
+pub use clip::{ClipIn, ClipLeaves, clip_glb};
 pub use collider::{Capsule, ColliderParams, capsules};
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
 pub use manifest::{
-    AtlasEntry, Bounds, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry, VariantEntry,
-    switch_distance,
+    AtlasEntry, Bounds, ClipEntry, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry,
+    VariantEntry, switch_distance,
 };
-pub use png::{EncodedMaps, PngKind, encode, encode_maps};
+pub use plot::{Curve, plot};
+pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};

@@ -7,7 +7,6 @@
 
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use rayon::prelude::*;
 
 use super::ExportError;
 use crate::bake::Maps;
@@ -60,20 +59,34 @@ pub fn encode(pixels: &[u8], width: u32, height: u32, kind: PngKind) -> Result<V
 ///
 /// When an array isn't of the stated size.
 pub fn encode_maps(maps: &Maps, color: PngKind) -> Result<EncodedMaps, ExportError> {
+    encode_maps_by(maps, color, &encode)
+}
+
+/// As [`encode_maps`], by something that does what [`encode`] does: a cache in front of it.
+///
+/// # Errors
+///
+/// Those of `encode`.
+pub fn encode_maps_by<E: Send>(
+    maps: &Maps,
+    color: PngKind,
+    encode: &(dyn Fn(&[u8], u32, u32, PngKind) -> Result<Vec<u8>, E> + Sync),
+) -> Result<EncodedMaps, E> {
     let (width, height) = (maps.width, maps.height);
-    let encoded: Vec<Result<Vec<u8>, ExportError>> = [0, 1, 2]
-        .into_par_iter()
-        .map(|map| match (map, color) {
-            (0, PngKind::Rgba) => encode(maps.color.as_flattened(), width, height, PngKind::Rgba),
-            (0, PngKind::Rgb) => {
+    let (color, (normal, orm)) = rayon::join(
+        || match color {
+            PngKind::Rgba => encode(maps.color.as_flattened(), width, height, color),
+            PngKind::Rgb => {
                 let opaque: Vec<u8> = maps.color.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
-                encode(&opaque, width, height, PngKind::Rgb)
+                encode(&opaque, width, height, color)
             }
-            (1, _) => encode(maps.normal.as_flattened(), width, height, PngKind::Rgb),
-            _ => encode(maps.orm.as_flattened(), width, height, PngKind::Rgb),
-        })
-        .collect();
-    let mut encoded = encoded.into_iter();
-    let mut next = || encoded.next().unwrap_or_else(|| Ok(Vec::new()));
-    Ok(EncodedMaps { color: next()?, normal: next()?, orm: next()? })
+        },
+        || {
+            rayon::join(
+                || encode(maps.normal.as_flattened(), width, height, PngKind::Rgb),
+                || encode(maps.orm.as_flattened(), width, height, PngKind::Rgb),
+            )
+        },
+    );
+    Ok(EncodedMaps { color: color?, normal: normal?, orm: orm? })
 }

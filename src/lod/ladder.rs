@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::measure::{Measured, Reference, Wardrobe};
@@ -24,7 +26,7 @@ pub const CULL: f32 = 0.01;
 const VIEWS: u32 = 8;
 
 /// A tree's levels of detail.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// Finest first.
     pub levels: Vec<Level>,
@@ -34,7 +36,7 @@ pub struct Ladder {
 }
 
 /// One level of detail.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Level {
     /// What it is.
     pub kind: Lod,

@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bake::{Light, Maps, Picture, Repeat, Shading, Surface, Target, View, rasterize};
 use crate::base::{Frame, math};
@@ -43,7 +43,7 @@ impl Wardrobe {
 }
 
 /// How far a level is from the full one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Height of the tree in the pictures that were compared, pixels.
     pub pixels: u32,

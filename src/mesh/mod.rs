@@ -4,6 +4,7 @@ mod card;
 mod check;
 mod crown_light;
 mod gate;
+mod keyed;
 #[cfg(feature = "lightmap")]
 mod lightmap;
 mod rings;
@@ -14,42 +15,54 @@ mod tests;
 mod tube;
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::base::bulk;
 
 pub use card::{CardShape, LeafCard, all_cards, leaf_cards};
 pub use check::problems;
 pub use crown_light::CrownLight;
 pub use gate::{MeshError, check_indices, optimize};
+pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 #[cfg(feature = "lightmap")]
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;
 pub use tube::{TubeDetail, tubes};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Metres, Y up.
+    #[serde(with = "bulk")]
     pub positions: Vec<Vec3>,
     /// Unit vectors.
+    #[serde(with = "bulk")]
     pub normals: Vec<Vec3>,
     /// Unit tangent x, y, z and the bitangent's sign w (glTF).
+    #[serde(with = "bulk")]
     pub tangents: Vec<[f32; 4]>,
     /// Texture coordinates, v down (glTF). For leaf meshes they lie in the tile that `tiles` names until the atlas is
     /// packed.
+    #[serde(with = "bulk")]
     pub uvs: Vec<Vec2>,
     /// Coordinates of the second set, overlap-free in 0..=1 over both primitives of a level; empty unless the preset asks
     /// for light maps.
+    #[serde(with = "bulk")]
     pub lightmap: Vec<Vec2>,
     /// Ambient occlusion, 255 is open sky.
+    #[serde(with = "bulk")]
     pub occlusion: Vec<u8>,
     /// For leaf meshes the picture that each vertex takes its coordinates from, an index into the set's tiles; empty
     /// for bark.
+    #[serde(with = "bulk")]
     pub tiles: Vec<u32>,
     /// Three a triangle.
+    #[serde(with = "bulk")]
     pub indices: Vec<u32>,
 }
 
 /// The two primitives of one level of detail.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TreeMesh {
     /// Wood; wears the set's tiling bark.
     pub bark: Mesh,

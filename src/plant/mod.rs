@@ -15,6 +15,8 @@ mod habit;
 mod order;
 mod pose;
 mod stats;
+mod stored;
+mod support;
 mod validate;
 
 use glam::Vec3;
@@ -33,6 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
+pub use support::{LEAF, WOOD, trunk_support, trunk_support_by};
 pub use validate::PlantError;
 
 use crate::base::Rotation;
@@ -64,8 +67,9 @@ pub struct Chain {
     len: u32,
 }
 
-/// One leaf.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One leaf: the septuple of 2017 CAVW, 4.3 (chain, place on it, width and height, three of orientation, texture), and how
+/// far from the axis it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
     /// The chain that bears it.
     pub chain: ChainId,
@@ -197,6 +201,14 @@ impl Plant {
         self
     }
 
+    /// The same plant with other leaves, each on a chain of it.
+    #[must_use]
+    pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
+        self.leaves = leaves;
+        debug_assert_eq!(validate::validate(&self), Ok(()));
+        self
+    }
+
     /// The same plant with those leaves for which `keep` gives one.
     #[must_use]
     pub(crate) fn keep_leaves(mut self, keep: impl Fn(usize, &Leaf) -> Option<Leaf>) -> Self {
@@ -225,6 +237,6 @@ impl Plant {
     /// Height of the highest point of any axis above the origin, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
-        self.pose().positions().iter().fold(0.0, |top, p| top.max(p.y))
+        Posed::of_bearers(self).positions().iter().fold(0.0, |top, p| top.max(p.y))
     }
 }

@@ -117,7 +117,8 @@ impl Skeleton {
                 }
             };
             let curve = Curve::new(&points);
-            let frames = curve.frames(frame);
+            // Frames are dear, and most chains bear nothing.
+            let mut frames = None;
             let parameters = curve.parameters();
             for (k, &node) in path.iter().enumerate().rev() {
                 let on_path = path.get(k + 1).copied();
@@ -128,7 +129,8 @@ impl Skeleton {
                 for &child in forks.children[node as usize].iter().rev() {
                     if Some(child) != on_path {
                         let location = (parameters[k] as f32).clamp(0.0, 1.0);
-                        let attach = Some((id, location, frame_at(&frames, location)));
+                        let frames = frames.get_or_insert_with(|| curve.frames(frame));
+                        let attach = Some((id, location, frame_at(frames, location)));
                         work.push(Start { path: vec![node, child], attach });
                     }
                 }

@@ -34,7 +34,7 @@ const SEED: Field = Field {
     about: "another one gives other trees of the same sources",
 };
 
-const MATCHED: Field = Field {
+pub(super) const MATCHED: Field = Field {
     name: "matching",
     kind: Kind::Fields(&MATCHING),
     default: BY_DEFAULTS,
@@ -530,7 +530,7 @@ pub(super) fn parts(fields: &Reader<'_, '_>) -> Vec<Part> {
     parts
 }
 
-fn matching(fields: &Reader<'_, '_>) -> MatchParams {
+pub(super) fn matching(fields: &Reader<'_, '_>) -> MatchParams {
     let (crown, direction, ratio) = (fields.number("crown"), fields.number("direction"), fields.number("ratio"));
     let sum = crown + direction + ratio;
     if sum < 1e-3 {

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::path::relative;
-use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Wear};
+use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, TargetLeaf, Wear};
 use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -25,7 +25,7 @@ struct LeafKind {
     bark: BarkPattern,
 }
 
-const LEAF_NAMES: &[&str] = &["oak", "birch", "beech", "maple", "willow", "ash", "pine"];
+pub(super) const LEAF_NAMES: &[&str] = &["oak", "birch", "beech", "maple", "willow", "ash", "pine"];
 
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
@@ -227,6 +227,18 @@ pub(super) fn describe_leaves() -> String {
         out.push_str(&format!("| {name} | `{color}` |\n"));
     }
     out
+}
+
+/// A made leaf by its place in [`LEAF_NAMES`], as its defaults have it.
+pub(super) fn named_leaf(index: usize) -> Option<TargetLeaf> {
+    let leaf = LEAVES.get(index)?;
+    Some(TargetLeaf::Made {
+        art: LeafArt::Made { shape: leaf.shape, color: linear(leaf.color)?, variation: 0.3, size: 256 },
+        size: leaf.size,
+        angle: leaf.angle.to_radians(),
+        droop: leaf.droop,
+        twig: leaf.twig,
+    })
 }
 
 /// What `foliage` says.

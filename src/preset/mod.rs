@@ -8,6 +8,7 @@
 mod blends;
 mod guiding;
 mod look;
+mod morphs;
 mod nearest;
 mod output;
 mod path;
@@ -18,6 +19,7 @@ mod reader;
 mod report;
 mod schema;
 mod set;
+mod shapes;
 mod species;
 mod surroundings;
 mod syntax;

@@ -3,14 +3,18 @@
 //! Lengths are metres, angles radians, shares 0..=1. No `Option`, no text left to interpret, no value out of range.
 
 mod growth;
+mod morphs;
+mod shapes;
 mod variants;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
 };
+pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
+pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,
@@ -33,6 +37,12 @@ pub struct Plan {
     /// Entries of which only some trees are kept; not written where there is none, so that such plans keep their keys.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub selections: Vec<Selection>,
+    /// Shape spaces that variants are taken from, one for each entry of the preset that does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shapes: Vec<ShapeParams>,
+    /// Sequences of frames, one for each entry of the preset that asks for one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub morphs: Vec<MorphParams>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
@@ -297,7 +307,7 @@ pub struct MeshParams {
 }
 
 /// A level of detail.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lod {
     /// Everything.
     Full,

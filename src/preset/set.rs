@@ -8,16 +8,18 @@ use std::collections::BTreeMap;
 
 use super::blends::{self, BLEND, Blended, EXPLORE, MIX, PART, parts};
 use super::look::{self, BARK, FOLIAGE, path};
+use super::morphs::{self, GROWTH, MORPH};
 use super::output::{self, ATLAS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
     Beside, BlendParams, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams,
-    Obstacle, Part, Plan, Selection, Source, SourceRecipe, UpAxis, Variant,
+    MorphParams, Obstacle, Part, Plan, Selection, ShapeParams, Source, SourceRecipe, UpAxis, Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::shapes::{self, BETWEEN, GEODESIC, MEAN, SYMMETRIZE, Shaped};
 use super::species::{HEIGHT, seen_from, species};
 use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Value, tree};
@@ -250,6 +252,16 @@ static VARIANT: Choice = Choice {
             form: Form::Fields(&EXPLORE),
             about: "trees spread evenly over the space that any number of sources span",
         },
+        KindOf {
+            name: "Geodesic",
+            form: Form::Fields(&GEODESIC),
+            about: "trees at even steps of the shortest way between two sources",
+        },
+        KindOf { name: "Mean", form: Form::Fields(&MEAN), about: "the tree that is least far from some sources" },
+        KindOf { name: "Symmetrize", form: Form::Fields(&SYMMETRIZE), about: "a source made symmetric" },
+        KindOf { name: "Between", form: Form::Fields(&BETWEEN), about: "trees drawn about the mean of some sources" },
+        KindOf { name: "Morph", form: Form::Fields(&MORPH), about: "frames from one source to another, leaf by leaf" },
+        KindOf { name: "Grow", form: Form::Fields(&GROWTH), about: "frames of a source's growth" },
     ],
 };
 
@@ -296,7 +308,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let Variants { trees: variants, blends, selections } = variants(set, &names, &sources);
+    let Variants { trees: variants, blends, selections, shapes, morphs } = variants(set, &names, &sources, seed);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
@@ -312,6 +324,8 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         variants,
         blends,
         selections,
+        shapes,
+        morphs,
         dress: foliage.dress,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
@@ -532,11 +546,19 @@ struct Variants {
     trees: Vec<Variant>,
     blends: Vec<BlendParams>,
     selections: Vec<Selection>,
+    shapes: Vec<ShapeParams>,
+    morphs: Vec<MorphParams>,
 }
 
-fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[Source]) -> Variants {
+fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[Source], seed: u64) -> Variants {
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    let mut made = Variants { trees: Vec::new(), blends: Vec::new(), selections: Vec::new() };
+    let mut made = Variants {
+        trees: Vec::new(),
+        blends: Vec::new(),
+        selections: Vec::new(),
+        shapes: Vec::new(),
+        morphs: Vec::new(),
+    };
     // Where each tree was made first.
     let mut firsts: BTreeMap<String, String> = BTreeMap::new();
     for (entry, item) in set.list("variants").into_iter().enumerate() {
@@ -549,6 +571,24 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
                 "Source" => {
                     let index = source(fields, &fields.item("of")?, &names)?;
                     return Some((vec![(index.to_string(), Variant::Source(index))], None));
+                }
+                "Geodesic" | "Mean" | "Symmetrize" | "Between" => {
+                    let Shaped { shape, trees } = shapes::shaped(kind, entry, fields, &names, seed)?;
+                    let alike = ShapeParams { entry: 0, ..shape.clone() };
+                    let index = made.shapes.len();
+                    made.shapes.push(shape);
+                    let of = |shares| (format!("{alike:?} {shares:?}"), Variant::Shape { shape: index, shares });
+                    return Some((trees.into_iter().map(of).collect(), None));
+                }
+                "Morph" | "Grow" => {
+                    let read = if kind == "Morph" { morphs::morph } else { morphs::growth };
+                    let params = read(entry, fields, &names)?;
+                    let alike = MorphParams { entry: 0, ..params.clone() };
+                    let morph = made.morphs.len();
+                    let frame = |frame| (format!("{alike:?} {frame}"), Variant::Frame { morph, frame });
+                    let frames = (0..params.frames).map(frame).collect();
+                    made.morphs.push(params);
+                    return Some((frames, None));
                 }
                 "Mix" => blends::mix(entry, fields, &names, sources)?,
                 "Explore" => blends::explore(entry, fields, &names, sources)?,

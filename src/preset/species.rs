@@ -35,9 +35,8 @@ pub(super) static SPECIES: Record = Record {
         Field {
             name: "detail",
             kind: Kind::Number { low: 1.0, high: 4.0, unit: "" },
-            default: Default::Is("1.0"),
-            about: "how many times finer the graph is near the plant than an even one of as many nodes; 1 for an even \
-                    one",
+            default: Default::Is("2.0"),
+            about: "how many times finer than the graph the nodes are along the branches; 1 for the graph's own",
         },
         Field {
             name: "graph_seed",

@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Weights;
 use super::alignment::alignment;
+use super::elastic::Elastic;
+use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use super::units::Units;
@@ -138,10 +140,16 @@ pub struct Family {
     pub(super) blocks: Vec<(u32, u32)>,
     /// Resampled members, turned onto the kin's branching vector: for each member all x, then all y, z and radii.
     pub(super) shapes: Vec<f32>,
+    /// The arc-length parameter of each slot of the blocks: those of a block start where it does.
+    pub(super) slots: Vec<f32>,
+    /// Leaves in correspondence, where they are; see [`Family::pair_leaves`].
+    pub(super) leaf_pairs: Option<LeafPairs>,
     /// Kins that only stand in for one source's chain where that source is alone; see [`Family::is_stand_in`].
     pub(super) stand_ins: Vec<bool>,
     /// Growth units, where they are asked for.
     pub(super) units: Option<Units>,
+    /// How members run along each other, where the family is in elastic correspondence.
+    pub(super) elastic: Option<Elastic>,
     /// For each source the kin that stands for each of its chains.
     pub(super) primary: Vec<Vec<u32>>,
     /// In order of source and leaf.
@@ -178,8 +186,11 @@ impl Family {
             blocks: Vec::with_capacity(kins.len()),
             members: Vec::with_capacity(kins.len() * plants.len()),
             shapes: Vec::new(),
+            slots: Vec::new(),
+            leaf_pairs: None,
             stand_ins: stand_ins(kins, &primary),
             units: None,
+            elastic: None,
             leaf_sites: leaf_sites(&plants, kins),
             plants,
             parameters,
@@ -260,6 +271,12 @@ impl Family {
         weights
     }
 
+    /// How many kins on the same parent kin share the chain that `source` gives to a kin, itself included; 0 without.
+    #[must_use]
+    pub fn sharers(&self, kin: KinId, source: usize) -> usize {
+        self.row(kin.index()).get(source).filter(|m| m.chain != NONE).map_or(0, |m| m.sharers as usize)
+    }
+
     pub(super) fn row(&self, kin: usize) -> &[Member] {
         &self.members[kin * self.plants.len()..(kin + 1) * self.plants.len()]
     }
@@ -335,15 +352,14 @@ impl Family {
     pub(super) fn lay_blocks(&mut self) {
         self.blocks.clear();
         self.shapes.clear();
+        self.slots.clear();
         let mut units = self.units.take();
+        let mut elastic = self.elastic.take();
+        elastic.iter_mut().for_each(Elastic::clear);
         for k in 0..self.parents.len() {
             let row = self.row(k);
             let present: Vec<usize> = (0..row.len()).filter(|&s| row[s].chain != NONE).collect();
             let start = (self.shapes.len() / 4) as u32;
-            if present.len() < 2 {
-                self.blocks.push((start, 0));
-                continue;
-            }
             let spans: Vec<(usize, std::ops::Range<usize>)> =
                 present.iter().map(|&s| (s, self.plants[s].span(ChainId(row[s].chain)))).collect();
             let whole = |(s, span): &(usize, std::ops::Range<usize>)| Line {
@@ -351,11 +367,20 @@ impl Family {
                 points: Cow::Borrowed(&self.plants[*s].all_points()[span.clone()]),
                 radii: Cow::Borrowed(&self.plants[*s].all_radii()[span.clone()]),
             };
+            if present.len() < 2 {
+                self.blocks.push((start, 0));
+                if let (Some(elastic), Some(span)) = (&mut elastic, spans.first()) {
+                    elastic.alone(&whole(span));
+                }
+                continue;
+            }
             let lines: Vec<Line<'_>> = spans
                 .iter()
-                .map(|span| match &units {
-                    None => whole(span),
-                    Some(units) => units.cut(k, span.0, &whole(span)),
+                .enumerate()
+                .map(|(place, span)| match (&elastic, &units) {
+                    (Some(elastic), _) => elastic.cut(k, place, &whole(span)),
+                    (None, Some(units)) => units.cut(k, span.0, &whole(span)),
+                    (None, None) => whole(span),
                 })
                 .collect();
             let lines: Vec<Polyline<'_>> = lines
@@ -364,6 +389,13 @@ impl Family {
                 .collect();
             let slots = resample(&lines);
             let count = slots.parameters.len();
+            if let Some(elastic) = &mut elastic {
+                let turned = |place: usize, v: Vec3| row[present[place]].turn.inverse().rotate(v);
+                let mut block = elastic.encode(&slots, &turned, present.len());
+                self.blocks.push((start, count as u32));
+                self.shapes.append(&mut block);
+                continue;
+            }
             let mut block = Vec::with_capacity(4 * count * present.len());
             for (place, &s) in present.iter().enumerate() {
                 let back = row[s].turn.inverse();
@@ -376,11 +408,15 @@ impl Family {
             }
             self.blocks.push((start, count as u32));
             self.shapes.append(&mut block);
+            // Blocks start at quarters of `shapes`; of two members every other slot has no parameter of its own.
+            self.slots.resize(start as usize, 0.0);
+            self.slots.extend(slots.parameters.iter().map(|t| *t as f32));
             if let Some(units) = &mut units {
                 units.coordinates.extend(slots.parameters);
             }
         }
         self.units = units;
+        self.elastic = elastic;
     }
 }
 

@@ -15,6 +15,7 @@
 use glam::Vec3;
 
 use super::family::{Family, NONE};
+use super::weights::Run;
 use super::{KinId, Weights};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
 
@@ -36,6 +37,8 @@ pub struct Blender<'f> {
     /// Normalized over members, kin after kin.
     pub(super) shares: Vec<f32>,
     pub(super) degrees: Vec<f32>,
+    /// How shares run along each kin.
+    pub(super) runs: Vec<Run>,
     pub(super) feeds: Vec<Feed>,
     /// Where each kin's points start in the arrays below, with room for its longest form.
     pub(super) first: Vec<u32>,
@@ -66,7 +69,7 @@ pub struct Blender<'f> {
     /// The kin of each chain of the last tree.
     kins: Vec<KinId>,
     /// Each kin's chain in it.
-    chains: Vec<u32>,
+    pub(super) chains: Vec<u32>,
 }
 
 impl Family {
@@ -109,6 +112,7 @@ impl<'f> Blender<'f> {
             family,
             shares: vec![0.0; kins * sources],
             degrees: vec![0.0; kins],
+            runs: vec![Run::Even; kins],
             feeds: vec![Feed::Nothing; kins],
             first,
             len: vec![0; kins],
@@ -141,7 +145,8 @@ impl<'f> Blender<'f> {
     /// As [`blend`](Self::blend), into the memory of a plant that is no longer needed.
     pub fn blend_into(&mut self, weights: &Weights, plant: &mut Plant) {
         self.weigh(weights);
-        let by_units = self.family.units.is_some();
+        let family = self.family;
+        let by_parent = family.units.is_some() || family.elastic.is_some();
         for k in 0..self.feeds.len() {
             if self.feeds[k] == Feed::Nothing {
                 continue;
@@ -149,15 +154,22 @@ impl<'f> Blender<'f> {
             if self.moved[k] {
                 self.place(k);
             }
-            // By units, a branch sits at a boundary of its parent, wherever that is now.
-            let parent = self.family.parents[k];
-            if by_units && parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
+            // By units, a branch sits at a boundary of its parent, wherever that is now; on elastic curves likewise.
+            let parent = family.parents[k];
+            if by_parent && parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
                 self.location[k] = self.own_location(k);
-                self.location[k] = self.locate(k);
+                self.location[k] = match &family.elastic {
+                    Some(elastic) => self.locate_elastic(k, elastic),
+                    None => self.locate(k),
+                };
             }
         }
-        self.apply_rule();
-        self.fit_to_parents();
+        if family.elastic.is_some() {
+            self.keep_radii();
+        } else {
+            self.apply_rule();
+            self.fit_to_parents();
+        }
         *plant = self.assemble(std::mem::take(plant));
     }
 
@@ -179,7 +191,7 @@ impl<'f> Blender<'f> {
     }
 
     /// Makes the weights sensible and finds out which kins they move.
-    fn weigh(&mut self, weights: &Weights) {
+    pub(super) fn weigh(&mut self, weights: &Weights) {
         let family = self.family;
         let (kins, sources) = (family.kin_count(), family.plants.len());
         let mut row = vec![0.0_f32; sources];
@@ -192,6 +204,9 @@ impl<'f> Blender<'f> {
             let degree = if feed == Feed::Nothing { 0.0 } else { weights.degree(KinId(k as u32)).min(1.0) };
             self.take(k, feed, &row, degree);
             self.moved[k] |= other_times && feed != Feed::Nothing;
+            let run = weights.run(KinId(k as u32));
+            self.moved[k] |= self.runs[k] != run;
+            self.runs[k] = run;
         }
         if !any && kins > 0 {
             let source = family.row(0).iter().position(|m| m.chain != NONE).unwrap_or(0);
@@ -275,7 +290,8 @@ impl<'f> Blender<'f> {
         self.kins.clear();
         self.chains.fill(NONE);
         let present = |k: &u32| self.feeds[*k as usize] != Feed::Nothing;
-        let order: Vec<u32> = match self.sole_source() {
+        let sole = self.sole_source();
+        let order: Vec<u32> = match sole {
             Some(source) => family.primary[source].iter().copied().filter(present).collect(),
             None => (0..family.kin_count() as u32).filter(present).collect(),
         };
@@ -297,6 +313,11 @@ impl<'f> Blender<'f> {
             self.kins.push(KinId(kin));
         }
         let sources = family.plants.len();
+        // A source alone has its leaves in its own order.
+        if let (Some(pairs), None) = (&family.leaf_pairs, sole) {
+            self.pair_up(pairs, &mut builder);
+            return builder.finish_trusted();
+        }
         for site in &family.leaf_sites {
             let k = site.kin as usize;
             let share = self.shares[k * sources + site.source as usize];

@@ -54,12 +54,19 @@ impl Blender<'_> {
             self.linear[span].iter_mut().zip(plant.radii(chain)).for_each(|(to, r)| *to = r * degree);
             return;
         }
+        if self.place_by_points(k) {
+            return;
+        }
         let sources = family.plants.len();
         let shares = &self.shares[k * sources..(k + 1) * sources];
         let weighted = || row.iter().zip(shares).enumerate().filter(|(_, (_, share))| **share > 0.0);
         self.location[k] = self.own_location(k);
         self.origin[k] = weighted()
             .fold(Vec3::ZERO, |o, (s, (m, share))| o + family.plants[s].chain(ChainId(m.chain)).origin * *share);
+        if let Some(elastic) = &family.elastic {
+            self.place_elastic(k, elastic);
+            return;
+        }
         if family.units.is_some() && self.unit_seed != 0 {
             self.len[k] = family.blocks[k].1;
             self.place_by_units(k, self.unit_seed);

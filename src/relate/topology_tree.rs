@@ -73,6 +73,11 @@ impl TopologyTree {
         &self.nodes[chain.index()]
     }
 
+    /// Grows a chain's crown by another hull in the same space.
+    pub(super) fn widen(&mut self, chain: ChainId, hull: &Crown) {
+        self.nodes[chain.index()].crown.merge(hull);
+    }
+
     /// The nodes at the coarsest scale.
     #[must_use]
     pub fn stems(&self) -> &[ChainId] {

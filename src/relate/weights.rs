@@ -17,13 +17,29 @@ pub struct Weights {
     degrees: Vec<f32>,
     /// Address of the times of growth units; 0 for all at once.
     units: u64,
+    /// How shares run along each kin; empty where all are even.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    runs: Vec<Run>,
+}
+
+/// How the shares of two members run along a kin (2017 CAVW, 6.1): `t` is the share of the later source, `s` the
+/// arc-length parameter. See `relate/point_weights.rs`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub enum Run {
+    /// The same everywhere.
+    #[default]
+    Even,
+    /// A copy leaves the chain that it shares, its tip first.
+    Split,
+    /// A chain joins the one that it will share, its base first.
+    Merge,
 }
 
 impl Weights {
     /// All zero, for `kins` kins over `sources` sources.
     #[must_use]
     pub fn new(kins: usize, sources: usize) -> Self {
-        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins], units: 0 }
+        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins], units: 0, runs: Vec::new() }
     }
 
     /// Sets one kin: a share for each source, in their order, and the degree of growth 0..=1. Shares that are missing
@@ -35,6 +51,22 @@ impl Weights {
         for (s, slot) in own.iter_mut().enumerate() {
             *slot = shares.get(s).copied().unwrap_or(0.0);
         }
+    }
+
+    /// Sets how the shares of one kin run along it; counts where exactly two sources feed it.
+    pub fn set_run(&mut self, kin: KinId, run: Run) {
+        if self.runs.is_empty() && run != Run::Even {
+            self.runs = vec![Run::Even; self.degrees.len()];
+        }
+        if let Some(slot) = self.runs.get_mut(kin.index()) {
+            *slot = run;
+        }
+    }
+
+    /// How the shares of one kin run along it.
+    #[must_use]
+    pub fn run(&self, kin: KinId) -> Run {
+        self.runs.get(kin.index()).copied().unwrap_or_default()
     }
 
     /// The same weights, for families [by units](super::Family::by_units) with every growth unit at a time of its own.

@@ -14,7 +14,7 @@ use notify::event::{AccessKind, AccessMode};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, Debouncer, RecommendedCache, new_debouncer};
 
-use crate::build::{BuildError, BuildOptions, Builder, Progress, find_presets};
+use crate::build::{BuildError, BuildOptions, Builder, CacheOptions, Progress, find_presets};
 
 /// How long a burst of events must be quiet before it is acted on.
 const QUIET: Duration = Duration::from_millis(60);
@@ -55,18 +55,19 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    /// Starts to watch `folder`; sets go to `out`.
+    /// Starts to watch `folder`; sets go to `out`, what stages make into a cache where one
+    /// is given.
     ///
     /// # Errors
     ///
     /// When the folder can't be watched.
-    pub fn new(folder: &Path, out: &Path) -> Result<Self, WatchError> {
+    pub fn new(folder: &Path, out: &Path, cache: Option<CacheOptions>) -> Result<Self, WatchError> {
         let fail = |source| WatchError { folder: folder.to_path_buf(), source };
         let (sender, events) = channel();
         let debouncer = new_debouncer(QUIET, None, sender).map_err(fail)?;
         let mut watcher = Self {
             folder: folder.to_path_buf(),
-            builder: Builder::new(BuildOptions { out: out.to_path_buf(), force: false }),
+            builder: Builder::new(BuildOptions { cache, ..BuildOptions::new(out) }),
             debouncer,
             events,
             watched: BTreeSet::new(),

@@ -14,6 +14,20 @@ pub enum Variant {
         /// Which of its trees.
         tree: BlendTree,
     },
+    /// A point of a shape space.
+    Shape {
+        /// Index into the plan's shapes.
+        shape: usize,
+        /// A share for each source, or for the source and its reflection; they add up to 1.
+        shares: Vec<f32>,
+    },
+    /// A frame of a sequence.
+    Frame {
+        /// Index into the plan's morphs.
+        morph: usize,
+        /// Which frame, from 0.
+        frame: u32,
+    },
     /// One of the kept trees of a selection.
     Selected {
         /// Index into the plan's selections.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::crown::{Crown, fit};
 use super::measure::{Group, Measures};
-use crate::base::math;
+use crate::base::{Seed, math};
 
 /// Edges of the graph that the shortest branches should be long.
 const SHORTEST: f32 = 2.5;
@@ -127,6 +127,41 @@ impl Recipe {
                 pass.bend += (wanted.bend - got.bend) * GAIN * 0.5;
             }
         }
+    }
+
+    /// A recipe near this one: every measure that trial trees can miss by chance up or down, by up to a share of `size`;
+    /// angles by as many right angles.
+    pub(super) fn varied(&self, seed: Seed, size: f32) -> Self {
+        let chance = |name: &str, i: usize| seed.child(name).at(i as u64).range(-size, size);
+        let times = |name: &str, i: usize| math::exp(chance(name, i));
+        let angle = |name: &str, i: usize| chance(name, i) * 90.0;
+        let mut near = self.clone();
+        near.tip_radius *= times("tip", 0);
+        near.allometry = (near.allometry * times("allometry", 0)).clamp(1.0, 5.0);
+        near.taper *= times("taper", 0);
+        near.crookedness = (near.crookedness + chance("crooked", 0) * 0.5).clamp(0.0, WINDING);
+        near.bole = (near.bole * times("bole", 0)).clamp(0.0, 0.95);
+        near.trunk *= times("trunk", 0);
+        near.slenderness *= times("slender", 0);
+        near.crown.radius = (near.crown.radius * times("radius", 0)).clamp(0.01, near.width * 0.48);
+        near.crown.hollow = (near.crown.hollow + chance("hollow", 0)).clamp(0.0, 0.95);
+        near.crown.top = (near.crown.top + chance("top", 0) * 0.3).clamp(0.1, 1.0);
+        near.crown.bottom = (near.crown.bottom + chance("bottom", 0) * 0.3).clamp(0.0, near.crown.top - 0.05);
+        if near.limbs >= 1.0 {
+            near.limbs = (near.limbs * times("limbs", 0)).max(1.0);
+        }
+        for (side, start) in near.limb_start.iter_mut().enumerate() {
+            *start += angle("start", side);
+        }
+        near.limb_bend += angle("bend", 0);
+        for (i, pass) in near.passes.iter_mut().enumerate() {
+            pass.count *= times("count", i) * times("count", i + 8);
+            pass.k = (pass.k * times("k", i)).max(1.0);
+            pass.t = (pass.t + chance("t", i)).clamp(0.05, 1.0);
+            pass.alpha1 += angle("alpha1", i);
+            pass.bend += angle("pass bend", i);
+        }
+        near
     }
 
     /// Makes room where nothing grew.

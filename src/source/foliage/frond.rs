@@ -120,8 +120,7 @@ fn unroll(part: &Part, c: &Component, near: &Near) -> Option<Unrolled> {
         for k in 0..3 {
             let (a, b) = (corner[k], corner[(k + 1) % 3]);
             for slice in 0..SLICES {
-                let (low, high) =
-                    ((slice as f32 - OVER) / SLICES as f32, ((slice + 1) as f32 + OVER) / SLICES as f32);
+                let (low, high) = ((slice as f32 - OVER) / SLICES as f32, ((slice + 1) as f32 + OVER) / SLICES as f32);
                 for cut in [a.x, low, high] {
                     let inside = |t: f32| t >= low - 1e-5 && t <= high + 1e-5;
                     let f = if b.x == a.x { 0.0 } else { (cut - a.x) / (b.x - a.x) };
@@ -170,7 +169,10 @@ pub(super) fn pictures(part: &Part, c: &Component, near: &Near, plain: &CardPict
         let corner = |i: u32| {
             let place = frond.places[order[&i]];
             CardCorner {
-                at: Vec2::new(place.y / width + edge, 1.0 - (place.x * SLICES as f32 - k as f32 + OVER) / (1.0 + 2.0 * OVER)),
+                at: Vec2::new(
+                    place.y / width + edge,
+                    1.0 - (place.x * SLICES as f32 - k as f32 + OVER) / (1.0 + 2.0 * OVER),
+                ),
                 uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
                 color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
             }

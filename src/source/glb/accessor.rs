@@ -150,8 +150,7 @@ fn sparse(sparse: &json::Sparse, size: usize, of: u64, root: &json::Root) -> Opt
     let place = |part: &json::SparsePart, size: usize| {
         let view = root.buffer_views.get(usize::try_from(part.buffer_view).ok()?)?;
         let end = sparse.count.checked_mul(size as u64)?.checked_add(part.byte_offset)?;
-        (end <= view.byte_length)
-            .then(|| (view.buffer as usize, (view.byte_offset + part.byte_offset) as usize))
+        (end <= view.byte_length).then(|| (view.buffer as usize, (view.byte_offset + part.byte_offset) as usize))
     };
     (sparse.count >= 1 && sparse.count <= of).then_some(())?;
     Some(Sparse {

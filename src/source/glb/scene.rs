@@ -64,9 +64,8 @@ fn places(copies: &json::Instancing, layouts: &[Layout], buffers: &Buffers<'_>) 
         None => Ok(None),
         Some(&accessor) => {
             let layout = usize::try_from(accessor).ok().and_then(|a| layouts.get(a));
-            let layout = layout.ok_or_else(|| {
-                GlbError::Broken(format!("instances name accessor {accessor}, which is not there"))
-            })?;
+            let layout = layout
+                .ok_or_else(|| GlbError::Broken(format!("instances name accessor {accessor}, which is not there")))?;
             layout.elements(buffers).map(Some)
         }
     };

@@ -162,8 +162,7 @@ mod tests {
     fn root(packed: json::Meshopt, stride: u64) -> json::Root {
         let byte_length = packed.count * packed.byte_stride;
         let extensions = json::ViewExtensions { meshopt: Some(Box::new(packed)), khr_meshopt: None };
-        let view =
-            json::View { buffer: 0, byte_offset: 0, byte_length, byte_stride: Some(stride), extensions };
+        let view = json::View { buffer: 0, byte_offset: 0, byte_length, byte_stride: Some(stride), extensions };
         json::Root { buffer_views: vec![view], ..json::Root::default() }
     }
 

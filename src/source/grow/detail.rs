@@ -1,6 +1,7 @@
-//! How fine the ways are that a plant's branches take through its graph: what a graph that follows the plant gains.
+//! How fine the ways are that a plant's branches take through its graph: what finer nodes along them gain.
 
 use super::growth::{self, Tree};
+use super::refine::Ways;
 use super::space::{Graph, GraphParams, ObstacleMeshes};
 use super::{GrowError, Solids, checked};
 use crate::base::Seed;
@@ -12,9 +13,11 @@ const COURSE: f32 = 0.03;
 /// The fineness of a plant's paths, before they are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
-    /// Nodes of the graph that the plant ends in.
+    /// Nodes of the graph.
     pub nodes: usize,
-    /// Mean edges from the root to a tip.
+    /// Finer nodes along the branches.
+    pub finer: usize,
+    /// Edges from the root to a tip, the median.
     pub path: f32,
     /// Mean length of an edge, heights.
     pub edge: f32,
@@ -31,28 +34,29 @@ pub fn detail(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<Detail
     checked(params, solids)?;
     let graph = Graph::new(&GraphParams::of(params, solids)?, &ObstacleMeshes::new())?;
     let mut trees = [Tree::new(params, 1.0, seed.child("grow").at(params.seed))];
-    let graph = growth::grow_all(&graph, &mut trees, &params.space, solids);
-    let (members, nodes) = (&trees[0].structure.members, &graph.space().nodes);
-    let mut hops = vec![0_u32; members.len()];
-    let mut heavy = vec![None; members.len()];
+    let ways = growth::grow_all(&graph, &mut trees, &params.space, solids);
+    let Ways { places, parents, .. } = &ways[0];
+    let count = places.len();
+    let mut hops = vec![0_u32; count];
+    let mut heavy = vec![None; count];
     let mut length = 0.0_f64;
-    for (i, member) in members.iter().enumerate().skip(1) {
-        let parent = member.parent as usize;
+    for i in 1..count {
+        let parent = parents[i] as usize;
         hops[i] = hops[parent] + 1;
         heavy[parent] = Some(i);
-        length += f64::from(nodes.at(member.node).distance(nodes.at(members[parent].node)));
+        length += f64::from(places[i].distance(places[parent]));
     }
-    let tips = || (1..members.len()).filter(|&i| heavy[i].is_none());
-    if members.len() < 2 {
+    let tips = || (1..count).filter(|&i| heavy[i].is_none());
+    if count < 2 {
         return Err(GrowError::Nothing);
     }
     let (mut stray, mut strays) = (0.0_f64, 0_u32);
-    for i in 1..members.len() {
-        let here = nodes.at(members[i].node);
-        let place = |i: usize| nodes.at(members[i].node);
+    for i in 1..count {
+        let here = places[i];
+        let place = |i: usize| places[i];
         let (mut below, mut above) = (i, i);
         while below != 0 && place(below).distance(here) < COURSE {
-            below = members[below].parent as usize;
+            below = parents[below] as usize;
         }
         while let Some(next) = heavy[above].filter(|_| place(above).distance(here) < COURSE) {
             above = next;
@@ -65,11 +69,13 @@ pub fn detail(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<Detail
             strays += 1;
         }
     }
-    let count = tips().count().max(1) as f64;
+    let mut ways_up: Vec<u32> = tips().map(|i| hops[i]).collect();
+    ways_up.sort_unstable();
     Ok(Detail {
-        nodes: nodes.len(),
-        path: (tips().map(|i| f64::from(hops[i])).sum::<f64>() / count) as f32,
-        edge: (length / (members.len() - 1) as f64) as f32,
+        nodes: graph.nodes(),
+        finer: ways[0].finer,
+        path: ways_up[ways_up.len() / 2] as f32,
+        edge: (length / (count - 1) as f64) as f32,
         stray: (stray / f64::from(strays.max(1))) as f32,
     })
 }
@@ -80,7 +86,7 @@ mod tests {
     use crate::preset::species;
 
     #[test]
-    fn a_graph_that_follows_the_plant_has_more_and_shorter_edges_for_the_same_nodes() {
+    fn finer_nodes_along_branches_give_more_and_shorter_edges() {
         let text = "(height: 9.0, nodes: 6000, iterations: [\
             (endpoints: Volume(shape: Point(height: 0.6), count: 1)),\
             (endpoints: Volume(shape: Ellipsoid(bottom: 0.4, top: 0.9, radius: 0.3), count: 12))])";
@@ -89,7 +95,7 @@ mod tests {
         let fine = detail(&params, &Solids::new(), Seed::new(1)).unwrap();
         params.space.detail = 1.0;
         let even = detail(&params, &Solids::new(), Seed::new(1)).unwrap();
-        assert!((fine.nodes as f32 / even.nodes as f32 - 1.0).abs() < 0.15, "{fine:?} {even:?}");
+        assert!(fine.nodes == even.nodes && fine.finer < 2 * even.nodes && even.finer == 0, "{fine:?} {even:?}");
         assert!(fine.path > even.path * 1.6 && fine.edge < even.edge * 0.62, "{fine:?} {even:?}");
         assert!(fine.stray < even.stray, "{fine:?} {even:?}");
     }

@@ -20,19 +20,21 @@ use crate::preset::plan::{Count, Endpoints, Sampling, Volume};
 /// Most endpoints that a density may ask for.
 const MOST: f32 = 50_000.0;
 
-/// The nodes at which branches may end, without those of the structure; in no particular order.
+/// The nodes at which branches may end, without those of the structure; in no particular order. The second value has
+/// the nodes that ways to them may use, where these are confined: twigs of some hops keep to what lies as near to the
+/// structure as their ends, and a hop further.
 pub(super) fn candidates(
     endpoints: &Endpoints,
     solids: &Solids,
     space: &Space,
     structure: &Structure,
     seed: Seed,
-) -> Vec<u32> {
-    let mut places = places(endpoints, solids, space, structure, seed);
+) -> (Vec<u32>, Option<Vec<bool>>) {
+    let (mut places, ways) = places(endpoints, solids, space, structure, seed);
     if let Sampling::Whorls { spacing } = sampling(endpoints) {
         places.retain(|&node| (space.nodes.at(node).y / spacing).fract() < 0.25);
     }
-    places
+    (places, ways)
 }
 
 fn sampling(endpoints: &Endpoints) -> Sampling {
@@ -40,7 +42,13 @@ fn sampling(endpoints: &Endpoints) -> Sampling {
     sampling
 }
 
-fn places(endpoints: &Endpoints, solids: &Solids, space: &Space, structure: &Structure, seed: Seed) -> Vec<u32> {
+fn places(
+    endpoints: &Endpoints,
+    solids: &Solids,
+    space: &Space,
+    structure: &Structure,
+    seed: Seed,
+) -> (Vec<u32>, Option<Vec<bool>>) {
     let Space { nodes, graph, from_root } = space;
     let free = |node: &u32| !structure.holds(*node);
     match *endpoints {
@@ -48,22 +56,29 @@ fn places(endpoints: &Endpoints, solids: &Solids, space: &Space, structure: &Str
             if let Volume::Point { height, out } = *shape {
                 let (sin, cos) = math::sin_cos(seed.child("side").unit() * std::f32::consts::TAU);
                 let point = Vec3::new(out * cos, height, out * sin);
-                return Some(nodes.nearest(point)).filter(free).into_iter().collect();
+                return (Some(nodes.nearest(point)).filter(free).into_iter().collect(), None);
             }
             let solid = volume::solid(shape, solids);
-            (0..nodes.len() as u32).filter(|&node| volume::holds(shape, solid, nodes.at(node))).filter(free).collect()
+            let held = (0..nodes.len() as u32).filter(|&node| volume::holds(shape, solid, nodes.at(node)));
+            (held.filter(free).collect(), None)
         }
         Endpoints::Surface { k, t, .. } => {
             let sources: Vec<u32> = structure.members.iter().map(|m| m.node).collect();
-            let near = graph.hops(&sources, k);
-            let mut surface: Vec<u32> = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k).collect();
+            let most = k.saturating_add(1);
+            let near = graph.hops(&sources, most);
+            let ways = near.iter().map(|&hops| hops <= most).collect();
+            let surface = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k);
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
             let seed = seed.child("surface");
-            surface.sort_by_cached_key(|&n| (std::cmp::Reverse(from_root[n as usize]), seed.at(u64::from(n)).bits()));
+            let far = |n: u32| std::cmp::Reverse(from_root[n as usize]);
+            let mut surface: Vec<_> = surface.map(|n| (far(n), seed.at(u64::from(n)).bits(), n)).collect();
             let kept = (surface.len() as f32 * t.clamp(0.0, 1.0)).ceil() as usize;
-            surface.truncate(kept);
-            surface
+            if kept < surface.len() {
+                surface.select_nth_unstable(kept);
+                surface.truncate(kept);
+            }
+            (surface.into_iter().map(|(_, _, node)| node).collect(), Some(ways))
         }
     }
 }
@@ -94,15 +109,15 @@ pub(super) fn choose(endpoints: &Endpoints, candidates: &[u32], nodes: &Nodes, c
 /// Nodes in an order of chance that each has by itself.
 fn shuffled(nodes: &[u32], seed: Seed) -> Vec<u32> {
     let seed = seed.child("spread");
-    let mut order = nodes.to_vec();
-    order.sort_by_cached_key(|&n| (seed.at(u64::from(n)).bits(), n));
-    order
+    let mut order: Vec<(u64, u32)> = nodes.iter().map(|&n| (seed.at(u64::from(n)).bits(), n)).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, node)| node).collect()
 }
 
 /// Chooses `count` of some nodes so that they keep their distance: in random order, with a disc that shrinks until
 /// enough have found room. Linear in candidates, a few passes.
 fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u32> {
-    let mut order = shuffled(candidates, seed);
+    let order = shuffled(candidates, seed);
     if count >= order.len() {
         return order;
     }
@@ -113,9 +128,13 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
     let mut chosen: Vec<u32> = Vec::with_capacity(count);
     // Candidates fill a volume or a surface of discs; the larger first guess is the surface's.
     let mut disc = nodes.disc * 1.3 * (order.len() as f32 / count.max(1) as f32).sqrt();
+    // Each with the square of its distance to a chosen one that keeps it out: most are still kept out by it when the
+    // disc has shrunk, and need not look around.
+    let mut order: Vec<(u32, f32)> = order.into_iter().map(|n| (n, f32::INFINITY)).collect();
     while chosen.len() < count && !order.is_empty() {
         // At the graph's own disc every candidate has room, which ends the loop.
         let last = disc <= nodes.disc;
+        let square = disc * disc;
         let lattice = Lattice::covering(low, high, disc.max(nodes.disc));
         let mut heads = vec![NONE; lattice.cells()];
         let mut links: Vec<u32> = Vec::with_capacity(count);
@@ -128,33 +147,39 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
             put(&mut heads, &mut links, place as u32, node);
         }
         let mut refused = Vec::new();
-        for &node in &order {
+        for &(node, kept_out) in &order {
             if chosen.len() == count {
                 break;
             }
+            if kept_out < square && !last {
+                refused.push((node, kept_out));
+                continue;
+            }
             let here = nodes.at(node);
-            let crowded = || {
+            let crowding = || {
                 let [from, to] = lattice.around(lattice.cell(here));
                 for y in from[1]..=to[1] {
                     for z in from[2]..=to[2] {
                         for x in from[0]..=to[0] {
                             let mut i = heads[lattice.index([x, y, z])];
                             while i != NONE {
-                                if nodes.at(chosen[i as usize]).distance_squared(here) < disc * disc {
-                                    return true;
+                                let apart = nodes.at(chosen[i as usize]).distance_squared(here);
+                                if apart < square {
+                                    return Some(apart);
                                 }
                                 i = links[i as usize];
                             }
                         }
                     }
                 }
-                false
+                None
             };
-            if !last && crowded() {
-                refused.push(node);
-            } else {
-                put(&mut heads, &mut links, chosen.len() as u32, node);
-                chosen.push(node);
+            match if last { None } else { crowding() } {
+                Some(apart) => refused.push((node, apart)),
+                None => {
+                    put(&mut heads, &mut links, chosen.len() as u32, node);
+                    chosen.push(node);
+                }
             }
         }
         order = refused;
@@ -225,7 +250,7 @@ mod tests {
         let of = |sampling| {
             let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
             let endpoints = Endpoints::Volume { shape, count: Count::Number(80), sampling };
-            let candidates = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1));
+            let (candidates, _) = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1));
             choose(&endpoints, &candidates, &space.nodes, 80, Seed::new(1))
         };
         let chosen = of(Sampling::Whorls { spacing: 0.2 });
@@ -261,7 +286,7 @@ mod tests {
         let shape = Volume::Point { height: 0.6, out: 0.3 };
         let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
         let tip = |seed| {
-            let found = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(seed));
+            let (found, _) = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(seed));
             assert_eq!(found.len(), 1);
             space.nodes.at(found[0])
         };
@@ -279,7 +304,7 @@ mod tests {
         let structure = Structure::new(&space.nodes);
         let surface = |t| {
             let endpoints = Endpoints::Surface { k: 3, t, count: 9, sampling: Sampling::Poisson };
-            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1))
+            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1)).0
         };
         let all = surface(1.0);
         assert!(!all.is_empty() && all.iter().all(|&n| space.from_root[n as usize] == 3));
@@ -300,7 +325,7 @@ mod tests {
         structure.add(&paths, tip);
         let surface = |t| {
             let endpoints = Endpoints::Surface { k: 2, t, count: 9, sampling: Sampling::Poisson };
-            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1))
+            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1)).0
         };
         let (all, outer) = (surface(1.0), surface(0.3));
         let least = outer.iter().map(|&n| space.from_root[n as usize]).min().unwrap();

@@ -269,6 +269,31 @@ fn figure_14_endpoints_and_branch_tips_are_one_to_one() {
 }
 
 #[test]
+fn figure_16_crowns_and_branches_change_in_steps_with_their_parameters() {
+    // Half-ellipsoids of aspects 1.5, 0.9, 0.5 and 0.3, and θ of 14 to 32 degrees: crowns get flatter and branches lower
+    // from one to the next, while there are as many twigs.
+    let tree = |(aspect, theta): (f32, f32)| {
+        let radius = (0.6 / aspect).min(0.58);
+        let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.3 + radius * aspect, radius, hollow: 0.6 };
+        let guide = Guide::Polar { theta: theta.to_radians() };
+        let twigs = Endpoints::Surface { k: 2, t: 0.7, count: 120, sampling: Sampling::Poisson };
+        let trunk = pass(volume(Volume::Point { height: 0.3, out: 0.0 }, 1), straight());
+        let tree = grown_among(12_000, &[trunk, pass(volume(shape, 50), guide.clone()), pass(twigs, guide)]);
+        let tips = tree.tips();
+        let count = tips.len() as f32;
+        let out = tips.iter().map(|&t| Vec3::new(tree.at(t).x, 0.0, tree.at(t).z).length()).sum::<f32>() / count;
+        let up = tips.iter().map(|&t| tree.at(t).y).sum::<f32>() / count - 0.3;
+        (up / out, tree.mean(|_, along| along.y), count)
+    };
+    let trees = [(1.5, 14.0), (0.9, 20.0), (0.5, 26.0), (0.3, 32.0)].map(tree);
+    for pair in trees.windows(2) {
+        assert!(pair[1].0 < pair[0].0 * 0.9, "{trees:?}");
+        assert!(pair[1].1 < pair[0].1, "{trees:?}");
+        assert!((pair[1].2 / pair[0].2 - 1.0).abs() < 0.15, "{trees:?}");
+    }
+}
+
+#[test]
 fn figure_17b_the_lower_part_droops_and_the_upper_rises() {
     let guide = Guide::Split {
         height: 0.4,

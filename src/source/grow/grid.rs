@@ -44,6 +44,16 @@ impl Lattice {
         (y as usize * self.size[2] as usize + z as usize) * self.size[0] as usize + x as usize
     }
 
+    /// Calls for the position of every cell from one to another.
+    pub(super) fn each(&self, from: [u32; 3], to: [u32; 3], mut call: impl FnMut(usize)) {
+        for y in from[1]..=to[1] {
+            for z in from[2]..=to[2] {
+                let first = self.index([from[0], y, z]);
+                (first..=first + (to[0] - from[0]) as usize).for_each(&mut call);
+            }
+        }
+    }
+
     /// First and last cell of the up to 27 at and around one.
     pub(super) fn around(&self, cell: [u32; 3]) -> [[u32; 3]; 2] {
         [cell.map(|c| c.saturating_sub(1)), [0, 1, 2].map(|axis| (cell[axis] + 1).min(self.size[axis] - 1))]
@@ -103,10 +113,77 @@ impl Grid {
     }
 }
 
+/// Which of some boxes reach into each cell.
+#[derive(Clone, Debug)]
+pub(super) struct Boxes {
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Boxes {
+    /// Enters boxes, each given by its first and its last cell. Linear in the cells that they reach into.
+    pub(super) fn of(lattice: &Lattice, boxes: &[([u32; 3], [u32; 3])]) -> Self {
+        let mut starts = vec![0_u32; lattice.cells() + 1];
+        let mut members = Vec::new();
+        for fill in [false, true] {
+            for (i, (a, b)) in boxes.iter().enumerate() {
+                for y in a[1]..=b[1] {
+                    for z in a[2]..=b[2] {
+                        let cell = lattice.index([a[0], y, z]);
+                        for start in &mut starts[cell..=cell + (b[0] - a[0]) as usize] {
+                            if fill {
+                                // Filled from the end, so that starts are right when all are in.
+                                *start -= 1;
+                                members[*start as usize] = i as u32;
+                            } else {
+                                *start += 1;
+                            }
+                        }
+                    }
+                }
+            }
+            if !fill {
+                let mut sum = 0;
+                for start in &mut starts {
+                    sum += *start;
+                    *start = sum;
+                }
+                members = vec![0_u32; sum as usize];
+            }
+        }
+        Self { starts, members }
+    }
+
+    /// The boxes that reach into a cell.
+    pub(super) fn at(&self, cell: usize) -> &[u32] {
+        &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::base::Seed;
+
+    #[test]
+    fn boxes_are_found_in_every_cell_that_they_reach_into() {
+        let lattice = Lattice::covering(Vec3::ZERO, Vec3::ONE, 0.2);
+        let boxes: Vec<([u32; 3], [u32; 3])> = (0..40)
+            .map(|i| {
+                let seed = Seed::new(9).at(i);
+                let [a, b] = [0, 3].map(|k| [0, 1, 2].map(|axis| seed.at(k + axis).index(5) as u32));
+                (std::array::from_fn(|x| a[x].min(b[x])), std::array::from_fn(|x| a[x].max(b[x])))
+            })
+            .collect();
+        let entered = Boxes::of(&lattice, &boxes);
+        for cell in (0..125_u32).map(|i| [i % 5, i / 5 % 5, i / 25]) {
+            let mut found = entered.at(lattice.index(cell)).to_vec();
+            found.sort_unstable();
+            let inside = |(a, b): &([u32; 3], [u32; 3])| (0..3).all(|x| (a[x]..=b[x]).contains(&cell[x]));
+            let expected: Vec<u32> = (0..40).filter(|&i| inside(&boxes[i as usize])).collect();
+            assert_eq!(found, expected);
+        }
+    }
 
     #[test]
     fn every_point_is_found_in_its_cell_once() {

@@ -12,16 +12,18 @@ use std::borrow::Cow;
 use glam::Vec3;
 
 use super::endpoints;
-use super::nodes::Nodes;
 use super::paths::{Party, PathSource, Paths};
+use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
-use super::space::{Graph, GraphParams, ObstacleMeshes, Space, follows};
+use super::space::{Graph, GraphParams, ObstacleMeshes, Space};
 use super::structure::Structure;
 use crate::base::Seed;
-use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, Light};
+use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
 const BEND: f32 = 0.35;
+/// Detail from which ways are refined.
+const FINER: f32 = 1.05;
 /// Share of the endpoints that light of strength 1 takes from the side away from it.
 const SHADE: f32 = 0.85;
 
@@ -36,14 +38,12 @@ pub(super) struct Tree<'a> {
     pub(super) structure: Structure,
     /// What is to be told.
     pub(super) notes: Vec<String>,
-    /// The endpoints of each iteration so far.
-    ends: Vec<Vec<u32>>,
 }
 
 impl<'a> Tree<'a> {
     /// A plant that is yet to grow, `share` as tall as the first.
     pub(super) fn new(params: &'a GrowParams, share: f32, seed: Seed) -> Self {
-        Self { params, share, seed, structure: Structure::empty(), notes: Vec::new(), ends: Vec::new() }
+        Self { params, share, seed, structure: Structure::empty(), notes: Vec::new() }
     }
 
     /// Its height over that of the first plant.
@@ -51,41 +51,35 @@ impl<'a> Tree<'a> {
         self.share
     }
 
-    /// The nodes as this plant sees them, which is the `index`-th of its graph.
-    pub(super) fn nodes(&self, graph: &Graph, index: usize) -> Nodes {
-        graph.space().nodes.seen_from(graph.roots()[index], self.share)
+    /// Address of the randomness of an iteration.
+    fn seed_of(&self, iteration: usize) -> Seed {
+        self.seed.child("iteration").at(iteration as u64)
     }
 }
 
-/// Grows all plants on a graph, the first of which stands at the origin; gives back the graph that they end in.
-pub(super) fn grow_all<'g>(
-    graph: &'g Graph,
-    trees: &mut [Tree<'_>],
-    space: &GrowSpace,
-    solids: &Solids,
-) -> Cow<'g, Graph> {
-    let all = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
-    let first = trees[0].params;
-    if !follows(first) {
-        run(graph, trees, 0..all, space.light, solids, &[]);
-        return Cow::Borrowed(graph);
+/// Grows all plants on a graph, the first of which stands at the origin; gives back the ways of their branches.
+pub(super) fn grow_all(graph: &Graph, trees: &mut [Tree<'_>], space: &GrowSpace, solids: &Solids) -> Vec<Ways> {
+    let views = run(graph, trees, space.light, solids);
+    let detail = space.detail;
+    if detail < FINER {
+        return trees.iter().zip(&views).map(|(tree, view)| Ways::of(&tree.structure, &view.nodes)).collect();
     }
-    // What the last volume iteration leaves is what the graph follows.
-    let volume = |iteration: &GrowIteration| matches!(iteration.endpoints, Endpoints::Volume { .. });
-    let sketched = trees
+    let light = bending(space.light);
+    let seeds: Vec<Vec<Seed>> =
+        trees.iter().map(|tree| (0..tree.params.iterations.len()).map(|i| tree.seed_of(i)).collect()).collect();
+    let plants: Vec<Planned<'_>> = trees
         .iter()
-        .map(|t| t.params.iterations.iter().rposition(volume).map_or(1, |last| last + 1))
-        .max()
-        .unwrap_or(1);
-    run(graph, trees, 0..sketched, space.light, solids, &[]);
-    let structures: Vec<&Structure> = trees.iter().map(|t| &t.structure).collect();
-    let (fine, places) = graph.following(&structures, first.nodes, first.space.detail);
-    let ends: Vec<Vec<Vec<u32>>> = trees
-        .iter()
-        .map(|t| t.ends.iter().map(|ends| ends.iter().map(|&e| places[e as usize]).collect()).collect())
+        .zip(&views)
+        .zip(&seeds)
+        .map(|((tree, view), seeds)| Planned {
+            params: tree.params,
+            structure: &tree.structure,
+            nodes: &view.nodes,
+            seeds,
+            light,
+        })
         .collect();
-    run(&fine, trees, 0..all, space.light, solids, &ends);
-    Cow::Owned(fine)
+    refined(graph, &plants, detail)
 }
 
 /// How high a plant reaches alone in a region of height 1, on a coarse graph.
@@ -97,22 +91,15 @@ pub(super) fn height_alone(params: &GrowParams, solids: &Solids) -> f32 {
     };
     let Ok(graph) = Graph::new(&GraphParams::with_heights(&alone, &[1.0]), &ObstacleMeshes::new()) else { return 1.0 };
     let mut trees = [Tree::new(&alone, 1.0, Seed::new(1))];
-    run(&graph, &mut trees, 0..alone.iterations.len(), Light::default(), solids, &[]);
+    run(&graph, &mut trees, Light::default(), solids);
     let top = trees[0].structure.members.iter().fold(0.0_f32, |top, m| top.max(graph.space().nodes.at(m.node).y));
     if top > 0.05 { top } else { 1.0 }
 }
 
-/// Takes some iterations from the root on. `given` are endpoints that stand already, by plant and iteration.
-fn run(
-    graph: &Graph,
-    trees: &mut [Tree<'_>],
-    iterations: std::ops::Range<usize>,
-    light: Light,
-    solids: &Solids,
-    given: &[Vec<Vec<u32>>],
-) {
+/// Takes all iterations from the root on; gives back the space as each plant sees it.
+fn run<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], light: Light, solids: &Solids) -> Vec<Cow<'g, Space>> {
     let space = graph.space();
-    let views: Vec<Cow<'_, Space>> = trees
+    let views: Vec<Cow<'g, Space>> = trees
         .iter()
         .enumerate()
         .map(
@@ -122,12 +109,12 @@ fn run(
     for (tree, view) in trees.iter_mut().zip(&views) {
         tree.structure = Structure::new(&view.nodes);
         tree.notes.clear();
-        tree.ends.clear();
     }
-    for i in iterations {
-        let ends = |tree: usize| given.get(tree).and_then(|ends| ends.get(i)).map(Vec::as_slice);
-        pass(trees, &views, i, light, solids, ends);
+    let iterations = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
+    for i in 0..iterations {
+        pass(trees, &views, i, light, solids);
     }
+    views
 }
 
 /// One iteration of one plant, whatever its parameters' own iterations are.
@@ -145,7 +132,7 @@ pub(super) fn extend(
     let mut tree = Tree::new(&params, 1.0, seed);
     tree.structure = structure.clone();
     let mut trees = [tree];
-    pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids, |_| None);
+    pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids);
     let [tree] = trees;
     *structure = tree.structure;
     tree.notes.into_iter().for_each(note);
@@ -158,19 +145,14 @@ struct Wish<'a> {
     rule: EndpointRule,
     wanted: usize,
     chosen: Vec<u32>,
+    /// The nodes that paths may use, where these are confined.
+    ways: Option<Vec<bool>>,
     sources: Vec<PathSource>,
     seed: Seed,
 }
 
 /// One iteration of all plants.
-fn pass<'a>(
-    trees: &mut [Tree<'_>],
-    views: &[Cow<'_, Space>],
-    i: usize,
-    light: Light,
-    solids: &Solids,
-    given: impl Fn(usize) -> Option<&'a [u32]>,
-) {
+fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light, solids: &Solids) {
     let direction = Vec3::from(light.direction).normalize_or(Vec3::Y);
     let held = |trees: &[Tree<'_>], own: usize, node: u32| {
         trees.iter().enumerate().any(|(other, tree)| other != own && tree.structure.holds(node))
@@ -178,7 +160,7 @@ fn pass<'a>(
     let mut wishes = Vec::with_capacity(trees.len());
     for t in 0..trees.len() {
         let (params, view) = (trees[t].params, &*views[t]);
-        let seed = trees[t].seed.child("iteration").at(i as u64);
+        let seed = trees[t].seed_of(i);
         let Some(iteration) = params.iterations.get(i) else {
             let sources = closed(&trees[t].structure);
             wishes.push(Wish {
@@ -186,34 +168,28 @@ fn pass<'a>(
                 rule: EndpointRule::Any,
                 wanted: 0,
                 chosen: Vec::new(),
+                ways: None,
                 sources,
                 seed,
             });
             continue;
         };
-        let endpoints = scaled(&iteration.endpoints, &view.nodes);
-        let (rule, wanted, chosen) = if let Some(ends) = given(t) {
-            (EndpointRule::Any, ends.len(), ends.to_vec())
-        } else {
-            let wanted = endpoints::count(&endpoints, solids, params.width) as usize;
-            let mut candidates = endpoints::candidates(&endpoints, solids, view, &trees[t].structure, seed);
-            candidates.retain(|&node| {
-                !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node)
-            });
-            if candidates.is_empty() && wanted > 0 {
-                let note = format!("iteration {}: no node is free where its branches should end", i + 1);
-                trees[t].notes.push(note);
-            }
-            // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the
-            // search.
-            let chosen = match iteration.keep {
-                EndpointRule::Any => endpoints::choose(&endpoints, &candidates, &view.nodes, wanted, seed),
-                EndpointRule::Lower | EndpointRule::Higher => candidates,
-            };
-            (iteration.keep, wanted, chosen)
+        let wanted = endpoints::count(&iteration.endpoints, solids, params.width) as usize;
+        let (mut candidates, ways) =
+            endpoints::candidates(&iteration.endpoints, solids, view, &trees[t].structure, seed);
+        candidates
+            .retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
+        if candidates.is_empty() && wanted > 0 {
+            trees[t].notes.push(format!("iteration {}: no node is free where its branches should end", i + 1));
+        }
+        // Only the rules need the paths to all candidates; otherwise the choice comes first and saves most of the search.
+        let rule = iteration.keep;
+        let chosen = match rule {
+            EndpointRule::Any => endpoints::choose(&iteration.endpoints, &candidates, &view.nodes, wanted, seed),
+            EndpointRule::Lower | EndpointRule::Higher => candidates,
         };
         let sources = trees[t].structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
-        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, sources, seed });
+        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed });
     }
     let straight = Guide::Constant { alpha: 0.0 };
     let parties: Vec<Party<'_>> = wishes
@@ -223,16 +199,16 @@ fn pass<'a>(
             nodes: &view.nodes,
             sources: &wish.sources,
             guide: wish.iteration.map_or(&straight, |iteration| &iteration.guide),
-            light: direction * (light.strength * BEND),
+            light: bending(light),
             seed: wish.seed,
         })
         .collect();
     let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
     if targets.is_empty() {
-        trees.iter_mut().for_each(|tree| tree.ends.push(Vec::new()));
+        trees.iter_mut().for_each(|tree| tree.structure.passes += 1);
         return;
     }
-    let paths = Paths::find_among(&views[0].graph, &parties, &targets);
+    let paths = Paths::find_among(&views[0].graph, &parties, &targets, confined(&wishes).as_deref());
     for (t, wish) in wishes.into_iter().enumerate() {
         let (tree, view) = (&mut trees[t], &*views[t]);
         let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;
@@ -269,8 +245,21 @@ fn pass<'a>(
         for &end in &kept {
             tree.structure.add(&paths, end);
         }
-        tree.ends.push(kept);
+        tree.structure.passes += 1;
     }
+}
+
+/// The nodes that any of some plants' paths may use; none where one of them may use all.
+fn confined(wishes: &[Wish<'_>]) -> Option<Vec<bool>> {
+    let mut all: Option<Vec<bool>> = None;
+    for wish in wishes.iter().filter(|wish| !wish.chosen.is_empty()) {
+        let ways = wish.ways.as_ref()?;
+        match &mut all {
+            None => all = Some(ways.clone()),
+            Some(all) => all.iter_mut().zip(ways).for_each(|(all, way)| *all |= way),
+        }
+    }
+    all
 }
 
 /// A structure that takes part in no pass but stands in the way.
@@ -279,13 +268,9 @@ fn closed(structure: &Structure) -> Vec<PathSource> {
     structure.members.iter().map(|m| source(m.node)).collect()
 }
 
-/// Endpoints whose hops are as long as the parameters mean, on a graph that may be finer.
-fn scaled(endpoints: &Endpoints, nodes: &Nodes) -> Endpoints {
-    let mut endpoints = endpoints.clone();
-    if let Endpoints::Surface { k, .. } = &mut endpoints {
-        *k = (*k as f32 * nodes.edges_in_a_hop()).round() as u32;
-    }
-    endpoints
+/// How light bends vectors at a hop.
+fn bending(light: Light) -> Vec3 {
+    Vec3::from(light.direction).normalize_or(Vec3::Y) * (light.strength * BEND)
 }
 
 /// Whether light leaves an endpoint where it is: all on the side of the light, fewer on the other.

@@ -14,7 +14,7 @@
 use glam::Vec3;
 
 use super::field;
-use crate::base::{Rotation, Seed, math};
+use crate::base::{Seed, math};
 use crate::preset::plan::{Guide, GuideStart};
 
 /// Below this sine of its angle to the vertical a vector has no heading.
@@ -25,7 +25,7 @@ const UPRIGHT: f32 = 1e-3;
 pub(super) struct Step {
     /// Guiding vector of the node that the step leaves.
     pub(super) vector: Vec3,
-    /// Unit vector along the traversed edge.
+    /// Along the traversed edge, of any length.
     pub(super) edge: Vec3,
     /// Place of the node that the step reaches, plant heights.
     pub(super) position: Vec3,
@@ -77,7 +77,18 @@ impl Step {
     }
 
     fn axis(self, seed: Seed) -> Vec3 {
-        heading(self.vector).or_else(|| heading(self.edge)).unwrap_or_else(|| random(seed, self.node))
+        heading(self.vector)
+            .or_else(|| heading(self.edge.normalize_or(Vec3::Y)))
+            .unwrap_or_else(|| random(seed, self.node))
+    }
+}
+
+/// What a rule asks of a step beyond vectors and hops: whether where it is, and whether how high its branch begins.
+pub(super) fn asks(guide: &Guide) -> (bool, bool) {
+    match guide {
+        Guide::Constant { .. } | Guide::Piecewise { .. } | Guide::Random { .. } => (false, false),
+        Guide::Polar { .. } | Guide::Field { .. } => (true, false),
+        Guide::Split { lower, upper, .. } => (asks(lower).0 || asks(upper).0, true),
     }
 }
 
@@ -120,11 +131,17 @@ fn random(seed: Seed, node: u32) -> Vec3 {
     Vec3::new(cos, 0.0, sin)
 }
 
-/// `v` turned by `angle` away from up, about the axis perpendicular to up and `heading`; it stops at up and at down.
+/// `v` turned by `angle` away from up, in the plane of up and `heading` (a horizontal unit vector on `v`'s side); it stops
+/// at up and at down.
 fn lean(v: Vec3, heading: Vec3, angle: f32) -> Vec3 {
-    let from_up = math::angle(Vec3::Y, v);
-    let angle = (from_up + angle).clamp(0.0, std::f32::consts::PI) - from_up;
-    Rotation::about(Vec3::Y.cross(heading), angle).rotate(v).normalize_or(Vec3::Y)
+    let (sin, cos) = math::sin_cos(angle);
+    // Sine and cosine of the way from up; the sums' formulas turn it without asking for the angle.
+    let (across, up) = (v.dot(heading).max(0.0), v.y);
+    let (across, up) = (across * cos + up * sin, up * cos - across * sin);
+    if angle.abs() >= std::f32::consts::PI || across < 0.0 {
+        return if angle > 0.0 { Vec3::NEG_Y } else { Vec3::Y };
+    }
+    (heading * across + Vec3::Y * up).normalize_or(Vec3::Y)
 }
 
 #[cfg(test)]

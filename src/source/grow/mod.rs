@@ -5,11 +5,11 @@
 //! so far, while every node's guiding vector turns a little from that of the node before it (`guide`, `paths`), and adds
 //! the chosen ones (`structure`). What remains is to take the graph's crookedness out (`skeleton`) and to give radii (`radii`).
 //!
-//! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and the graph may be finer where the
-//! plants are (`space`). At the end, wood that overlaps away from forks is moved apart (`overlap`).
+//! Several plants may share the space (`growth`), obstacles stand in it (`obstacle`), and ways may be finer than
+//! the graph (`refine`). At the end, wood that overlaps away from forks is moved apart (`overlap`).
 //!
 //! Limits: no two paths share a node without sharing the way to it, so axes never cross. Twigs and leaves are a later
-//! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 30 for a pass over it.
+//! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 46 for a pass over it.
 
 mod check;
 mod detail;
@@ -21,7 +21,6 @@ mod frontier;
 mod grid;
 mod growth;
 mod guide;
-mod near;
 mod nodes;
 mod obstacle;
 mod outline;
@@ -30,6 +29,7 @@ mod paths;
 #[cfg(test)]
 mod promises;
 mod radii;
+mod refine;
 mod region;
 mod shed;
 mod skeleton;
@@ -40,6 +40,7 @@ mod structure;
 mod tests;
 mod tile;
 mod volume;
+mod way;
 mod yao;
 
 #[cfg(test)]
@@ -47,7 +48,6 @@ use growth::extend;
 #[cfg(test)]
 use space::Space;
 
-use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use glam::Vec3;
@@ -55,12 +55,12 @@ use glam::Vec3;
 pub use detail::{Detail, detail};
 use growth::Tree;
 pub use obstacle::obstacle_triangles;
-pub use overlap::{Mended, mend_overlaps, overlaps};
+pub use overlap::{Mended, crossings, mend_overlaps, overlaps};
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
 pub use space::{Graph, GraphParams, ObstacleMeshes};
 
 use crate::base::Seed;
-use crate::plant::{Plant, PlantError, Skeleton};
+use crate::plant::{Plant, PlantBuilder, PlantError};
 use crate::preset::plan::{Company, Endpoints, GrowParams, Obstacle};
 
 /// Why nothing could be grown.
@@ -158,46 +158,50 @@ pub fn grow_on(
         Tree::new(&beside.params, beside.params.height / top / first, seed)
     });
     let mut trees: Vec<Tree<'_>> = std::iter::once(Tree::new(params, 1.0, seed)).chain(beside).collect();
-    let graph = growth::grow_all(graph, &mut trees, &params.space, solids);
+    let ways = growth::grow_all(graph, &mut trees, &params.space, solids);
 
     let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
     let mut notes = Vec::new();
-    let mut plants: Vec<Skeleton> = Vec::new();
+    let mut plants: Vec<Plant> = Vec::new();
     for (i, tree) in trees.iter().enumerate() {
         if i > 0 && params.space.company == Company::LeftOut {
             break;
         }
+        let named = |note: String| if i == 0 { note } else { format!("plant {}: {note}", i + 1) };
         // A plant that shares its space keeps the scale that neighbours and obstacles have.
         let scale = bound.then(|| tree.params.height / tops[i]);
-        let view = if i == 0 { Cow::Borrowed(&graph.space().nodes) } else { Cow::Owned(tree.nodes(&graph, i)) };
         let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
         let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
-        let skeleton = skeleton::skeleton(&tree.structure, &view, tree.params, scale, &barred);
-        notes.extend(
-            tree.notes.iter().map(|note| if i == 0 { note.clone() } else { format!("plant {}: {note}", i + 1) }),
-        );
-        match skeleton {
-            Some(skeleton) if i == 0 => plants.push(skeleton),
-            Some(mut skeleton) => {
-                let [x, z] = params.space.beside[i - 1].at;
-                skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
-                plants.push(skeleton);
+        notes.extend(tree.notes.iter().cloned().map(named));
+        let Some(mut skeleton) = skeleton::skeleton(&ways[i], tree.params, scale, &barred) else {
+            if i == 0 {
+                return Err(GrowError::Nothing);
             }
-            None if i == 0 => return Err(GrowError::Nothing),
-            None => notes.push(format!("plant {}: nothing grew", i + 1)),
+            notes.push(named("nothing grew".to_owned()));
+            continue;
+        };
+        if i > 0 {
+            let [x, z] = params.space.beside[i - 1].at;
+            skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
         }
+        let plant = radii::with_radii(&skeleton.into_plant()?, tree.params);
+        let slenderness = tree.params.slenderness;
+        let (plant, slim) =
+            if bound { shed::shed_in_place(&plant, slenderness) } else { shed::shed(&plant, slenderness) };
+        if slim > 0 {
+            let s = if slim == 1 { "" } else { "es" };
+            notes.push(named(format!("{slim} branch{s} longer than {slenderness} times the radius shed")));
+        }
+        plants.push(plant);
     }
-    let plant = joined(plants).into_plant()?;
-    let plant = radii::with_radii(&plant, params);
-    let (plant, slim) =
-        if bound { shed::shed_in_place(&plant, params.slenderness) } else { shed::shed(&plant, params.slenderness) };
-    if slim > 0 {
-        let s = if slim == 1 { "" } else { "es" };
-        notes.push(format!("{slim} branch{s} longer than {} times the radius shed", params.slenderness));
-    }
-    let (mended, overlap) = mend_overlaps(&plant);
+    let plant = joined(plants)?;
+    // Obstacles stand in heights of the first plant.
+    let obstacles = graph.region().obstacles();
+    let barred = |a: Vec3, b: Vec3| obstacles.bar(a / first, b / first);
+    let among: Option<&dyn Fn(Vec3, Vec3) -> bool> = if obstacles.is_empty() { None } else { Some(&barred) };
+    let (mended, overlap) = overlap::mend_among(&plant, among);
     // The highest twig may be among what was moved or dropped.
-    let plant = if bound { mended } else { shed::as_high_as(&plant, mended) };
+    let plant = if bound || overlap.found == 0 { mended } else { shed::as_high_as(&plant, mended) };
     notes.extend(told(overlap));
     Ok((plant, notes))
 }
@@ -245,17 +249,24 @@ fn told(Mended { found, dropped, left }: Mended) -> Vec<String> {
         .collect()
 }
 
-/// One skeleton of several.
-fn joined(skeletons: Vec<Skeleton>) -> Skeleton {
-    let mut all = Skeleton::default();
-    for skeleton in skeletons {
-        let first = all.nodes.len() as u32;
-        all.nodes.extend(skeleton.nodes.into_iter().map(|mut node| {
-            node.parent = node.parent.map(|p| p + first);
-            node
-        }));
+/// One plant of several.
+fn joined(mut plants: Vec<Plant>) -> Result<Plant, PlantError> {
+    if plants.len() == 1 {
+        return Ok(plants.remove(0));
     }
-    all
+    let mut builder = PlantBuilder::new();
+    for plant in plants {
+        let mut places = Vec::with_capacity(plant.chains().len());
+        for id in plant.chain_ids() {
+            let chain = plant.chain(id);
+            let (points, radii) = (plant.points(id), plant.radii(id));
+            places.push(match chain.parent {
+                None => builder.stem(chain.origin, points, radii),
+                Some(parent) => builder.branch(places[parent.index()], chain.location, points, radii),
+            });
+        }
+    }
+    builder.finish()
 }
 
 /// How high each plant reaches in a region of height 1 when it grows alone, the first one's first; 1 where that does not

@@ -8,19 +8,23 @@
 //! a capsule, never to its end: a branch's first capsule may be long, and to its end the way is long at the fork itself.
 //! That alone told of 3,200 overlaps in 15,800 branches of the shipped species, where there are 82.
 //!
-//! A branch is mended when more than [`LIMIT`] of its surface lies in others. The thinner of two is pushed to the side on
-//! which it passes, its neighbourhood with it and what it bears on it; its base stands. What still overlaps after
-//! [`ROUNDS`] is dropped if it is a twig that bears nothing, at most [`DROPPED`] of the branches; the rest stays and is
-//! told of. On the shipped species 79 of the 82 are moved apart and three are dropped.
+//! A branch is mended when more than [`LIMIT`] of its surface lies in others, or when its axis crosses another's: where
+//! the two come closer than [`CROSSING`] of the sum of their radii, away from forks. That is how the promise is checked that
+//! axes never cross, on the polylines as they are in the end, smoothed and mended. The thinner of two is pushed to the
+//! side on which it passes, its neighbourhood with it and what it bears on it; its base stands. A branch that would be
+//! pushed through an obstacle stays where it was. What still overlaps after [`ROUNDS`] is dropped if it is a twig that
+//! bears nothing, at most [`DROPPED`] of the branches; the rest stays and is told of.
 //!
-//! Limits: a capsule that lies in several others counts the deepest; branches that are moved are not held against
-//! obstacles. At most [`MOST_LOOKS`] capsules are held against one, so that wood thicker than its own spacing ends in
-//! bounded time; what lies beyond is not seen. `n log n` in points: capsules are found by cells.
+//! Later rounds look only where something was moved.
+//!
+//! Limits: a capsule that lies in several others counts the deepest. At most [`MOST_LOOKS`] capsules are held against one,
+//! so that wood thicker than its own spacing ends in bounded time; what lies beyond is not seen. `n log n` in points:
+//! capsules are found by cells.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::grid::Lattice;
+use super::grid::{Boxes, Lattice};
 use crate::plant::{ChainId, Plant, PlantBuilder, Posed};
 
 /// Share of a branch's surface that may lie in others.
@@ -29,6 +33,8 @@ const LIMIT: f32 = 0.01;
 const FORK: f32 = 6.0;
 /// A branch is at its own fork, while it touches its kin, for at most this many times its bearer's radius and its own.
 const ZONE: f32 = 12.0;
+/// Axes cross where they are closer than this share of the sum of their radii.
+const CROSSING: f32 = 0.1;
 /// How often branches are moved apart before what is left is dropped.
 const ROUNDS: u32 = 4;
 /// Share of a plant's branches that may be dropped.
@@ -45,7 +51,7 @@ const MOST_LOOKS: usize = 512;
 /// What was found and done; counts of branches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mended {
-    /// Of which more than a hundredth overlapped.
+    /// Of which more than a hundredth overlapped, or that crossed another.
     pub found: usize,
     /// Dropped twigs.
     pub dropped: usize,
@@ -67,7 +73,7 @@ struct Wood<'a> {
 
 impl<'a> Wood<'a> {
     fn of(plant: &'a Plant) -> Self {
-        let posed = plant.pose();
+        let posed = Posed::of_bearers(plant);
         let count = plant.all_points().len();
         let (mut chain, mut arc) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut base = Vec::with_capacity(plant.chains().len());
@@ -139,12 +145,14 @@ impl<'a> Wood<'a> {
 /// The capsules between each point and the one before it on its chain, by cells.
 struct Capsules {
     lattice: Lattice,
-    starts: Vec<u32>,
-    members: Vec<u32>,
+    boxes: Boxes,
+    /// The points in which the capsules end.
+    ends: Vec<u32>,
 }
 
 impl Capsules {
-    fn of(wood: &Wood<'_>) -> Self {
+    /// Of the whole plant, or of what lies in the cells where some chains are.
+    fn of(wood: &Wood<'_>, active: Option<&[bool]>) -> Self {
         let count = wood.chain.len();
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut size = 0.0_f64;
@@ -157,47 +165,39 @@ impl Capsules {
         let mut edge = (mean * 1.5).max((high - low).max_element() / 256.0).max(1e-6);
         loop {
             let lattice = Lattice::covering(low, high, edge);
-            let boxes: Vec<(u32, [u32; 3], [u32; 3])> = (0..count)
-                .filter(|&i| !wood.is_first(i))
-                .map(|i| {
-                    let (a, b) = (wood.at(i), wood.at(i - 1));
-                    let r = wood.radius(i).max(wood.radius(i - 1));
-                    (i as u32, lattice.cell(a.min(b) - r), lattice.cell(a.max(b) + r))
-                })
-                .collect();
-            let cells =
-                |(_, a, b): &(u32, [u32; 3], [u32; 3])| (0..3).map(|i| (b[i] - a[i] + 1) as usize).product::<usize>();
-            if boxes.iter().map(cells).sum::<usize>() > count * 24 + 100_000 {
+            let cells = |i: usize| {
+                let (a, b) = (wood.at(i), wood.at(i - 1));
+                let r = wood.radius(i).max(wood.radius(i - 1));
+                (lattice.cell(a.min(b) - r), lattice.cell(a.max(b) + r))
+            };
+            let all = (0..count).filter(|&i| !wood.is_first(i));
+            let (ends, boxes): (Vec<u32>, Vec<_>) = if let Some(active) = active {
+                // Coarse cells are enough to say what is far away.
+                let coarse = Lattice::covering(low, high, edge * 4.0);
+                let mut busy = vec![false; coarse.cells()];
+                for i in all.clone().filter(|&i| active[wood.chain[i] as usize]) {
+                    let reach = Vec3::splat(wood.radius(i).max(wood.radius(i - 1)) + edge);
+                    let (a, b) = (wood.at(i).min(wood.at(i - 1)) - reach, wood.at(i).max(wood.at(i - 1)) + reach);
+                    coarse.each(coarse.cell(a), coarse.cell(b), |cell| busy[cell] = true);
+                }
+                let near = |i: usize| {
+                    let r = Vec3::splat(wood.radius(i).max(wood.radius(i - 1)));
+                    let (a, b) = (wood.at(i).min(wood.at(i - 1)) - r, wood.at(i).max(wood.at(i - 1)) + r);
+                    let mut any = false;
+                    coarse.each(coarse.cell(a), coarse.cell(b), |cell| any |= busy[cell]);
+                    any
+                };
+                all.filter(|&i| near(i)).map(|i| (i as u32, cells(i))).unzip()
+            } else {
+                all.map(|i| (i as u32, cells(i))).unzip()
+            };
+            let sizes = boxes.iter().map(|(a, b)| (0..3).map(|i| (b[i] - a[i] + 1) as usize).product::<usize>());
+            if sizes.sum::<usize>() > count * 24 + 100_000 {
                 edge *= 2.0;
                 continue;
             }
-            let mut starts = vec![0_u32; lattice.cells() + 1];
-            let mut members = Vec::new();
-            for fill in [false, true] {
-                let mut next = starts.clone();
-                for &(i, a, b) in &boxes {
-                    for y in a[1]..=b[1] {
-                        for z in a[2]..=b[2] {
-                            for x in a[0]..=b[0] {
-                                let cell = lattice.index([x, y, z]);
-                                if fill {
-                                    members[next[cell] as usize] = i;
-                                    next[cell] += 1;
-                                } else {
-                                    starts[cell + 1] += 1;
-                                }
-                            }
-                        }
-                    }
-                }
-                if !fill {
-                    for i in 1..starts.len() {
-                        starts[i] += starts[i - 1];
-                    }
-                    members = vec![0_u32; starts.last().copied().unwrap_or(0) as usize];
-                }
-            }
-            return Self { lattice, starts, members };
+            let boxes = Boxes::of(&lattice, &boxes);
+            return Self { lattice, boxes, ends };
         }
     }
 
@@ -206,10 +206,7 @@ impl Capsules {
         let (a, b) = (self.lattice.cell(low), self.lattice.cell(high));
         (a[1]..=b[1])
             .flat_map(move |y| (a[2]..=b[2]).flat_map(move |z| (a[0]..=b[0]).map(move |x| [x, y, z])))
-            .flat_map(|cell| {
-                let i = self.lattice.index(cell);
-                self.members[self.starts[i] as usize..self.starts[i + 1] as usize].iter().copied()
-            })
+            .flat_map(|cell| self.boxes.at(self.lattice.index(cell)).iter().map(|&i| self.ends[i as usize]))
             .take(MOST_LOOKS)
     }
 }
@@ -225,6 +222,8 @@ struct Hit {
     at: f32,
     /// The way out, for the thinner of two; zero for the thicker.
     out: Vec3,
+    /// Whether the axes cross.
+    crosses: bool,
 }
 
 /// Where a point's disc meets the capsule that ends in another, as a share along that, and the sum of their radii there.
@@ -235,9 +234,10 @@ fn meeting(wood: &Wood<'_>, i: usize, j: usize) -> Option<(f32, f32)> {
     (wood.at(i).distance_squared(foot + along * t) < reach * reach).then_some((t, reach))
 }
 
-/// Up to which point each of some chains is at its fork: it has not left the wood of its kin yet.
-fn fused(wood: &Wood<'_>, capsules: &Capsules) -> Vec<bool> {
-    let ids: Vec<ChainId> = wood.plant.chain_ids().collect();
+/// Which points are at the fork of their chain: it has not left the wood of its kin yet. Chains that are not `active` are
+/// as they were `before`.
+fn fused(wood: &Wood<'_>, capsules: &Capsules, active: &[bool], before: Vec<bool>) -> Vec<bool> {
+    let ids: Vec<ChainId> = wood.plant.chain_ids().filter(|id| active[id.index()]).collect();
     let ends: Vec<usize> = ids
         .par_iter()
         .with_min_len(32)
@@ -263,9 +263,11 @@ fn fused(wood: &Wood<'_>, capsules: &Capsules) -> Vec<bool> {
             last
         })
         .collect();
-    let mut fused = vec![false; wood.chain.len()];
+    let mut fused = before;
     for (id, end) in ids.iter().zip(ends) {
-        fused[wood.plant.span(*id).start..=end].fill(true);
+        let span = wood.plant.span(*id);
+        fused[span.start..=end].fill(true);
+        fused[end + 1..span.end].fill(false);
     }
     fused
 }
@@ -334,8 +336,10 @@ fn hit(wood: &Wood<'_>, capsules: &Capsules, fused: &[bool], i: usize) -> Option
             let across = (other[1] - other[0]).any_orthogonal_vector().normalize_or(Vec3::X);
             off.try_normalize().unwrap_or(across) * ((reach - far) * FURTHER)
         };
-        if deepest.is_none_or(|d| (share, out.length_squared()) > (d.share, d.out.length_squared())) {
-            deepest = Some(Hit { share, other: j as u32, at: s, out });
+        let crosses = far < CROSSING * reach;
+        let rank = (crosses, share, out.length_squared());
+        if deepest.is_none_or(|d| rank > (d.crosses, d.share, d.out.length_squared())) {
+            deepest = Some(Hit { share, other: j as u32, at: s, out, crosses });
         }
     }
     deepest
@@ -346,35 +350,57 @@ struct Found {
     hits: Vec<(usize, Hit)>,
     /// How much of each chain's surface lies in others.
     shares: Vec<f32>,
+    /// Which chains' axes cross others.
+    crossed: Vec<bool>,
+    /// Which points are at the fork of their chain.
+    fused: Vec<bool>,
 }
 
-fn find(wood: &Wood<'_>, active: &[bool]) -> Found {
-    let capsules = Capsules::of(wood);
-    let fused = fused(wood, &capsules);
+impl Found {
+    /// Whether a chain must be mended.
+    fn bad(&self, chain: usize) -> bool {
+        self.shares[chain] > LIMIT || self.crossed[chain]
+    }
+
+    fn count(&self) -> usize {
+        (0..self.shares.len()).filter(|&chain| self.bad(chain)).count()
+    }
+}
+
+/// Looks at all chains, or, where a round was there `before`, at those that are `active` since.
+fn find(wood: &Wood<'_>, active: &[bool], before: Option<Vec<bool>>) -> Found {
+    let capsules = Capsules::of(wood, before.as_ref().map(|_| active));
+    let fused = match before {
+        None => fused(wood, &capsules, &vec![true; active.len()], vec![false; wood.chain.len()]),
+        Some(before) => fused(wood, &capsules, active, before),
+    };
     let points: Vec<usize> = (0..wood.chain.len()).filter(|&i| active[wood.chain[i] as usize]).collect();
     let all: Vec<Option<Hit>> = points.par_iter().with_min_len(256).map(|&i| hit(wood, &capsules, &fused, i)).collect();
     let hits: Vec<(usize, Hit)> = points.into_iter().zip(all).filter_map(|(i, hit)| Some((i, hit?))).collect();
     let mut surface = vec![(0.0_f64, 0.0_f64); active.len()];
+    let mut crossed = vec![false; active.len()];
     let area = |i: usize| f64::from(wood.radius(i) * (wood.arc[i] - wood.arc[i - 1]));
     for i in (0..wood.chain.len()).filter(|&i| !wood.is_first(i)) {
         surface[wood.chain[i] as usize].1 += area(i);
     }
     for (i, hit) in &hits {
         surface[wood.chain[*i] as usize].0 += area(*i) * f64::from(hit.share);
+        crossed[wood.chain[*i] as usize] |= hit.crosses;
     }
     let shares = surface.iter().map(|(inside, all)| if *all > 0.0 { (inside / all) as f32 } else { 0.0 }).collect();
-    Found { hits, shares }
+    Found { hits, shares, crossed, fused }
 }
 
 /// The plant with the points of overlapping chains moved out, those around them part of the way, and which chains that
 /// concerns. Bases stand, and what a branch bears goes with it.
-fn moved(wood: &Wood<'_>, found: &Found) -> (Plant, Vec<bool>) {
+/// Chains that are `pinned` stay.
+fn moved(wood: &Wood<'_>, found: &Found, pinned: &[bool]) -> (Plant, Vec<bool>) {
     let plant = wood.plant;
     let mut own = vec![Vec3::ZERO; wood.chain.len()];
-    let mut active: Vec<bool> = found.shares.iter().map(|share| *share > LIMIT).collect();
+    let mut active: Vec<bool> = (0..found.shares.len()).map(|chain| found.bad(chain)).collect();
     for (i, hit) in &found.hits {
         let pair = [wood.chain[*i], wood.chain[hit.other as usize]].map(|c| c as usize);
-        if pair.iter().all(|&c| found.shares[c] <= LIMIT) || hit.out == Vec3::ZERO {
+        if !pair.iter().any(|&c| found.bad(c)) || hit.out == Vec3::ZERO || pinned[pair[0]] {
             continue;
         }
         active[pair[0]] = true;
@@ -426,7 +452,7 @@ fn dropped(plant: &Plant, found: &Found) -> (Plant, usize) {
     plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
     let mut twigs: Vec<ChainId> = plant
         .chain_ids()
-        .filter(|id| found.shares[id.index()] > LIMIT && !bears[id.index()] && plant.chain(*id).parent.is_some())
+        .filter(|id| found.bad(id.index()) && !bears[id.index()] && plant.chain(*id).parent.is_some())
         .collect();
     twigs.sort_by(|a, b| plant.radii(*a)[0].total_cmp(&plant.radii(*b)[0]).then(a.cmp(b)));
     twigs.truncate((plant.chains().len() as f32 * DROPPED).max(1.0) as usize);
@@ -446,24 +472,69 @@ fn dropped(plant: &Plant, found: &Found) -> (Plant, usize) {
     (builder.finish().unwrap_or_else(|_| plant.clone()), twigs.len())
 }
 
+/// The chains of `after` that an obstacle bars though it did not bar them `before`; chains of both are the same ones.
+fn newly_barred(before: &Plant, after: &Plant, barred: &dyn Fn(Vec3, Vec3) -> bool) -> Vec<bool> {
+    let (a, b) = (Posed::of_bearers(before), Posed::of_bearers(after));
+    let within = |posed: &Posed, plant: &Plant, id| posed.chain(plant, id).windows(2).any(|s| barred(s[0], s[1]));
+    let ids = after.chain_ids();
+    ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id))
+        .collect()
+}
+
+/// The plant with some chains, and those that bear them, as they were `before`; `pinned` is told which.
+fn put_back(before: &Plant, after: &Plant, back: &[bool], pinned: &mut [bool]) -> Plant {
+    for id in before.chain_ids().filter(|id| back[id.index()]) {
+        let mut at = Some(id);
+        while let Some(id) = at.filter(|id| !pinned[id.index()]) {
+            pinned[id.index()] = true;
+            at = before.chain(id).parent;
+        }
+    }
+    let mut builder = PlantBuilder::new();
+    for id in after.chain_ids() {
+        let chain = after.chain(id);
+        let points = if pinned[id.index()] { before.points(id) } else { after.points(id) };
+        match chain.parent {
+            None => builder.stem(chain.origin, points, after.radii(id)),
+            Some(parent) => builder.branch(parent, chain.location, points, after.radii(id)),
+        };
+    }
+    builder.finish().unwrap_or_else(|_| before.clone())
+}
+
 /// How many branches of a plant lie in others with more than a hundredth of their surface, away from forks.
 #[must_use]
 pub fn overlaps(plant: &Plant) -> usize {
-    let found = find(&Wood::of(plant), &vec![true; plant.chains().len()]);
+    let found = find(&Wood::of(plant), &vec![true; plant.chains().len()], None);
     found.shares.iter().filter(|share| **share > LIMIT).count()
 }
 
-/// The plant with its overlapping branches moved apart, twigs for which that does not help dropped, and what was done.
-/// Radii stay as they are. Leaves are not kept.
+/// How many branches of a plant have an axis that crosses another's away from forks: closer than a tenth of the sum of
+/// their radii.
+#[must_use]
+pub fn crossings(plant: &Plant) -> usize {
+    let found = find(&Wood::of(plant), &vec![true; plant.chains().len()], None);
+    found.crossed.iter().filter(|crossed| **crossed).count()
+}
+
+/// The plant with its overlapping and crossing branches moved apart, twigs for which that does not help dropped, and what
+/// was done. Radii stay as they are. Leaves are not kept.
 #[must_use]
 pub fn mend_overlaps(plant: &Plant) -> (Plant, Mended) {
+    mend_among(plant, None)
+}
+
+/// As [`mend_overlaps`], among obstacles: `barred` says whether one is between two places. No branch is moved into one.
+pub(super) fn mend_among(plant: &Plant, barred: Option<&dyn Fn(Vec3, Vec3) -> bool>) -> (Plant, Mended) {
     let mut mended = Mended::default();
     let mut rest = plant.clone();
     let mut active = vec![true; plant.chains().len()];
+    let mut pinned = vec![false; plant.chains().len()];
+    let mut fused = None;
     for round in 0..=ROUNDS {
         let wood = Wood::of(&rest);
-        let found = find(&wood, &active);
-        mended.left = found.shares.iter().filter(|share| **share > LIMIT).count();
+        let found = find(&wood, &active, fused);
+        mended.left = found.count();
         if round == 0 {
             mended.found = mended.left;
         }
@@ -471,7 +542,16 @@ pub fn mend_overlaps(plant: &Plant) -> (Plant, Mended) {
             break;
         }
         let next = if round < ROUNDS {
-            let (next, changed) = moved(&wood, &found);
+            let (mut next, changed) = moved(&wood, &found, &pinned);
+            // What is put back moves what it bears, so it may take a few times; each pins more chains.
+            while let Some(barred) = barred {
+                let back = newly_barred(&rest, &next, barred);
+                let fresh = |(back, pinned): (&bool, &bool)| *back && !*pinned;
+                if !back.iter().zip(&pinned).any(fresh) {
+                    break;
+                }
+                next = put_back(&rest, &next, &back, &mut pinned);
+            }
             active = changed;
             next
         } else {
@@ -480,6 +560,7 @@ pub fn mend_overlaps(plant: &Plant) -> (Plant, Mended) {
             mended.left -= dropped;
             next
         };
+        fused = Some(found.fused);
         rest = next;
     }
     (rest, mended)
@@ -528,7 +609,7 @@ mod tests {
         let (after, mended) = mend_overlaps(&before);
         // The limb, too, has more than a hundredth of its surface in the twig.
         assert_eq!(mended, Mended { found: 2, dropped: 0, left: 0 });
-        assert_eq!((after.chains(), overlaps(&after)), (before.chains(), 0));
+        assert_eq!((after.chains(), overlaps(&after), crossings(&after)), (before.chains(), 0, 0));
         // No farther than it must, and its base and tip not at all.
         let (a, b) = (before.pose(), after.pose());
         let far = a.positions().iter().zip(b.positions()).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
@@ -540,6 +621,28 @@ mod tests {
     }
 
     #[test]
+    fn a_branch_is_not_moved_through_an_obstacle() {
+        let before = plant(crossing(0.004));
+        // A wall close to the twig, on the side to which it would go.
+        let wall = |a: Vec3, b: Vec3| (a.z - 0.02) * (b.z - 0.02) <= 0.0;
+        assert!(before.pose().positions().iter().all(|p| p.z < 0.02));
+        let (after, mended) = mend_among(&before, Some(&wall));
+        assert!(after.pose().positions().iter().all(|p| p.z < 0.02));
+        assert!(mended.dropped + mended.left > 0, "{mended:?}");
+    }
+
+    #[test]
+    fn axes_that_cross_are_found_and_moved_apart_however_long_the_branches() {
+        // Wood of a millimetre: the crossing is far less than a hundredth of its surface.
+        let mut skeleton = crossing(0.0);
+        skeleton.nodes.iter_mut().for_each(|n| n.radius = 0.001);
+        let crossed = plant(skeleton);
+        assert_eq!((overlaps(&crossed), crossings(&crossed)), (0, 2));
+        let (after, mended) = mend_overlaps(&crossed);
+        assert_eq!((mended.found, mended.left, crossings(&after)), (2, 0, 0));
+    }
+
+    #[test]
     fn axes_that_cross_between_their_points_are_found() {
         // Segments of a metre, wood of a centimetre: no point is near the other axis.
         let mut nodes = Vec::new();
@@ -548,7 +651,7 @@ mod tests {
         chain(&mut nodes, Some(2), &[Vec3::new(1.5, 1.5, 0.0), Vec3::new(1.5, 0.5, 0.0)], 0.02);
         let crossed = plant(Skeleton { nodes });
         let wood = Wood::of(&crossed);
-        let hits = find(&wood, &[true; 3]).hits;
+        let hits = find(&wood, &[true; 3], None).hits;
         assert_eq!(hits.len(), 2, "{hits:?}");
         assert!(hits.iter().all(|(_, hit)| (hit.at - 0.5).abs() < 1e-3));
     }

@@ -7,7 +7,7 @@
 //!
 //! A weight depends on the path to its node, so this is no shortest-path problem of one fixed graph; but every weight is
 //! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Equal costs
-//! come in the order of their nodes.
+//! come as the frontier has them.
 //!
 //! Plants that share a graph would share their ways too, the trunk first. So every plant has whims: a node is a little
 //! dearer or cheaper to it ([`WHIM`]) than to the next.
@@ -18,7 +18,7 @@
 use glam::Vec3;
 
 use super::frontier::Frontier;
-use super::guide::Step;
+use super::guide::{self, Step};
 use super::nodes::Nodes;
 use super::yao::{Edges, NONE};
 use crate::base::Seed;
@@ -44,12 +44,81 @@ pub(super) struct PathSource {
 
 /// What the algorithm knows of a finalized node.
 #[derive(Clone, Copy, Debug)]
-struct State {
+pub(super) struct State {
     /// Where its path leaves the structure.
-    source: u32,
+    pub(super) source: u32,
     /// Edges from there, in hops.
-    hops: f32,
-    vector: Vec3,
+    pub(super) hops: f32,
+    pub(super) vector: Vec3,
+}
+
+/// How vectors turn along the paths of one plant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turning<'a> {
+    pub(super) guide: &'a Guide,
+    /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
+    pub(super) light: Vec3,
+    /// Address of its randomness.
+    pub(super) seed: Seed,
+    /// What [`guide::asks`] says of the guide.
+    asks: (bool, bool),
+}
+
+/// A step of a path as a plant's rule sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stepping {
+    /// Along the edge.
+    pub(super) edge: Vec3,
+    /// Which share of a hop the edge is.
+    pub(super) share: f32,
+    /// What the path's source leans by.
+    pub(super) lean: f32,
+    /// The node that is reached.
+    pub(super) node: u32,
+}
+
+impl<'a> Turning<'a> {
+    pub(super) fn new(guide: &'a Guide, light: Vec3, seed: Seed) -> Self {
+        Self { guide, light, seed, asks: guide::asks(guide) }
+    }
+
+    /// The state after a step; where the node that is reached lies, and how high the path's source, is asked only by rules
+    /// that depend on it.
+    pub(super) fn after(
+        &self,
+        state: State,
+        step: Stepping,
+        position: impl Fn() -> Vec3,
+        source_height: impl Fn() -> f32,
+    ) -> State {
+        let Stepping { edge, share, lean, node } = step;
+        let reached = state.hops + share;
+        let hops = (reached - 1e-3).ceil() as u32;
+        let vector = state.vector;
+        let step = Step {
+            vector,
+            edge,
+            position: if self.asks.0 { position() } else { Vec3::ZERO },
+            hops,
+            source: state.source,
+            source_height: if self.asks.1 { source_height() } else { 0.0 },
+            node,
+            // Only sources lean, and only on the first hop.
+            lean: if hops <= 1 { lean } else { 0.0 },
+        };
+        let mut vector = towards(vector, step.turned(self.guide, self.seed), share);
+        if self.light != Vec3::ZERO {
+            vector = (vector + self.light * share).normalize_or(vector);
+        }
+        State { source: state.source, hops: reached, vector }
+    }
+}
+
+/// What is asked of every neighbour of a finalized node, in one place in memory.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: Vec3,
+    cost: f32,
 }
 
 /// One plant's part in a pass.
@@ -70,12 +139,18 @@ pub(super) struct Party<'a> {
 /// The least-cost paths of one pass.
 #[derive(Clone, Debug)]
 pub(super) struct Paths {
-    costs: Vec<f32>,
+    places: Vec<Place>,
     /// The node before each; itself at a source, [`NONE`] where nothing leads.
     before: Vec<u32>,
-    finalized: Vec<bool>,
+    /// [`FINAL`] and [`WANTED`].
+    marks: Vec<u8>,
     states: Vec<State>,
 }
+
+/// A node whose path is known, or through which none may lead.
+const FINAL: u8 = 1;
+/// A node to which a path is asked for.
+const WANTED: u8 = 2;
 
 impl Paths {
     /// Finds the paths of one plant, see [`find_among`](Self::find_among).
@@ -89,24 +164,29 @@ impl Paths {
         seed: Seed,
     ) -> Self {
         let party = Party { nodes, sources, guide, light: Vec3::ZERO, seed };
-        Self::find_among(graph, &[party], targets)
+        Self::find_among(graph, &[party], targets, None)
     }
 
     /// Finds the paths from the sources of all parties to all targets, and stops when every target that can be reached
     /// is. A node belongs to the party that reaches it at the least cost, in lengths of the first. At most 255 parties.
+    /// Where `ways` are given, paths use those nodes only.
     ///
-    /// `n log n` in the nodes finalized until then.
-    pub(super) fn find_among(graph: &Edges, parties: &[Party<'_>], targets: &[u32]) -> Self {
+    /// Linear in the nodes finalized until then, and in how many buckets their costs spread over.
+    pub(super) fn find_among(graph: &Edges, parties: &[Party<'_>], targets: &[u32], ways: Option<&[bool]>) -> Self {
         let count = graph.edges.len();
         let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
+        // What costs less than nothing is never reached more cheaply.
+        let shut = |i: usize| ways.is_some_and(|ways| !ways[i]);
+        let place = |(i, at): (usize, &Vec3)| Place { at: *at, cost: if shut(i) { -1.0 } else { f32::INFINITY } };
+        let positions = parties.first().map_or(&[][..], |first| &first.nodes.positions);
         let mut paths = Self {
-            costs: vec![f32::INFINITY; count],
+            places: positions.iter().enumerate().map(place).collect(),
             before: vec![NONE; count],
-            finalized: vec![false; count],
+            marks: vec![0; count],
             states: vec![blank; count],
         };
         let Some(first) = parties.first() else { return paths };
-        let mut frontier = Frontier::default();
+        let mut frontier = Frontier::new(first.nodes.disc * LENGTH * (1.0 - WHIM) * 0.999);
         let mut leans = vec![0.0_f32; count];
         // Which party a source belongs to.
         let mut owners = vec![0_u8; count];
@@ -115,81 +195,66 @@ impl Paths {
                 let i = node as usize;
                 leans[i] = lean;
                 owners[i] = p as u8;
-                paths.costs[i] = 0.0;
+                paths.places[i].cost = 0.0;
                 paths.before[i] = node;
                 paths.states[i] = State { source: node, hops: 0.0, vector };
-                paths.finalized[i] = closed;
+                paths.marks[i] = if closed { FINAL } else { 0 };
                 if !closed {
                     frontier.push(0.0, node);
                 }
             }
         }
-        let mut wanted = vec![false; count];
+        let mut missing = 0;
         for &t in targets {
-            wanted[t as usize] = true;
+            let mark = &mut paths.marks[t as usize];
+            missing += usize::from(*mark & WANTED == 0);
+            *mark |= WANTED;
         }
-        let mut missing = wanted.iter().filter(|&&w| w).count();
+        let turnings: Vec<Turning<'_>> =
+            parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
+        let alone = parties.len() == 1;
         let whims: Vec<Seed> = parties.iter().map(|party| party.seed.child("whim")).collect();
-        while let Some(node) = frontier.pop() {
+        while let Some((cost, node)) = frontier.pop() {
             let i = node as usize;
-            if paths.finalized[i] {
+            let Place { at: here, cost: best } = paths.places[i];
+            // A node is added again whenever it gets cheaper.
+            if cost > best {
                 continue;
             }
-            let (here, before) = (first.nodes.at(node), paths.before[i]);
+            let before = paths.before[i];
             if before != node {
-                let mut state = paths.states[before as usize];
-                let owner = usize::from(owners[state.source as usize]);
-                let party = &parties[owner];
-                let from = first.nodes.at(before);
-                let length = here.distance(from);
-                let edge = ((here - from) / length.max(f32::MIN_POSITIVE)).normalize_or(Vec3::Y);
-                // Where the graph is finer than its parameters say, an edge is a part of a hop.
-                let share = if first.nodes.hop > 0.0 { (length / first.nodes.hop).min(1.0) } else { 1.0 };
-                state.hops += share;
-                let hops = (state.hops - 1e-3).ceil() as u32;
-                // Only sources lean, and only on the first hop.
-                let lean = if hops <= 1 { leans[state.source as usize] } else { 0.0 };
-                let (vector, source) = (state.vector, state.source);
-                let step = Step {
-                    vector,
-                    edge,
-                    position: party.nodes.at(node),
-                    hops,
-                    source,
-                    source_height: party.nodes.at(source).y,
-                    node,
-                    lean,
-                };
-                let turned = step.turned(party.guide, party.seed);
-                state.vector = towards(vector, turned, share);
-                if party.light != Vec3::ZERO {
-                    state.vector = (state.vector + party.light * share).normalize_or(state.vector);
-                }
-                paths.states[i] = state;
+                let state = paths.states[before as usize];
+                let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
+                let nodes = parties[owner].nodes;
+                let lean = if state.hops < 1.0 { leans[state.source as usize] } else { 0.0 };
+                let step = Stepping { edge: here - paths.places[before as usize].at, share: 1.0, lean, node };
+                let after = turnings[owner].after(state, step, || nodes.at(node), || nodes.at(state.source).y);
+                paths.states[i] = after;
             }
-            paths.finalized[i] = true;
-            if wanted[i] {
+            let mark = paths.marks[i];
+            paths.marks[i] = mark | FINAL;
+            if mark == WANTED {
                 missing -= 1;
                 if missing == 0 {
                     break;
                 }
             }
             let State { vector, source, .. } = paths.states[i];
-            let whim = whims[usize::from(owners[source as usize])];
+            let whim = whims[if alone { 0 } else { usize::from(owners[source as usize]) }];
             for target in graph.leaving(node) {
-                // A finalized node costs no more than this one, so it is never improved. The whim is drawn last: most
-                // nodes cannot be improved even by the least.
-                let best = paths.costs[target as usize];
-                if best <= paths.costs[i] {
+                let Place { at, cost: best } = paths.places[target as usize];
+                if best <= cost {
                     continue;
                 }
-                let weight = weight(first.nodes.at(target) - here, vector);
-                if paths.costs[i] + weight * (1.0 - WHIM) >= best {
+                let weight = weight(at - here, vector);
+                // The whim is drawn last: most nodes cannot be improved even by the least.
+                if cost + weight * (1.0 - WHIM) >= best {
                     continue;
                 }
-                let cost = paths.costs[i] + weight * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
-                if cost < best {
-                    paths.costs[target as usize] = cost;
+                let cost = cost + weight * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
+                // In graphs with shorter edges than they say a node may be finalized already; it stays as it is.
+                if cost < best && paths.marks[target as usize] & FINAL == 0 {
+                    paths.places[target as usize].cost = cost;
                     paths.before[target as usize] = node;
                     frontier.push(cost, target);
                 }
@@ -200,12 +265,12 @@ impl Paths {
 
     /// The cost of every node; infinite where no path leads.
     pub(super) fn into_costs(self) -> Vec<f32> {
-        self.costs
+        self.places.into_iter().map(|place| place.cost).collect()
     }
 
     /// Whether a path leads to a node.
     pub(super) fn reached(&self, node: u32) -> bool {
-        self.finalized[node as usize]
+        self.marks[node as usize] & FINAL != 0
     }
 
     /// The node before this one on its path; itself in the structure.
@@ -230,7 +295,7 @@ fn towards(from: Vec3, to: Vec3, share: f32) -> Vec3 {
 }
 
 /// `d (1 + LENGTH - e·v)`, with rounding kept from going below zero.
-fn weight(edge: Vec3, vector: Vec3) -> f32 {
+pub(super) fn weight(edge: Vec3, vector: Vec3) -> f32 {
     (edge.length() * (1.0 + LENGTH) - edge.dot(vector)).max(0.0)
 }
 
@@ -311,6 +376,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!(paths.costs, costs);
+        assert_eq!(paths.into_costs(), costs);
     }
 }

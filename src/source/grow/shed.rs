@@ -13,9 +13,12 @@ use crate::plant::{ChainId, Curve, Plant, PlantBuilder};
 /// points.
 pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     let (rest, slim) = without(plant, slenderness, 1.0);
+    if slim == 0 {
+        return (rest, slim);
+    }
     let (before, after) = (plant.height(), rest.height());
     // The highest twig may be among what was shed.
-    if slim > 0 && after > 0.0 && after < before {
+    if after > 0.0 && after < before {
         let (rest, _) = without(plant, slenderness, before / after);
         return (rest, slim);
     }

@@ -1,4 +1,4 @@
-//! From the structure of graph nodes to a skeleton with first radii, ready to be cut into chains.
+//! From the ways through nodes to a skeleton with first radii, ready to be cut into chains.
 //!
 //! Paths through an irregular graph are visibly crooked; the paper names it as the one difference to other methods
 //! (2015, 4). Here every node is drawn towards the middle of its neighbours along the axis it lies on, a few times; a
@@ -10,8 +10,7 @@
 
 use glam::Vec3;
 
-use super::nodes::Nodes;
-use super::structure::Structure;
+use super::refine::Ways;
 use crate::base::math;
 use crate::plant::{Skeleton, SkeletonNode};
 use crate::preset::plan::GrowParams;
@@ -43,22 +42,21 @@ struct Axes {
     radii: Vec<f32>,
 }
 
-/// The skeleton of a structure; none where nothing rises above the ground. It is as tall as `params` say, or a height of
+/// The skeleton of a plant's ways; none where nothing rises above the ground. It is as tall as `params` say, or a height of
 /// the region is `scale` metres. `barred` says whether an obstacle is between two places; smoothing leads through none.
 pub(super) fn skeleton(
-    structure: &Structure,
-    nodes: &Nodes,
+    ways: &Ways,
     params: &GrowParams,
     scale: Option<f32>,
     barred: &dyn Fn(Vec3, Vec3) -> bool,
 ) -> Option<Skeleton> {
-    let (places, parents) = stems(structure, nodes, params.bole);
+    let (places, parents) = stems(ways, params.bole);
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
-    let fine = nodes.edges_in_a_hop();
+    let fine = ways.fine;
     let paths = axes.places.clone();
     axes.smooth(params.crookedness, fine);
     axes.kept_clear(&paths, barred);
-    // A graph that follows the plant is fine enough as it is.
+    // Finer ways are fine enough as they are.
     let mut axes = if fine < FINE { axes.refined(barred) } else { axes };
     let top = axes.places.iter().fold(0.0_f32, |t, p| t.max(p.y));
     if top <= 0.0 {
@@ -71,22 +69,21 @@ pub(super) fn skeleton(
     Some(Skeleton { nodes: (0..axes.places.len()).map(node).collect() })
 }
 
-/// Places and parents of a structure whose forks below `bole`, or at the root, are separate stems: the thinner branch of
-/// such a fork gets a root of its own beside the first.
-fn stems(structure: &Structure, nodes: &Nodes, bole: f32) -> (Vec<Vec3>, Vec<u32>) {
-    let members = &structure.members;
-    let (tips, heavy) = carried(&members.iter().map(|m| m.parent).collect::<Vec<_>>());
-    let mut places = Vec::with_capacity(members.len());
-    let mut parents: Vec<u32> = Vec::with_capacity(members.len());
-    let mut moved = vec![0_u32; members.len()];
-    for (i, member) in members.iter().enumerate() {
-        let here = nodes.at(member.node);
-        let fork = member.parent as usize;
+/// Places and parents of ways whose forks below `bole`, or at the root, are separate stems: the thinner branch of such a
+/// fork gets a root of its own beside the first.
+fn stems(ways: &Ways, bole: f32) -> (Vec<Vec3>, Vec<u32>) {
+    let count = ways.places.len();
+    let (tips, heavy) = carried(&ways.parents);
+    let mut places = Vec::with_capacity(count);
+    let mut parents: Vec<u32> = Vec::with_capacity(count);
+    let mut moved = vec![0_u32; count];
+    // Whether all wood from the ground to here is below the bole: what hangs down to there from above is no stem.
+    let mut low = vec![true; count];
+    for (i, (&here, &fork)) in ways.places.iter().zip(&ways.parents).enumerate() {
+        let fork = fork as usize;
         let thick = heavy[fork];
-        let splits = i != 0
-            && thick as usize != i
-            && (fork == 0 || nodes.at(members[fork].node).y < bole)
-            && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
+        low[i] = i == 0 || (low[fork] && here.y < bole);
+        let splits = i != 0 && thick as usize != i && low[fork] && tips[i] as f32 >= tips[thick as usize] as f32 * STEM;
         let mut parent = moved[fork];
         if splits {
             parent = places.len() as u32;
@@ -133,7 +130,7 @@ impl Axes {
     /// way each time for 0. Radii are drawn likewise but never across a fork into a thinner branch, so that steps at
     /// forks become tapers.
     ///
-    /// Where the graph is `fine` times finer than its parameters say, the same lengths of wood are smoothed, and so the
+    /// Where ways are `fine` times finer than the graph, the same lengths of wood are smoothed, and so the
     /// same shapes are left.
     fn smooth(&mut self, crookedness: f32, fine: f32) {
         let share = 0.5 * (1.0 - crookedness);

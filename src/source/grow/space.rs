@@ -1,9 +1,7 @@
-//! The graph in which plants grow, and how it is made finer around them.
+//! The graph in which plants grow.
 //!
-//! A graph does not depend on the plants' seeds, so one serves many plants ([`Graph`]). Where the parameters ask for more
-//! detail than an even graph of their nodes gives, this shared graph is coarse, with [`COARSE`] of the nodes: a plant's
-//! volume iterations grow on it first, and a graph of its own follows what they made (`nodes`), with all of the nodes.
-//! The coarse nodes stay, so branches end where they did, and run there on finer ways.
+//! It does not depend on the plants' seeds, so one serves many plants ([`Graph`]). Where the parameters ask for more detail
+//! than an even graph gives, finer nodes come later, along the branches only (`refine`).
 
 use std::sync::Arc;
 
@@ -11,21 +9,14 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::GrowError;
-use super::near::Near;
 use super::nodes::Nodes;
 use super::obstacle::{MOST_TRIANGLES, Obstacles, Triangle};
 use super::paths::{Party, PathSource, Paths};
 use super::region::{Column, Region};
 use super::solid::Solids;
-use super::structure::Structure;
 use super::yao::Edges;
 use crate::base::Seed;
 use crate::preset::plan::{GrowParams, Guide, Obstacle};
-
-/// Share of the nodes that the graph has before it follows a plant.
-const COARSE: f32 = 0.25;
-/// Detail from which a graph follows the plant.
-const FOLLOWS: f32 = 1.05;
 
 /// Most nodes of a graph for several plants.
 const MOST_SHARED: f32 = 1_000_000.0;
@@ -99,15 +90,13 @@ impl GraphParams {
     pub(super) fn with_heights(params: &GrowParams, tops: &[f32]) -> Self {
         let space = &params.space;
         let first = params.height / tops[0];
-        let follows = space.detail >= FOLLOWS;
-        let nodes = if follows { ((params.nodes as f32 * COARSE) as u32).max(16) } else { params.nodes };
         let columns = space.beside.iter().zip(&tops[1..]).map(|(beside, top)| {
             let share = beside.params.height / top / first;
             [beside.at[0] / first, beside.at[1] / first, beside.params.width * 0.5 * share, share]
         });
         let solid = !space.obstacles.is_empty();
         Self {
-            nodes,
+            nodes: params.nodes,
             seed: space.graph_seed,
             columns: columns.collect(),
             width: params.width,
@@ -211,7 +200,7 @@ impl Graph {
     /// How far an octant looks for a node, in heights of the first plant.
     #[must_use]
     pub fn reach(&self) -> f32 {
-        self.space.nodes.widest * super::yao::REACH
+        self.space.nodes.disc * super::yao::REACH
     }
 
     /// The least cost of every node from the first plant's root with upright guiding vectors: one whole pass.
@@ -222,7 +211,7 @@ impl Graph {
         let (nodes, seed) = (&self.space.nodes, Seed::new(1));
         let party = Party { nodes, sources: &sources, guide: &guide, light: Vec3::ZERO, seed };
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
-        Paths::find_among(&self.space.graph, &[party], &all).into_costs()
+        Paths::find_among(&self.space.graph, &[party], &all, None).into_costs()
     }
 
     pub(super) fn space(&self) -> &Space {
@@ -237,37 +226,13 @@ impl Graph {
         &self.region
     }
 
-    /// The graph that follows plants: `count` nodes, `detail` times finer near them than those would be evenly spread.
-    /// The second value says where each node is in it.
-    pub(super) fn following(&self, structures: &[&Structure], count: u32, detail: f32) -> (Self, Vec<u32>) {
-        let coarse = &self.space.nodes;
-        let (low, high) = self.region.bounds();
-        // Edges are longer than a cell of the field: points along them.
-        let points = structures.iter().flat_map(|structure| structure.members.as_slice()).zip(
-            structures
-                .iter()
-                .flat_map(|structure| structure.members.iter().map(|m| structure.members[m.parent as usize].node)),
-        );
-        let points = points.flat_map(|(member, parent)| {
-            let (a, b) = (coarse.at(member.node), coarse.at(parent));
-            (0..4).map(move |k| a.lerp(b, k as f32 * 0.25))
-        });
-        let near = Near::new(points, low, high, coarse.disc * 0.6);
-        let seed = Seed::new(self.params.seed).child("graph");
-        let (nodes, places) =
-            Nodes::following(&self.region, coarse, shared(count, &self.region), detail, seed, |p| near.at(p));
-        let space = Space::linked(nodes, self.region.obstacles());
-        let roots = self.roots.iter().map(|&r| places[r as usize]).collect();
-        (Self { params: self.params.clone(), region: self.region.clone(), space, roots }, places)
+    /// Address of its randomness.
+    pub(super) fn seed(&self) -> Seed {
+        Seed::new(self.params.seed).child("graph")
     }
 }
 
 /// The nodes of a region in which several plants have as many each as one has alone.
 fn shared(count: u32, region: &Region) -> u32 {
     (count as f32 * region.crowding()).min((count as f32).max(MOST_SHARED)) as u32
-}
-
-/// Whether a plant's graph follows it.
-pub(super) fn follows(params: &GrowParams) -> bool {
-    params.space.detail >= FOLLOWS
 }

@@ -19,11 +19,24 @@ pub(super) struct Member {
     pub(super) vector: Vec3,
 }
 
+/// A way that was added at once: from a member that was there before to an endpoint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    /// Its first member; the others follow it.
+    pub(super) first: u32,
+    /// Which pass added it, from 0.
+    pub(super) pass: u32,
+}
+
 /// A tree of graph nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Structure {
     /// Parents before children; the root first.
     pub(super) members: Vec<Member>,
+    /// The ways that its members were added in, in order; all members but the root belong to one.
+    pub(super) runs: Vec<Run>,
+    /// Passes that were taken so far.
+    pub(super) passes: u32,
     /// For each graph node its place among the members.
     places: Vec<u32>,
 }
@@ -33,12 +46,13 @@ impl Structure {
     pub(super) fn new(nodes: &Nodes) -> Self {
         let mut places = vec![NONE; nodes.len()];
         places[nodes.root as usize] = 0;
-        Self { members: vec![Member { node: nodes.root, parent: 0, vector: Vec3::Y }], places }
+        let root = Member { node: nodes.root, parent: 0, vector: Vec3::Y };
+        Self { members: vec![root], runs: Vec::new(), passes: 0, places }
     }
 
     /// Of a plant that is yet to grow.
     pub(super) fn empty() -> Self {
-        Self { members: Vec::new(), places: Vec::new() }
+        Self { members: Vec::new(), runs: Vec::new(), passes: 0, places: Vec::new() }
     }
 
     /// Whether a graph node belongs to it.
@@ -69,6 +83,9 @@ impl Structure {
         while !self.holds(node) {
             way.push(node);
             node = paths.before(node);
+        }
+        if !way.is_empty() {
+            self.runs.push(Run { first: self.members.len() as u32, pass: self.passes });
         }
         let mut parent = self.places[node as usize];
         for &node in way.iter().rev() {

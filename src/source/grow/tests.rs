@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::growth::{Tree, grow_all};
+use super::refine::Ways;
 use super::space::Space;
 use super::structure::Structure;
 use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
@@ -80,39 +81,60 @@ fn another_seed_grows_another_tree() {
     assert_ne!(grow(&small(), Seed::new(8)).unwrap().0, grown(&small()));
 }
 
-/// The structure that some parameters grow, on a graph as it stands at the end.
-fn structure(params: &GrowParams) -> (Structure, Graph, Vec<String>) {
+/// The structure that some parameters grow, its graph, its ways, and what is told.
+fn structure(params: &GrowParams) -> (Structure, Graph, Ways, Vec<String>) {
     let graph = Graph::new(&GraphParams::of(params, &Solids::new()).unwrap(), &ObstacleMeshes::new()).unwrap();
     let mut trees = [Tree::new(params, 1.0, Seed::new(4))];
-    let end = grow_all(&graph, &mut trees, &params.space, &Solids::new()).into_owned();
+    let ways = grow_all(&graph, &mut trees, &params.space, &Solids::new()).remove(0);
     let [tree] = trees;
-    (tree.structure, end, tree.notes)
+    (tree.structure, graph, ways, tree.notes)
 }
 
 #[test]
 fn every_endpoint_is_reached_or_told_of() {
-    for detail in [1.0, 2.0] {
-        let mut params = small();
-        params.space.detail = detail;
-        let (structure, graph, notes) = structure(&params);
-        let Space { nodes, graph, .. } = graph.space();
-        assert!(notes.is_empty(), "{notes:?}");
-        let tips = 1 + 12 + 60;
-        let mut bears = vec![false; structure.members.len()];
-        structure.members.iter().skip(1).for_each(|m| bears[m.parent as usize] = true);
-        let found = bears.iter().filter(|b| !**b).count();
-        // A branch that ends on the way of a later one has no tip of its own.
-        assert!(found <= tips && found > tips * 3 / 4, "{found}");
-        // A tree: every member once, after its parent, one edge of the graph away.
-        let mut seen = vec![false; nodes.len()];
-        for (i, member) in structure.members.iter().enumerate() {
-            assert!(!std::mem::replace(&mut seen[member.node as usize], true));
-            assert!(i == 0 || (member.parent as usize) < i);
-            let parent = structure.members[member.parent as usize].node;
-            assert!(i == 0 || graph.leaving(parent).any(|n| n == member.node));
-            assert!((member.vector.length() - 1.0).abs() < 1e-4);
-        }
+    let (structure, graph, _, notes) = structure(&small());
+    let Space { nodes, graph, .. } = graph.space();
+    assert!(notes.is_empty(), "{notes:?}");
+    let tips = 1 + 12 + 60;
+    let mut bears = vec![false; structure.members.len()];
+    structure.members.iter().skip(1).for_each(|m| bears[m.parent as usize] = true);
+    let found = bears.iter().filter(|b| !**b).count();
+    // A branch that ends on the way of a later one has no tip of its own.
+    assert!(found <= tips && found > tips * 3 / 4, "{found}");
+    // A tree: every member once, after its parent, one edge of the graph away.
+    let mut seen = vec![false; nodes.len()];
+    for (i, member) in structure.members.iter().enumerate() {
+        assert!(!std::mem::replace(&mut seen[member.node as usize], true));
+        assert!(i == 0 || (member.parent as usize) < i);
+        let parent = structure.members[member.parent as usize].node;
+        assert!(i == 0 || graph.leaving(parent).any(|n| n == member.node));
+        assert!((member.vector.length() - 1.0).abs() < 1e-4);
     }
+}
+
+#[test]
+fn finer_ways_lead_to_the_same_endpoints_and_share_no_node() {
+    let mut params = small();
+    params.space.detail = 2.0;
+    let (structure, graph, ways, _) = structure(&params);
+    let nodes = &graph.space().nodes;
+    let bits = |p: Vec3| p.to_array().map(f32::to_bits);
+    let mut seen = std::collections::BTreeSet::new();
+    for (i, &place) in ways.places.iter().enumerate() {
+        assert!(seen.insert(bits(place)), "two branches share {place}");
+        assert!(i == 0 || (ways.parents[i] as usize) < i);
+    }
+    for run in &structure.runs {
+        let next = structure.runs.iter().map(|r| r.first).find(|&first| first > run.first);
+        let end = next.unwrap_or(structure.members.len() as u32) - 1;
+        assert!(seen.contains(&bits(nodes.at(structure.members[end as usize].node))));
+    }
+    assert!(ways.places.len() > structure.members.len() * 3 / 2, "{}", ways.places.len());
+    // Each edge is one of finer nodes.
+    let hop = nodes.hop();
+    let lengths = (1..ways.places.len()).map(|i| ways.places[i].distance(ways.places[ways.parents[i] as usize]));
+    let long = lengths.filter(|length| *length > hop * 1.2).count();
+    assert!(long * 50 < ways.places.len(), "{long}");
 }
 
 #[test]
@@ -161,7 +183,7 @@ fn rules_keep_only_what_lies_lower_or_higher() {
         params.iterations = small().iterations;
         params.iterations[1] = GrowIteration { keep, ..pass(volume(crown, 12), 0.6) };
         params.iterations.truncate(2);
-        let (structure, graph, _) = structure(&params);
+        let (structure, graph, _, _) = structure(&params);
         let nodes = &graph.space().nodes;
         let parents: Vec<u32> = structure.members.iter().map(|m| m.parent).collect();
         let mut tips = 0;

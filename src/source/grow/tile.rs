@@ -58,11 +58,21 @@ impl Tile {
         Self { points: darts.points, disc }
     }
 
+    /// How many points a unit of volume has where none are closer than `disc`.
+    pub(super) fn density(&self, disc: f32) -> f32 {
+        // As for `Layer::new`, whose discs are a few last digits smaller.
+        let edge = disc / (self.disc * SEAM);
+        self.points.len() as f32 / (edge * edge * edge).max(f32::MIN_POSITIVE)
+    }
+
     /// How large the cube must be for `density` points in a unit of volume.
     pub(super) fn edge(&self, density: f32) -> f32 {
         math::cbrt(self.points.len() as f32 / density.max(f32::MIN_POSITIVE))
     }
 }
+
+/// What rounding at the seam between copies leaves of a disc.
+const SEAM: f32 = 0.9999;
 
 /// The tile laid through all space.
 #[derive(Clone, Debug)]
@@ -94,8 +104,7 @@ impl Layer {
         };
         let shift = seed.child("shift");
         let offset = Vec3::new(shift.at(0).unit(), shift.at(1).unit(), shift.at(2).unit()) * -edge;
-        // Rounding at the seam takes a few last digits.
-        let disc = tile.disc * edge * 0.9999;
+        let disc = tile.disc * edge * SEAM;
         Self { points: tile.points.iter().map(turned).collect(), edge, disc, offset }
     }
 

@@ -15,7 +15,7 @@ use super::obstacle::Obstacles;
 /// No edge in this octant.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// How far an octant looks, in discs of the coarsest layer.
+/// How far an octant looks, in discs.
 pub(super) const REACH: f32 = 4.0;
 
 /// Outgoing edges of every node, one an octant; [`NONE`] where the octant is empty.
@@ -23,12 +23,7 @@ pub(super) const REACH: f32 = 4.0;
 pub(super) struct Edges {
     /// Targets; the octant's index has bit 0 for x, 1 for y, 2 for z, set where the target lies on the lower side.
     pub(super) edges: Vec<[u32; 8]>,
-    /// How many edges of the finest layer each is as long as; empty where all count as one.
-    spans: Vec<[u8; 8]>,
 }
-
-/// Most that an edge counts.
-const LONGEST: u8 = 15;
 
 impl Edges {
     /// Links the nodes; an edge that an obstacle bars is left out. Linear in their number, parallel over nodes.
@@ -45,31 +40,18 @@ impl Edges {
             }
             found
         });
-        let edges: Vec<[u32; 8]> = edges.collect();
-        let mut spans = Vec::new();
-        if nodes.hop > 0.0 {
-            let unit = nodes.hop / nodes.edges_in_a_hop();
-            let span = |node: usize, target: u32| {
-                if target == NONE {
-                    return 1;
-                }
-                let length = nodes.at(node as u32).distance(nodes.at(target));
-                ((length / unit).round() as u8).clamp(1, LONGEST)
-            };
-            spans = edges.par_iter().enumerate().map(|(i, targets)| targets.map(|target| span(i, target))).collect();
-        }
-        Self { edges, spans }
+        Self { edges: edges.collect() }
     }
 
-    /// Edges that all count as one.
+    /// Edges that are known already.
     #[cfg(test)]
     pub(super) fn given(edges: Vec<[u32; 8]>) -> Self {
-        Self { edges, spans: Vec::new() }
+        Self { edges }
     }
 
     /// Bytes that they hold.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.edges.as_slice()) + size_of_val(self.spans.as_slice())
+        size_of_val(self.edges.as_slice())
     }
 
     /// The edges that leave a node.
@@ -77,37 +59,25 @@ impl Edges {
         self.edges[node as usize].into_iter().filter(|&target| target != NONE)
     }
 
-    /// Fewest edges from any of `sources` to each node; `u32::MAX` beyond `most` or where no path leads. In a graph that is
-    /// not even, a long edge counts as the short ones that it is as long as (Dial 1969).
+    /// Fewest edges from any of `sources` to each node; `u32::MAX` beyond `most` or where no path leads.
     pub(super) fn hops(&self, sources: &[u32], most: u32) -> Vec<u32> {
         let mut hops = vec![u32::MAX; self.edges.len()];
-        // One bucket for each distance that an edge can reach.
-        let mut rims: Vec<Vec<u32>> = vec![Vec::new(); usize::from(LONGEST) + 1];
         for &s in sources {
             hops[s as usize] = 0;
         }
-        rims[0] = sources.to_vec();
-        let (mut hop, mut empty) = (0_u32, 0);
-        while empty < rims.len() && hop < most {
-            let bucket = hop as usize % rims.len();
-            let rim = std::mem::take(&mut rims[bucket]);
-            empty = if rim.is_empty() { empty + 1 } else { 0 };
-            for node in rim {
-                if hops[node as usize] != hop {
-                    continue;
-                }
-                for octant in 0..8 {
-                    let target = self.edges[node as usize][octant];
-                    let span = self.spans.get(node as usize).map_or(1, |spans| spans[octant]);
-                    let reached = hop.saturating_add(u32::from(span));
-                    if target != NONE && reached <= most && reached < hops[target as usize] {
-                        hops[target as usize] = reached;
-                        let last = rims.len();
-                        rims[reached as usize % last].push(target);
+        let (mut rim, mut next) = (sources.to_vec(), Vec::new());
+        let mut hop = 0_u32;
+        while !rim.is_empty() && hop < most {
+            hop += 1;
+            for node in rim.drain(..) {
+                for target in self.leaving(node) {
+                    if hops[target as usize] == u32::MAX {
+                        hops[target as usize] = hop;
+                        next.push(target);
                     }
                 }
             }
-            hop += 1;
+            std::mem::swap(&mut rim, &mut next);
         }
         hops
     }
@@ -150,7 +120,7 @@ fn link(nodes: &Nodes, node: u32) -> [u32; 8] {
     let here = nodes.at(node);
     let lattice = &nodes.grid.lattice;
     let cell = lattice.cell(here);
-    let reach = nodes.widest * REACH;
+    let reach = nodes.disc * REACH;
     let most = (reach / lattice.edge).ceil() as u32 + 1;
     let mut nearest = Nearest { node, here, best: [u64::from((reach * reach).to_bits()) << 32 | u64::from(NONE); 8] };
     // Way from the node to the lower and the upper end of its cell.

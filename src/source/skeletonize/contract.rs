@@ -94,8 +94,7 @@ struct Equations {
 
 impl Equations {
     fn new(surface: &Surface) -> Option<Self> {
-        let links: Vec<Vec<u32>> =
-            surface.neighbours().iter().map(|list| list.iter().map(|n| n.0).collect()).collect();
+        let links: Vec<Vec<u32>> = surface.neighbours().iter().map(|list| list.iter().map(|n| n.0).collect()).collect();
         let n = links.len();
         let mut pattern: Vec<Vec<u32>> = Vec::with_capacity(n);
         let mut entries = 0_usize;

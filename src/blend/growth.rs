@@ -1,0 +1,83 @@
+//! A plant's own growth from sapling to full size, by the same kernel: a family of one source, whose kins have degrees of
+//! growth by age.
+//!
+//! A branch is born when its bearer has grown past the place where it leaves: at location `l` of a bearer that is born at
+//! `b`, at `b + l·(1 − b)·`[`PACE`]. From then on it grows to full size, fast at first and slower later
+//! (`1 − (1 − age)^`[`SLOWING`]), and is full-grown when the plant is. As degrees scale a chain whole, a young
+//! branch is a small one; it never outgrows its bearer. Leaves of a small branch are smaller than full-grown ones, though not in
+//! proportion: [`leaf_scale`].
+
+use crate::base::math;
+use crate::relate::{Family, Weights};
+
+/// Share of its life in which a chain reaches its full length, as far as births on it go.
+const PACE: f32 = 0.5;
+/// How much faster young branches grow than old ones.
+const SLOWING: f32 = 1.6;
+
+/// The weights of the only source of a family at age `t`, 0..=1; at 1 it is the source itself. The stems stand from the
+/// start; a chain that is not born yet has the degree `unborn`, which for all but animations is 0.
+#[must_use]
+pub fn growth(family: &Family, t: f32, unborn: f32) -> Weights {
+    if t.is_nan() || t >= 1.0 {
+        return family.corner(0);
+    }
+    let t = t.max(1e-3);
+    let mut weights = Weights::new(family.kin_count(), family.sources().len());
+    let mut births = vec![0.0_f32; family.kin_count()];
+    let mut degrees = vec![0.0_f32; family.kin_count()];
+    for kin in family.kin_ids() {
+        let Some(chain) = family.member(kin, 0) else { continue };
+        let (birth, most) = match family.parent(kin) {
+            None => (0.0, 1.0),
+            Some(parent) => {
+                let before = births[parent.index()];
+                let at = family.sources()[0].chain(chain).location;
+                (before + at * (1.0 - before) * PACE, degrees[parent.index()])
+            }
+        };
+        births[kin.index()] = birth;
+        let age = ((t - birth) / (1.0 - birth).max(1e-6)).clamp(0.0, 1.0);
+        let degree = (1.0 - math::pow(1.0 - age, SLOWING)).min(most).max(unborn);
+        degrees[kin.index()] = degree;
+        weights.set(kin, &[1.0], degree);
+    }
+    weights
+}
+
+/// What leaves are scaled by on a chain whose degree of growth is `degree`, beside that degree itself: with it they come to
+/// the degree to the power of 0.4. A sapling's leaves are smaller than a tree's, but not as a sapling is smaller.
+#[must_use]
+pub fn leaf_scale(degree: f32) -> f32 {
+    if degree > 0.0 { math::pow(degree.min(1.0), -0.6) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::plant::PlantStats;
+    use crate::relate::random_plant::{Oddity, random_plant};
+    use crate::relate::{Kin, KinId};
+
+    #[test]
+    fn a_plant_only_grows_and_ends_as_itself() {
+        for seed in 0..30 {
+            let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);
+            let kins: Vec<Kin> = plant
+                .chain_ids()
+                .map(|c| Kin { parent: plant.chain(c).parent.map(|p| KinId(p.0)), members: vec![Some(c)] })
+                .collect();
+            let family = Family::new(vec![plant.clone()], &kins).unwrap();
+            let (mut wood, mut chains) = (0.0, 0);
+            for step in 0..=20 {
+                let young = family.blend(&growth(&family, step as f32 / 20.0, 0.0));
+                let stats = PlantStats::of(&young);
+                assert_eq!(stats.topology_continuity, 1.0);
+                assert!(stats.wood_length >= wood - 1e-3 && stats.chains >= chains, "{seed} {step}");
+                (wood, chains) = (stats.wood_length, stats.chains);
+            }
+            assert!(family.blend(&growth(&family, 1.0, 0.0)) == plant);
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Building presets: each resolved, its inputs read, its set made and committed, unless it is current.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::output::{self, Committed, OutputError, Turn};
+use super::pipeline::Share;
+use super::{
+    BuildError, BuildOptions, Cache, Happened, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
+    load_preset, pipeline, record,
+};
+use crate::base::Diagnostic;
+
+/// Builds sets; keeps grown sources and made pictures in memory between calls, so that a watcher makes them once.
+#[derive(Debug)]
+pub struct Builder {
+    options: BuildOptions,
+    cache: Cache,
+}
+
+impl Builder {
+    /// A builder with nothing in memory.
+    #[must_use]
+    pub fn new(options: BuildOptions) -> Self {
+        Self { cache: Cache::new(options.cache.as_ref()), options }
+    }
+
+    /// A builder that takes what it can from part files, as [`make_part`] writes them.
+    ///
+    /// # Errors
+    ///
+    /// The first file that is no whole part.
+    pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
+        Ok(Self { cache: Cache::of_parts(parts)?, options })
+    }
+
+    /// Builds the sets of some preset files, in their order.
+    ///
+    /// # Errors
+    ///
+    /// All errors of all presets; the sets of the good ones are built and written.
+    pub fn build(
+        &self,
+        presets: &[PathBuf],
+        progress: &(dyn Fn(Progress<'_>) + Sync),
+    ) -> Result<Vec<Outcome>, BuildError> {
+        let (sets, mut failed) = read(presets);
+        for loaded in &sets {
+            if !failed.diagnostics.is_empty() && !self.options.keep_going {
+                failed.reads.extend(loaded.world.reads());
+                continue;
+            }
+            match self.set(loaded, progress) {
+                Ok(outcome) => failed.built.push(outcome),
+                Err(diagnostics) => {
+                    failed.diagnostics.extend(loaded.placed(diagnostics));
+                    failed.reads.extend(loaded.world.reads());
+                }
+            }
+        }
+        if failed.diagnostics.is_empty() { Ok(failed.built) } else { Err(failed) }
+    }
+
+    /// What a build would find, without building or writing anything; every output is read and hashed.
+    ///
+    /// # Errors
+    ///
+    /// All errors of all presets.
+    pub fn status(&self, presets: &[PathBuf]) -> Result<Vec<SetStatus>, BuildError> {
+        let (sets, mut failed) = read(presets);
+        let mut found = Vec::new();
+        for loaded in &sets {
+            match self.status_of(loaded) {
+                Ok(status) => found.push(status),
+                Err(diagnostics) => failed.diagnostics.extend(loaded.placed(diagnostics)),
+            }
+        }
+        if failed.diagnostics.is_empty() { Ok(found) } else { Err(failed) }
+    }
+
+    fn status_of(&self, loaded: &Loaded) -> Result<SetStatus, Vec<Diagnostic>> {
+        let plan = &loaded.plan;
+        let folder = self.options.out.join(&plan.name);
+        let key = pipeline::set_key(plan, &pipeline::read_inputs(loaded)?);
+        let state = match record::read(&folder, &plan.name) {
+            None => SetState::New,
+            Some(old) if old.key != key.to_hex() => SetState::Changed,
+            Some(old) => match old.damaged(&folder) {
+                files if files.is_empty() => SetState::Current,
+                files => SetState::Damaged { files },
+            },
+        };
+        Ok(SetStatus { set: plan.name.clone(), folder, state })
+    }
+
+    /// Builds one set.
+    fn set(&self, loaded: &Loaded, progress: &(dyn Fn(Progress<'_>) + Sync)) -> Result<Outcome, Vec<Diagnostic>> {
+        let refused = |error: OutputError| vec![error.diagnostic()];
+        let plan = &loaded.plan;
+        let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
+        let folder = self.options.out.join(&plan.name);
+        let inputs = pipeline::read_inputs(loaded)?;
+        let key = pipeline::set_key(plan, &inputs);
+        let mut outcome = Outcome {
+            set: plan.name.clone(),
+            variants: plan.variants.len(),
+            happened: Happened::Current,
+            committed: Committed::default(),
+            notes: Vec::new(),
+            reads: loaded.world.reads(),
+        };
+        if let Some(shard) = self.options.shard {
+            progress(Progress::Steps(pipeline::steps(plan)));
+            let (trees, notes) = pipeline::make_share(plan, &inputs, &self.cache, Share::Trees(shard), &step)?;
+            outcome.happened = Happened::Shard { trees };
+            outcome.notes = notes;
+            self.told(&mut outcome);
+            progress(Progress::Set { outcome: &outcome, folder: &folder });
+            return Ok(outcome);
+        }
+        // Held until the set is written: who waited for it finds the set current and has nothing to do.
+        let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
+        output::recover(&folder).map_err(refused)?;
+        let old = record::read(&folder, &plan.name);
+        let is_current = |old: &record::Record| old.key == key.to_hex() && old.damaged(&folder).is_empty();
+        if self.options.force || !old.as_ref().is_some_and(is_current) {
+            progress(Progress::Steps(pipeline::steps(plan)));
+            let made = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
+            let owned = old.map(|old| old.owned()).unwrap_or_default();
+            outcome.committed = output::commit(&folder, &owned, &made.files).map_err(refused)?;
+            outcome.notes = made.notes;
+            outcome.happened = Happened::Built;
+            self.told(&mut outcome);
+        }
+        progress(Progress::Set { outcome: &outcome, folder: &folder });
+        Ok(outcome)
+    }
+
+    /// Adds what the cache has to tell, once it is within its limit.
+    fn told(&self, outcome: &mut Outcome) {
+        self.cache.trim();
+        outcome.notes.extend(self.cache.take_notes());
+    }
+}
+
+/// Makes a share of one preset's set, from the presets' files and what earlier parts hold: the bytes of a part file with
+/// everything that was made and not given.
+///
+/// # Errors
+///
+/// All errors of the preset and what it reads.
+pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
+    let cache = Cache::of_parts(given)
+        .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()));
+    let Some(loaded) = sets.first() else { return Err(failed) };
+    let made = pipeline::read_inputs(loaded)
+        .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
+    match made {
+        Ok((0, _)) if matches!(share, Share::Trees(_)) => {
+            let count = loaded.plan.variants.len();
+            Err(BuildError::of(vec![Diagnostic::new(&loaded.preset, format!("the set has only {count} trees"))]))
+        }
+        Ok(_) => Ok(cache.part()),
+        Err(diagnostics) => Err(BuildError::of(loaded.placed(diagnostics))),
+    }
+}
+
+/// Reads all presets side by side: the good ones, no two of one name, and what is wrong with the others.
+pub(super) fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
+    let all: Vec<_> = presets.par_iter().map(|preset| find::load_or_reads(preset)).collect();
+    let mut failed = BuildError::of(Vec::new());
+    let mut names = Names::default();
+    let mut good = Vec::new();
+    for (preset, loaded) in presets.iter().zip(all) {
+        let (diagnostics, world) = match loaded {
+            Err(failure) => failure,
+            Ok(loaded) => match names.claim(preset, &loaded) {
+                Ok(()) => {
+                    good.push(loaded);
+                    continue;
+                }
+                Err(diagnostics) => (diagnostics, loaded.world),
+            },
+        };
+        failed.diagnostics.extend(diagnostics);
+        failed.reads.extend(world.reads());
+    }
+    (good, failed)
+}
+
+/// Resolves presets and reads every file that they name as a build would, without building. Returns how many are good.
+/// What only growing, matching and packing can find is left to the build.
+///
+/// # Errors
+///
+/// All errors of all presets.
+pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
+    let mut names = Names::default();
+    let mut diagnostics = Vec::new();
+    for preset in presets {
+        let checked = load_preset(preset).and_then(|loaded| {
+            names.claim(preset, &loaded)?;
+            let inputs = pipeline::read_inputs(&loaded)?;
+            pipeline::check_inputs(&loaded.plan, &inputs).map_err(|found| loaded.placed(found))
+        });
+        diagnostics.extend(checked.err().into_iter().flatten());
+    }
+    if diagnostics.is_empty() { Ok(presets.len()) } else { Err(BuildError::of(diagnostics)) }
+}
+
+/// The names of sets and who has them; upper and lower case are one, as they are to many file systems.
+#[derive(Debug, Default)]
+struct Names(BTreeMap<String, String>);
+
+impl Names {
+    fn claim(&mut self, preset: &Path, loaded: &Loaded) -> Result<(), Vec<Diagnostic>> {
+        match self.0.entry(loaded.plan.name.to_lowercase()) {
+            Entry::Occupied(other) => {
+                let message = format!("its set has the same name as that of {}", other.get());
+                Err(vec![Diagnostic::new(find::shown(preset), message).with_hint(
+                    "a set is named after its preset: rename one of them, or build them into two output folders",
+                )])
+            }
+            Entry::Vacant(free) => {
+                free.insert(find::shown(preset));
+                Ok(())
+            }
+        }
+    }
+}

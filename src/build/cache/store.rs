@@ -1,0 +1,255 @@
+//! The tier on disk: `FOLDER/STAGE/KEY.entry`, a file an entry, safe under any number of processes.
+//!
+//! An entry is written beside its place and renamed into it; whoever comes second replaces equal bytes by equal bytes.
+//! It carries its key and the hash of what it holds, so that one that was cut off, changed or put elsewhere is a miss.
+//! Nothing is flushed: after a loss of power such an entry is damaged and made again. An entry's time of change is the
+//! time of its last use; it decides what goes when the folder is full and nothing else.
+
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
+
+use super::CacheOptions;
+use crate::base::Key;
+
+/// First bytes of an entry.
+const MAGIC: [u8; 8] = *b"twcache1";
+const HEADER: usize = MAGIC.len() + 64;
+const SUFFIX: &str = ".entry";
+const TEMPORARY: &str = ".part";
+/// Largest entry that is read, bytes.
+const MOST_BYTES: u64 = 2 << 30;
+/// How long nobody writes at an entry: older parts were left by a process that died.
+const STALE: Duration = Duration::from_secs(3600);
+
+/// The folder could not be used.
+#[derive(Debug, thiserror::Error)]
+#[error("the folder {path} can't be {what}: {source}")]
+pub struct CacheError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What was tried.
+    what: &'static str,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+/// What a cache's folder holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct CacheStats {
+    /// By stage: its name, entries, bytes.
+    pub stages: Vec<(String, u64, u64)>,
+    /// All entries.
+    pub entries: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// What a key has.
+pub(super) enum Found {
+    Whole(Vec<u8>),
+    Missing,
+    /// The entry was not what was written; it is gone.
+    Broken(PathBuf),
+}
+
+/// A folder of entries.
+#[derive(Debug)]
+pub(super) struct Store {
+    folder: PathBuf,
+    limit: u64,
+    parts: AtomicU64,
+    refused: AtomicBool,
+}
+
+impl Store {
+    pub(super) fn new(options: &CacheOptions) -> Self {
+        let CacheOptions { folder, limit } = options.clone();
+        Self { folder, limit, parts: AtomicU64::new(0), refused: AtomicBool::new(false) }
+    }
+
+    /// Where an entry lies.
+    pub(super) fn path(&self, stage: &str, key: Key) -> PathBuf {
+        self.folder.join(stage).join(key.to_hex() + SUFFIX)
+    }
+
+    pub(super) fn get(&self, stage: &str, key: Key) -> Found {
+        let path = self.path(stage, key);
+        // What can't be opened or is no file is a miss like any other; writing it again will tell.
+        let Ok(file) = fs::File::open(&path) else { return Found::Missing };
+        match read(&file, key) {
+            Some(bytes) => {
+                // A folder that can't be written forgets when entries were used.
+                let _ = file.set_modified(SystemTime::now());
+                Found::Whole(bytes)
+            }
+            None => {
+                let _ = fs::remove_file(&path);
+                Found::Broken(path)
+            }
+        }
+    }
+
+    /// Writes an entry.
+    pub(super) fn put(&self, stage: &str, key: Key, bytes: &[u8]) -> Result<(), CacheError> {
+        if self.refused.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let path = self.path(stage, key);
+        let folder = self.folder.join(stage);
+        let number = self.parts.fetch_add(1, Ordering::Relaxed);
+        let part = folder.join(format!("{}-{number}{TEMPORARY}", std::process::id()));
+        let written = fs::create_dir_all(&folder).and_then(|()| {
+            let mut file = fs::File::create(&part)?;
+            file.write_all(&MAGIC)?;
+            file.write_all(&key.bytes())?;
+            file.write_all(&Key::of_bytes(bytes).bytes())?;
+            file.write_all(bytes)?;
+            drop(file);
+            fs::rename(&part, &path)
+        });
+        written.map_err(|source| {
+            let _ = fs::remove_file(&part);
+            CacheError { path: self.folder.clone(), what: "written", source }
+        })
+    }
+
+    /// Stops writing; whether it had not yet.
+    pub(super) fn gives_up(&self) -> bool {
+        !self.refused.swap(true, Ordering::Relaxed)
+    }
+
+    /// Removes entries that were used longest ago until all are within four fifths of the limit, where they are beyond
+    /// it, and parts of processes that died.
+    pub(super) fn trim(&self) -> Result<(), CacheError> {
+        let mut entries = entries(&self.folder)?;
+        let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        let now = SystemTime::now();
+        for part in entries.iter().filter(|entry| entry.is_part) {
+            if now.duration_since(part.used).is_ok_and(|age| age > STALE) {
+                let _ = fs::remove_file(&part.path);
+            }
+        }
+        if total <= self.limit {
+            return Ok(());
+        }
+        // Of equal age by name, so that what goes does not hang on the order of a folder.
+        entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
+        for entry in entries.into_iter().filter(|entry| !entry.is_part) {
+            if total <= self.limit / 5 * 4 {
+                break;
+            }
+            // Another process may have removed it; either way it counts no longer.
+            let _ = fs::remove_file(&entry.path);
+            total -= entry.bytes;
+        }
+        Ok(())
+    }
+}
+
+/// The payload of an entry; none when it is not the whole entry of this key.
+fn read(file: &fs::File, key: Key) -> Option<Vec<u8>> {
+    let length = file.metadata().ok()?.len();
+    if length > MOST_BYTES || length < HEADER as u64 {
+        return None;
+    }
+    let mut header = [0; HEADER];
+    let mut file = file.take(length);
+    file.read_exact(&mut header).ok()?;
+    let mut bytes = Vec::with_capacity(length as usize - HEADER);
+    file.read_to_end(&mut bytes).ok()?;
+    let rest = header.strip_prefix(&MAGIC)?;
+    let (of, hash) = rest.split_at(32);
+    (of == key.bytes() && hash == Key::of_bytes(&bytes).bytes()).then_some(bytes)
+}
+
+/// One file of a cache.
+struct Listed {
+    stage: String,
+    path: PathBuf,
+    bytes: u64,
+    used: SystemTime,
+    is_part: bool,
+}
+
+/// Every file that is named as Treewright names them, two levels deep; nothing else is looked at.
+fn entries(folder: &Path) -> Result<Vec<Listed>, CacheError> {
+    let mut found = Vec::new();
+    let stages = match fs::read_dir(folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(found),
+        stages => stages.map_err(|source| CacheError { path: folder.to_path_buf(), what: "read", source })?,
+    };
+    for stage in stages.flatten() {
+        // Links are not followed: what they lead to is not the cache's.
+        if !stage.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
+        let Ok(files) = fs::read_dir(stage.path()) else { continue };
+        for file in files.flatten() {
+            let name = file.file_name();
+            let name = name.to_string_lossy();
+            let is_part = name.strip_suffix(TEMPORARY).is_some_and(is_part_name);
+            let is_entry = name.strip_suffix(SUFFIX).is_some_and(|key| Key::from_hex(key).is_some());
+            let Ok(metadata) = file.metadata() else { continue };
+            if (is_part || is_entry) && metadata.is_file() {
+                found.push(Listed {
+                    stage: stage.file_name().to_string_lossy().into_owned(),
+                    path: file.path(),
+                    bytes: metadata.len(),
+                    used: metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH),
+                    is_part,
+                });
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn is_part_name(name: &str) -> bool {
+    name.split_once('-').is_some_and(|(process, number)| {
+        [process, number].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()))
+    })
+}
+
+/// What a cache's folder holds; a folder that is not there holds nothing.
+///
+/// # Errors
+///
+/// When it can't be read.
+pub fn stats(folder: &Path) -> Result<CacheStats, CacheError> {
+    let mut all = CacheStats::default();
+    let mut by_stage = std::collections::BTreeMap::<String, (u64, u64)>::new();
+    for entry in entries(folder)?.into_iter().filter(|entry| !entry.is_part) {
+        let stage = by_stage.entry(entry.stage).or_default();
+        stage.0 += 1;
+        stage.1 += entry.bytes;
+        all.entries += 1;
+        all.bytes += entry.bytes;
+    }
+    all.stages = by_stage.into_iter().map(|(stage, (entries, bytes))| (stage, entries, bytes)).collect();
+    Ok(all)
+}
+
+/// Removes every entry, and folders that are empty then; files of others stay. Returns what was removed.
+///
+/// # Errors
+///
+/// When the folder can't be read or an entry can't be removed.
+pub fn clear(folder: &Path) -> Result<CacheStats, CacheError> {
+    let removed = stats(folder)?;
+    for entry in entries(folder)? {
+        match fs::remove_file(&entry.path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                return Err(CacheError { path: entry.path, what: "cleared", source });
+            }
+            _ => {}
+        }
+    }
+    for (stage, _, _) in &removed.stages {
+        // Only succeeds for an empty one, which is meant.
+        let _ = fs::remove_dir(folder.join(stage));
+    }
+    Ok(removed)
+}

@@ -1,0 +1,174 @@
+//! The stage of shape spaces: sources in elastic correspondence, or one beside its reflection, and trees from them.
+
+use rayon::prelude::*;
+
+use crate::base::Diagnostic;
+use crate::blend::shape::{Metric, Reflection, SmallBranches, nearest_facing, weighted_mean};
+use crate::plant::Plant;
+use crate::preset::Plan;
+use crate::preset::plan::{Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
+use crate::relate::{Family, FamilyError, elastic_family, turned};
+use crate::select;
+
+/// The shape spaces of a plan, each once.
+#[derive(Debug, Default)]
+pub(super) struct Shapes {
+    spaces: Vec<Space>,
+    /// For each of the plan's its space.
+    of: Vec<usize>,
+}
+
+/// What trees are taken from.
+#[derive(Debug)]
+enum Space {
+    /// Several sources.
+    Sources(Box<Family>, Option<SmallBranches>),
+    /// A source and its reflection.
+    Mirror(Box<Reflection>),
+}
+
+/// Puts the sources of every shape space in correspondence.
+pub(super) fn shapes(plan: &Plan, sources: &[Plant]) -> Result<Shapes, Vec<Diagnostic>> {
+    let alike =
+        |a: &ShapeParams, b: &ShapeParams| (&a.of, a.kind, a.elastic, a.small) == (&b.of, b.kind, b.elastic, b.small);
+    let mut firsts: Vec<&ShapeParams> = Vec::new();
+    let mut of = Vec::new();
+    for params in &plan.shapes {
+        let known = firsts.iter().position(|first| alike(first, params));
+        of.push(known.unwrap_or(firsts.len()));
+        if known.is_none() {
+            firsts.push(params);
+        }
+    }
+    let made: Vec<Result<Space, Diagnostic>> =
+        firsts.par_iter().map(|params| space(params, sources).map_err(|e| told(plan, params, sources, &e))).collect();
+    let errors: Vec<Diagnostic> = made.iter().filter_map(|space| space.as_ref().err().cloned()).collect();
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    Ok(Shapes { spaces: made.into_iter().filter_map(Result::ok).collect(), of })
+}
+
+fn space(params: &ShapeParams, sources: &[Plant]) -> Result<Space, FamilyError> {
+    let plants: Vec<&Plant> = params.of.iter().map(|&s| &sources[s]).collect();
+    match params.kind {
+        ShapeKind::Mirror { plane } => {
+            let Some(plant) = plants.first() else { return Err(FamilyError::Empty) };
+            if plant.chains().is_empty() {
+                return Err(FamilyError::Empty);
+            }
+            let reflection = match plane {
+                MirrorPlane::Best => Reflection::best(plant, &params.elastic)?,
+                MirrorPlane::At(azimuth) => Reflection::across(plant, azimuth, &params.elastic)?,
+            };
+            Ok(Space::Mirror(Box::new(reflection)))
+        }
+        ShapeKind::Sources { facing } => {
+            let small = match params.small {
+                SmallRule::Kept => None,
+                SmallRule::Removed { alpha } => Some(SmallBranches::of(plants.iter().copied(), alpha)),
+            };
+            let mut all: Vec<Plant> = plants.into_iter().cloned().collect();
+            if facing == Facing::Free && !all.iter().any(|p| p.chains().is_empty()) {
+                let bare: Vec<Plant> = all.iter().map(|p| p.clone().without_leaves()).collect();
+                for (plant, own) in all.iter_mut().zip(&bare).skip(1) {
+                    let (_, angle) = nearest_facing(&bare[0], own, Metric::Elastic, &params.elastic)?;
+                    *plant = turned(plant, angle);
+                }
+            }
+            Ok(Space::Sources(Box::new(elastic_family(all, &params.elastic)?), small))
+        }
+    }
+}
+
+fn told(plan: &Plan, params: &ShapeParams, sources: &[Plant], error: &FamilyError) -> Diagnostic {
+    let at = match error {
+        FamilyError::TooLarge { source_index } => params.of.get(*source_index).or(params.of.first()).copied(),
+        _ => params.of.iter().copied().find(|&s| sources[s].chains().is_empty()),
+    };
+    let names: Vec<String> = params.of.iter().map(|&s| format!("\"{}\"", plan.sources[s].name)).collect();
+    let field = match at {
+        Some(source) => format!("sources[\"{}\"]", plan.sources[source].name),
+        None => format!("variants[{}]", params.entry),
+    };
+    Diagnostic::new("", format!("can't compare {}: {error}", names.join(" and "))).with_field(field)
+}
+
+impl Shapes {
+    /// A tree, bare; none for a space that the plan does not have.
+    pub(super) fn plant(&self, shape: usize, shares: &[f32]) -> Option<Plant> {
+        Some(match self.spaces.get(*self.of.get(shape)?)? {
+            Space::Mirror(reflection) => reflection.symmetrized(shares.get(1).copied().unwrap_or(0.0) * 2.0),
+            Space::Sources(family, small) => {
+                let plant = family.blend(&weighted_mean(family, shares));
+                match small {
+                    // A source alone stays as it is.
+                    Some(small) if shares.iter().filter(|w| **w > 0.0).count() > 1 => {
+                        select::without(&plant, &small.in_plant(&plant))
+                    }
+                    _ => plant,
+                }
+            }
+        })
+    }
+}
+
+/// What a tree is, for the manifest and for the address of its randomness.
+pub(super) fn identity(plan: &Plan, params: &ShapeParams, shares: &[f32]) -> serde_json::Value {
+    let names: Vec<&str> = params.of.iter().map(|&s| plan.sources[s].name.as_str()).collect();
+    serde_json::json!({
+        "shape": names, "kind": params.kind, "shares": shares, "elastic": params.elastic, "small": params.small,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+    use crate::build::blends;
+    use crate::plant::PlantStats;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+
+    fn made(variants: &str) -> Vec<Plant> {
+        let source = |name: &str, seed: u32| format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}),");
+        let sources = source("a", 1) + &source("b", 2) + &source("c", 3);
+        let text = format!("(sources: {{{sources}}}, variants: [{variants}])");
+        let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
+        let plan = loaded.unwrap_or_else(|found| panic!("{found:?}"));
+        let plants: Vec<Plant> = (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect();
+        let blends = blends::blends(&plan, &plants).unwrap();
+        let selected = crate::build::selections::selected(&plan, &blends).unwrap();
+        let none = crate::build::morphs::Morphs { made: Vec::new() };
+        plan.variants.iter().map(|tree| blends::variant(&plan, tree, &plants, &blends, &selected, &none)).collect()
+    }
+
+    #[test]
+    fn every_kind_of_shape_gives_sound_trees_that_differ() {
+        let trees = made(
+            "Geodesic(from: \"a\", to: \"b\", steps: 3),
+             Geodesic(from: \"a\", to: \"b\", steps: 2, path: Straight),
+             Geodesic(from: \"a\", to: \"c\", steps: 1, facing: Free, small: Kept),
+             Mean(of: [\"a\", \"b\", \"c\"]),
+             Mean(of: [\"a\", \"b\", \"c\"], weights: {\"b\": 3}),
+             Symmetrize(of: \"a\"),
+             Symmetrize(of: \"a\", amount: 0.5, plane: At(20)),
+             Between(of: [\"c\", \"b\", \"a\"], count: 3),",
+        );
+        assert_eq!(trees.len(), 13);
+        for (i, tree) in trees.iter().enumerate() {
+            assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
+            assert!(trees[..i].iter().all(|other| other != tree), "{i}");
+        }
+    }
+
+    #[test]
+    fn small_branches_are_removed_unless_they_are_kept() {
+        let chains = |small: &str| {
+            let trees = made(&format!("Geodesic(from: \"a\", to: \"b\", steps: 5, small: {small})"));
+            trees.iter().map(|t| t.chains().len()).sum::<usize>()
+        };
+        assert!(chains("Removed(alpha: 0)") < chains("Kept"));
+    }
+}

@@ -1,0 +1,132 @@
+//! The stages of one tree: dressed, and every level of detail. Keyed by the content of what goes in, so that a tree is
+//! made again only when it, its parameters or its pictures did change, whichever way they came about.
+
+use std::sync::Arc;
+
+use super::cache::{Cache, Entry, Stage};
+use super::stages::{Pictures, SourcePlant, Wardrobe};
+use crate::bake::Maps;
+use crate::base::{Key, Seed};
+use crate::lod::{self, Ladder};
+use crate::mesh::{Mesh, check_indices};
+use crate::plant::Plant;
+use crate::preset::Plan;
+use crate::preset::plan::Variant;
+
+/// The stages with their versions.
+const DRESS: Stage = Stage("dress", 1);
+const LADDER: Stage = Stage("ladder", 1);
+
+/// A tree of a set.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    /// With leaves.
+    pub(super) plant: Arc<Plant>,
+    /// Its levels of detail.
+    pub(super) ladder: Arc<Ladder>,
+    /// The key of those.
+    pub(super) key: Key,
+}
+
+/// What all trees of a set share.
+pub(super) struct Trees<'a> {
+    plan: &'a Plan,
+    wardrobe: &'a Wardrobe,
+    /// The content of the wardrobe's pictures.
+    pictures: Key,
+    cache: &'a Cache,
+}
+
+impl<'a> Trees<'a> {
+    pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache) -> Self {
+        Self { plan, wardrobe, pictures: content(&wardrobe.pictures), cache }
+    }
+
+    /// A variant with leaves.
+    pub(super) fn dressed(&self, variant: &Variant, bare: Plant, seed: Seed) -> Arc<Plant> {
+        let Some(dressing) = self.wardrobe.dressing(self.plan, variant) else { return Arc::new(bare) };
+        let key = DRESS.key().input(content(&bare)).params(&dressing).number(seed.bits()).finish();
+        self.made(DRESS, key, || dressing.dress(bare, seed))
+    }
+
+    /// Every level of a variant with leaves.
+    pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
+        let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
+        let key = LADDER.key().input(content(plant)).input(self.pictures).params(mesh).params(lods).number(seed.bits());
+        let Pictures { leaves, bark } = &self.wardrobe.pictures;
+        let key = key.finish();
+        (self.made(LADDER, key, || lod::ladder(plant, mesh, lods, leaves, bark, seed)), key)
+    }
+
+    fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
+        let made = self.cache.remember(stage, key, || Ok(make()));
+        made.expect("what is made of sound parts never fails")
+    }
+}
+
+/// The key of a value's content.
+pub(super) fn content(value: &impl serde::Serialize) -> Key {
+    Key::of_bytes(&postcard::to_stdvec(value).expect("plain data serializes"))
+}
+
+impl Entry for Plant {
+    fn weight(&self) -> usize {
+        self.all_points().len() * 16 + self.chains().len() * 40 + self.leaves().len() * 60
+    }
+
+    /// Reading one goes through the builder.
+    fn is_sound(&self) -> bool {
+        true
+    }
+}
+
+impl Entry for Ladder {
+    fn weight(&self) -> usize {
+        let meshes = self.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
+        let meshes: usize = meshes.map(|mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4).sum();
+        meshes + self.tiles.iter().map(weight).sum::<usize>()
+    }
+
+    fn is_sound(&self) -> bool {
+        let meshes = self.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
+        !self.levels.is_empty() && meshes.into_iter().all(is_even) && self.tiles.iter().all(is_whole)
+    }
+}
+
+impl Entry for SourcePlant {
+    fn weight(&self) -> usize {
+        self.plant.weight() + self.leaf_maps.iter().chain(&self.bark).map(weight).sum::<usize>()
+    }
+
+    fn is_sound(&self) -> bool {
+        self.leaf_maps.iter().chain(&self.bark).all(is_whole)
+    }
+}
+
+impl Entry for Pictures {
+    fn weight(&self) -> usize {
+        self.leaves.iter().chain([&self.bark]).map(weight).sum()
+    }
+
+    fn is_sound(&self) -> bool {
+        !self.leaves.is_empty() && self.leaves.iter().chain([&self.bark]).all(is_whole)
+    }
+}
+
+pub(super) fn weight(maps: &Maps) -> usize {
+    maps.color.len() * 10
+}
+
+/// Whether every map has a pixel for each place.
+pub(super) fn is_whole(maps: &Maps) -> bool {
+    let pixels = maps.width as usize * maps.height as usize;
+    pixels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()] == [pixels; 3]
+}
+
+/// Whether a mesh's arrays go together.
+fn is_even(mesh: &Mesh) -> bool {
+    let count = mesh.positions.len();
+    let all = [mesh.normals.len(), mesh.uvs.len(), mesh.occlusion.len()];
+    let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len()];
+    all == [count; 3] && some.iter().all(|&len| len == 0 || len == count) && check_indices(&mesh.indices, count).is_ok()
+}

@@ -1,0 +1,113 @@
+//! The messages of `--message-format json`, for build systems and editors; `messages.md` describes them.
+
+use serde::Serialize;
+
+use super::report::{Failure, print};
+use crate::base::{Diagnostic, Note};
+use crate::build::{Happened, Progress, SetState, SetStatus};
+
+/// What `treewright schema messages` prints.
+pub(super) const DESCRIBED: &str = include_str!("messages.md");
+
+/// One line.
+#[derive(Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+enum Message<'a> {
+    Waiting,
+    Steps {
+        count: usize,
+    },
+    Step {
+        set: &'a str,
+        what: &'a str,
+    },
+    Set {
+        set: &'a str,
+        folder: String,
+        variants: usize,
+        state: &'static str,
+        written: &'a [String],
+        unchanged: usize,
+        removed: &'a [String],
+    },
+    Status {
+        set: &'a str,
+        folder: String,
+        state: &'static str,
+        files: &'a [String],
+    },
+    Note {
+        set: &'a str,
+        #[serde(flatten)]
+        note: &'a Note,
+    },
+    Error(&'a Diagnostic),
+    End {
+        sets: usize,
+        errors: usize,
+    },
+}
+
+/// Nobody reads any more when a line can't be written; the build itself goes on.
+fn say(message: &Message<'_>) {
+    if let Ok(text) = serde_json::to_string(message) {
+        let _ = print(&(text + "\n"));
+    }
+}
+
+/// Tells what a build tells.
+pub(super) fn progress(progress: &Progress<'_>) {
+    match progress {
+        Progress::Waiting => say(&Message::Waiting),
+        Progress::Steps(count) => say(&Message::Steps { count: *count }),
+        Progress::Step { set, what } => say(&Message::Step { set, what }),
+        Progress::Set { outcome, folder } => {
+            let set = outcome.set.as_str();
+            let state = match outcome.happened {
+                Happened::Current => "current",
+                Happened::Built => "built",
+                Happened::Shard { .. } => "shard",
+            };
+            let committed = &outcome.committed;
+            let (written, removed) = (&committed.written, &committed.removed);
+            let (folder, unchanged, variants) = (shown(folder), committed.unchanged, outcome.variants);
+            outcome.notes.iter().for_each(|note| say(&Message::Note { set, note }));
+            say(&Message::Set { set, folder, variants, state, written, unchanged, removed });
+        }
+    }
+}
+
+/// Tells what a build would find.
+pub(super) fn status(status: &SetStatus) {
+    let (state, files): (_, &[String]) = match &status.state {
+        SetState::Current => ("current", &[]),
+        SetState::New => ("new", &[]),
+        SetState::Changed => ("changed", &[]),
+        SetState::Damaged { files } => ("damaged", files),
+    };
+    say(&Message::Status { set: &status.set, folder: shown(&status.folder), state, files });
+}
+
+/// Tells everything that is wrong, and that the build has ended.
+pub(super) fn failure(failure: &Failure) {
+    let errors = match failure {
+        Failure::Diagnostics(diagnostics) => {
+            diagnostics.iter().for_each(|diagnostic| say(&Message::Error(diagnostic)));
+            diagnostics.len()
+        }
+        Failure::Other(message) => {
+            say(&Message::Error(&Diagnostic::new("", message.as_str())));
+            1
+        }
+    };
+    say(&Message::End { sets: 0, errors });
+}
+
+/// Tells that the build has ended well.
+pub(super) fn end(sets: usize) {
+    say(&Message::End { sets, errors: 0 });
+}
+
+fn shown(path: &std::path::Path) -> String {
+    path.to_string_lossy().replace('\\', "/")
+}

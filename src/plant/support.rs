@@ -1,0 +1,215 @@
+//! The trunk support weight (2017 CAVW, 7; after the pipe model of Shinozaki et al. 1964): how much of a tree the trunk
+//! that bears most of it bears.
+//!
+//! A stem bears, just below its lowest branch, all the wood and leaves above. Stems that lie in one another are one trunk as
+//! far as their cross-sections overlap: a stem bears, beside its own, the share of every other's load that the lens of
+//! both discs has of the smaller disc, as a mean over its clear bole from the ground to its lowest branch. So a trunk that opens
+//! into several stems hands its load over as they part, and not at once because they count as several. The heaviest
+//! stem's load over the tree's whole weight is the figure, 0..=1.
+//!
+//! Rejected: the overlap just below the lowest branch alone; a trunk that opens there first would have handed over all it
+//! bears while most of its bole is still one.
+//!
+//! Wood weighs [`WOOD`], leaves [`LEAF`]; a leaf card's area is its length times its width.
+
+use glam::Vec3;
+
+use super::{ChainId, Plant, Posed};
+use crate::base::math;
+
+/// Green wood, kilograms a cubic metre.
+pub const WOOD: f64 = 900.0;
+/// Fresh leaves, kilograms a square metre of card; a card is about half covered.
+pub const LEAF: f64 = 0.1;
+
+/// Places along its clear bole at which a stem is compared with the others.
+const BOLE: u32 = 8;
+/// Over how much of its stem, to both sides, a branch hands over its load, as a share of the stem's length: a place that
+/// moves past a branch must not lose all of it at once.
+const FORK: f32 = 0.04;
+
+/// What the trunk that bears most bears, as a share of the plant's weight, 0..=1; 0 for a plant without weight.
+///
+/// Linear in points and leaves, and quadratic in stems up to 256 of them, beyond which each bears its own.
+#[must_use]
+pub fn trunk_support(plant: &Plant, posed: &Posed) -> f32 {
+    trunk_support_by(plant, posed, &|_| 1.0)
+}
+
+/// As [`trunk_support`], where `count` says how much of a chain's own wood and leaves there is: on the way of a split
+/// several copies of one chain lie in one another, which are together no more than that chain.
+#[must_use]
+pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> f32 {
+    let lowest = super::crown::crown_bases(plant);
+    let loads = Loads::of(plant, posed, count);
+    if loads.whole.is_nan() || loads.whole <= 0.0 {
+        return 0.0;
+    }
+    let stems: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none()).collect();
+    let mut heaviest = 0.0_f64;
+    for &id in &stems {
+        let at = f64::from((lowest[id.index()] - FORK).max(0.0));
+        let own = posed.curve(plant, id);
+        let bole: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
+            .map(|k| {
+                let t = at * (f64::from(k) + 0.5) / f64::from(BOLE);
+                (own.point(t), posed.frame(id, t as f32).y, own.value(plant.radii(id), t))
+            })
+            .collect();
+        let mut load = loads.above(id, at);
+        for &other in stems.iter().filter(|&&other| other != id && stems.len() <= 256) {
+            let curve = posed.curve(plant, other);
+            let parameters = curve.parameters();
+            for &(place, axis, radius) in &bole {
+                let (t, off) = crossing(posed.chain(plant, other), &parameters, place, axis);
+                let share = overlap(radius, curve.value(plant.radii(other), t), off) / BOLE as f32;
+                if share > 0.0 {
+                    load += loads.above(other, t.max(at)) * f64::from(share);
+                }
+            }
+        }
+        heaviest = heaviest.max(load);
+    }
+    (heaviest / loads.whole).min(1.0) as f32
+}
+
+/// What weighs where.
+struct Loads {
+    whole: f64,
+    /// For each stem from where to where along it a weight stands, and the weight.
+    on: Vec<Vec<(f64, f64, f64)>>,
+}
+
+impl Loads {
+    fn of(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> Self {
+        let mut loads = Self { whole: 0.0, on: vec![Vec::new(); plant.chains().len()] };
+        // The stem of each chain, and where what it bears leaves that.
+        let mut foot: Vec<(usize, f32)> = Vec::with_capacity(plant.chains().len());
+        for id in plant.chain_ids() {
+            let chain = plant.chain(id);
+            foot.push(match chain.parent {
+                None => (id.index(), 0.0),
+                Some(parent) if plant.chain(parent).parent.is_none() => (parent.index(), chain.location),
+                Some(parent) => foot[parent.index()],
+            });
+            let (points, radii) = (posed.chain(plant, id), plant.radii(id));
+            let parameters = posed.curve(plant, id).parameters();
+            for i in 1..points.len() {
+                let (r, q) = (f64::from(radii[i - 1]), f64::from(radii[i]));
+                let length = f64::from(points[i].distance(points[i - 1]));
+                let volume = length * std::f64::consts::PI * (r * r + r * q + q * q) / 3.0;
+                let weight = volume * WOOD * f64::from(count(id));
+                let (stem, at) = foot[id.index()];
+                match chain.parent {
+                    None => loads.add(stem, parameters[i - 1], parameters[i], weight),
+                    Some(_) => loads.fork(stem, at, weight),
+                }
+            }
+        }
+        for leaf in plant.leaves() {
+            let area = f64::from(leaf.size) * f64::from(leaf.size) * f64::from(leaf.form.width());
+            let (stem, at) = foot[leaf.chain.index()];
+            let at = if plant.chain(leaf.chain).parent.is_none() { leaf.location } else { at };
+            loads.fork(stem, at, area * LEAF * f64::from(count(leaf.chain)));
+        }
+        loads
+    }
+
+    fn add(&mut self, stem: usize, low: f64, high: f64, weight: f64) {
+        self.whole += weight;
+        self.on[stem].push((low, high, weight));
+    }
+
+    /// What a branch or leaf hands over, about where it leaves.
+    fn fork(&mut self, stem: usize, at: f32, weight: f64) {
+        self.add(stem, f64::from(at - FORK), f64::from(at + FORK), weight);
+    }
+
+    /// What stands above a place of a stem.
+    fn above(&self, stem: ChainId, at: f64) -> f64 {
+        let share = |(low, high, weight): &(f64, f64, f64)| {
+            let share = if high > low {
+                ((high - at) / (high - low)).clamp(0.0, 1.0)
+            } else {
+                f64::from(u8::from(*high >= at))
+            };
+            weight * share
+        };
+        self.on[stem.index()].iter().map(share).sum()
+    }
+}
+
+/// Where a polyline comes nearest to a place, seen along an axis' height: its parameter, and the distance at right
+/// angles to the axis.
+fn crossing(points: &[Vec3], parameters: &[f64], place: Vec3, axis: Vec3) -> (f64, f32) {
+    let mut best = (f32::INFINITY, 0.0, f32::INFINITY);
+    for i in 1..points.len() {
+        let (a, b) = (points[i - 1], points[i]);
+        let (low, high) = ((a - place).dot(axis), (b - place).dot(axis));
+        let f = if high != low { (-low / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
+        let off = a.lerp(b, f) - place;
+        let (height, flat) = (off.dot(axis).abs(), off - axis * off.dot(axis));
+        if height < best.0 {
+            best = (height, parameters[i - 1] + (parameters[i] - parameters[i - 1]) * f64::from(f), flat.length());
+        }
+    }
+    (best.1, best.2)
+}
+
+/// Area of the lens of two discs over that of the smaller, 0..=1.
+fn overlap(a: f32, b: f32, distance: f32) -> f32 {
+    let (large, small) = (a.max(b), a.min(b));
+    if distance >= large + small {
+        return 0.0;
+    }
+    if small <= 0.0 || distance <= large - small {
+        return 1.0;
+    }
+    let angle =
+        |r: f32, s: f32| math::acos(((distance * distance + r * r - s * s) / (2.0 * distance * r)).clamp(-1.0, 1.0));
+    let (p, q) = (angle(large, small), angle(small, large));
+    let cap = |r: f32, angle: f32| r * r * (angle - math::sin(angle) * math::cos(angle));
+    ((cap(large, p) + cap(small, q)) / (std::f32::consts::PI * small * small)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantBuilder;
+
+    fn stems(count: usize, apart: f32) -> Plant {
+        let mut builder = PlantBuilder::new();
+        for i in 0..count {
+            let stem =
+                builder.stem(Vec3::X * apart * i as f32, &[Vec3::ZERO, Vec3::Y * 2.0, Vec3::Y * 4.0], &[0.1, 0.1, 0.1]);
+            builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X * 2.0], &[0.1, 0.1]);
+        }
+        builder.finish().unwrap()
+    }
+
+    #[test]
+    fn a_trunk_bears_what_is_above_its_lowest_branch() {
+        // Half of its own four metres and the branch's two, of six.
+        let plant = stems(1, 0.0);
+        assert!((trunk_support(&plant, &plant.pose()) - (4.0 + 4.0 * FORK) / 6.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn stems_in_one_another_bear_together_and_stems_apart_alone() {
+        let share = |apart: f32| {
+            let plant = stems(3, apart);
+            trunk_support(&plant, &plant.pose())
+        };
+        assert!((share(0.0) - (4.0 + 4.0 * FORK) / 6.0).abs() < 1e-5);
+        assert!((share(1.0) - (4.0 + 4.0 * FORK) / 18.0).abs() < 1e-5);
+        assert!(share(0.05) < share(0.02) && share(0.05) > share(0.15));
+    }
+
+    #[test]
+    fn a_plant_without_weight_bears_nothing() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::ZERO], &[0.0, 0.0]);
+        let plant = builder.finish().unwrap();
+        assert_eq!(trunk_support(&plant, &plant.pose()), 0.0);
+    }
+}

@@ -1,0 +1,329 @@
+//! What a build step asks of the command: comparing, dependency files, messages, caches and shards.
+
+#![cfg(feature = "cli")]
+#![expect(clippy::print_stderr, reason = "says what was skipped")]
+
+mod tiny;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn run(project: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+    command.current_dir(project).args(arguments).stdin(Stdio::null()).env_remove("TREEWRIGHT_CACHE").output().unwrap()
+}
+
+/// Runs and expects an exit code; what was said on standard output and standard error.
+fn says(project: &Path, code: i32, arguments: &[&str]) -> (String, String) {
+    let output = run(project, arguments);
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    let (out, err) = (text(output.stdout), text(output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {out}{err}");
+    assert!(!err.contains("panicked"), "{err}");
+    (out, err)
+}
+
+/// Three variants of two sources.
+const THREE: &str = r#"(
+    seed: 1,
+    sources: {
+        "a": Grow(species: "species/tiny.ron", seed: 1),
+        "b": Grow(species: "species/tiny.ron", seed: 2),
+    },
+    variants: [Source("a"), Source("b"), Blend(of: ["a", "b"], count: 1)],
+    foliage: (leaf: Files(color: "art/leaf.png"), density: 0.1, most: 20),
+    bark: (texture: Files(color: "art/bark.png")),
+    lods: [Full, CrossedQuads],
+    atlas: (size: 256),
+)
+"#;
+
+fn three() -> tempfile::TempDir {
+    let project = tiny::project();
+    fs::write(project.path().join("three.ron"), THREE).unwrap();
+    project
+}
+
+/// Every file of a folder and below with its bytes.
+fn tree(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            all.extend(tree(&entry.path()).into_iter().map(|(below, bytes)| (format!("{name}/{below}"), bytes)));
+        } else {
+            all.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    all
+}
+
+#[test]
+fn check_tells_what_is_not_as_the_presets_make_it_and_writes_nothing() {
+    let project = three();
+    let at = |name: &str| project.path().join(name);
+    let check = ["build", "three.ron", "grown.ron", "--out", "out", "--check"];
+    let (_, said) = says(project.path(), 1, &check);
+    assert!(said.contains("out/three: not built yet") && said.contains("2 sets are not"), "{said}");
+    assert!(!at("out").exists(), "checking made a folder");
+    says(project.path(), 0, &["build", "three.ron", "grown.ron", "--out", "out"]);
+    let (_, said) = says(project.path(), 0, &check);
+    assert_eq!(said.matches("nothing to do").count(), 2, "{said}");
+    // A file that is read by one of them, a file that was changed, one that is gone.
+    fs::write(at("three.ron"), THREE.replace("seed: 2", "seed: 3")).unwrap();
+    fs::write(at("out/grown/grown_001.glb"), "mine").unwrap();
+    fs::remove_file(at("out/grown/grown_contact.png")).unwrap();
+    let before = tree(&at("out"));
+    let (_, said) = says(project.path(), 1, &check);
+    assert!(said.contains("out/three: the preset, or a file that it reads, has changed"), "{said}");
+    assert!(said.contains("out/grown: changed or removed by somebody: grown_001.glb, grown_contact.png"), "{said}");
+    let (_, said) = says(project.path(), 0, &["build", "three.ron", "grown.ron", "--out", "out", "--dry-run"]);
+    assert!(said.contains("out/three: the preset") && said.contains("out/grown: changed"), "{said}");
+    assert_eq!(tree(&at("out")), before);
+}
+
+#[test]
+fn a_wrong_preset_keeps_all_from_being_built_unless_the_build_keeps_going() {
+    let project = three();
+    fs::write(project.path().join("a_wrong.ron"), "(").unwrap();
+    let (_, said) = says(project.path(), 1, &["build", ".", "--out", "out"]);
+    assert!(said.contains("a_wrong.ron:1") && !project.path().join("out").exists(), "{said}");
+    says(project.path(), 1, &["build", ".", "--keep-going", "--out", "out"]);
+    assert!(["grown", "three"].iter().all(|set| tiny::is_whole(&project.path().join("out").join(set), set)));
+    // What only growing can find stops the sets after it.
+    let none = tiny::SPECIES.replace("bottom: 0.35, top: 0.9, radius: 0.36", "bottom: 0.98, top: 0.99, radius: 0.001");
+    fs::write(project.path().join("species/none.ron"), none).unwrap();
+    fs::write(project.path().join("a_wrong.ron"), tiny::GROWN.replace("tiny.ron", "none.ron")).unwrap();
+    says(project.path(), 1, &["build", ".", "--out", "out2"]);
+    assert!(!project.path().join("out2/grown").exists());
+    says(project.path(), 1, &["build", ".", "-k", "--out", "out2"]);
+    assert!(tiny::is_whole(&project.path().join("out2/grown"), "grown"));
+}
+
+#[test]
+fn the_dependency_file_names_every_file_that_was_read() {
+    let project = three();
+    fs::write(project.path().join("scan.ron"), tiny::scanned()).unwrap();
+    let arguments = ["build", "three.ron", "scan.ron", "--out", "out", "--depfile", "deps.d"];
+    for _ in 0..2 {
+        // The second build finds all current and tells the same.
+        says(project.path(), 0, &arguments);
+        let text = fs::read_to_string(project.path().join("deps.d")).unwrap();
+        let rules: Vec<&str> = text.lines().filter(|line| !line.starts_with(' ')).collect();
+        assert_eq!(rules, ["out/three/three.manifest.json: \\", "out/scan/scan.manifest.json: \\"]);
+        let named = |file: &str| text.contains(&format!("\n  {file}"));
+        assert!(
+            ["three.ron", "scan.ron", "species/tiny.ron", "scans/tiny.swc", "art/leaf.png", "art/bark.png"]
+                .into_iter()
+                .all(named)
+        );
+        assert!(project.path().join(rules[0].strip_suffix(": \\").unwrap()).exists());
+    }
+}
+
+#[test]
+fn messages_are_one_object_a_line_and_described() {
+    let project = three();
+    let events = |code: i32, more: &[&str]| {
+        let mut arguments = vec!["build", "--out", "out", "--message-format", "json"];
+        arguments.extend(more);
+        let (out, err) = says(project.path(), code, &arguments);
+        assert_eq!(err, "");
+        out.lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<serde_json::Value>>()
+    };
+    fs::write(project.path().join("wrong.ron"), THREE.replace("seed: 1,\n    s", "seed: -1,\n    s")).unwrap();
+    let mut all = events(0, &["three.ron"]);
+    let steps = all.iter().filter(|event| event["event"] == "step").count();
+    assert_eq!(all[0], serde_json::json!({"event": "steps", "count": steps}));
+    let set = &all[all.len() - 2];
+    assert_eq!((&set["event"], &set["state"]), (&"set".into(), &"built".into()), "{set}");
+    assert_eq!((&set["variants"], &set["folder"]), (&3.into(), &"out/three".into()));
+    assert!(set["written"].as_array().unwrap().contains(&"three_003.glb".into()), "{set}");
+    assert_eq!(all.last().unwrap(), &serde_json::json!({"event": "end", "sets": 1, "errors": 0}));
+    let again = events(0, &["three.ron"]);
+    assert_eq!(again[0]["state"], "current");
+    all.extend(again);
+    let wrong = events(1, &["wrong.ron", "three.ron"]);
+    assert_eq!((&wrong[0]["event"], &wrong[0]["field"]), (&"error".into(), &"seed".into()));
+    assert_eq!((&wrong[0]["file"], &wrong[0]["span"]["line"]), (&"wrong.ron".into(), &2.into()));
+    all.extend(wrong);
+    let status = events(1, &["three.ron", "grown.ron", "--check"]);
+    assert_eq!((&status[0]["state"], &status[1]["state"]), (&"current".into(), &"new".into()));
+    all.extend(status);
+    // Every event and every field of it is described.
+    let (described, _) = says(project.path(), 0, &["schema", "messages"]);
+    for event in &all {
+        let kind = event["event"].as_str().unwrap();
+        let line = described.lines().find(|line| line.starts_with(&format!("| `{kind}` |")));
+        let line = line.unwrap_or_else(|| panic!("{kind} is not described"));
+        for field in event.as_object().unwrap().keys().filter(|field| *field != "event") {
+            assert!(line.contains(&format!("`{field}`")), "{field} of {kind} is not described");
+        }
+    }
+}
+
+#[test]
+fn a_cache_changes_no_byte_and_is_told_cleared_and_mended() {
+    let project = three();
+    let at = |name: &str| project.path().join(name);
+    let build = |out: &str| says(project.path(), 0, &["build", "three.ron", "--out", out, "--cache", "kept"]).1;
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    build("cold");
+    let kept = tree(&at("kept"));
+    build("warm");
+    assert_eq!(tree(&at("kept")), kept, "a warm build wrote entries");
+    assert!(tree(&at("plain")) == tree(&at("cold")) && tree(&at("cold")) == tree(&at("warm")));
+    for stage in ["grow/", "pictures/", "dress/", "ladder/", "png/"] {
+        assert!(kept.keys().any(|name| name.starts_with(stage)), "{stage} is not kept");
+    }
+    // Another leaf density grows nothing again.
+    fs::write(at("three.ron"), THREE.replace("density: 0.1", "density: 0.2")).unwrap();
+    build("warm");
+    let count = |stage: &str| tree(&at("kept")).keys().filter(|name| name.starts_with(stage)).count();
+    assert_eq!((count("grow/"), count("pictures/")), (2, 1));
+    assert!(count("dress/") > 3);
+    fs::write(at("three.ron"), THREE).unwrap();
+    // Every entry damaged in some way.
+    for (i, name) in kept.keys().enumerate() {
+        let mut bytes = kept[name].clone();
+        let middle = bytes.len() / 2;
+        if i % 2 == 0 {
+            bytes.truncate(middle)
+        } else {
+            bytes[middle] ^= 64
+        }
+        fs::write(at("kept").join(name), bytes).unwrap();
+    }
+    let said = build("mended");
+    assert!(said.contains("was damaged; it is made again"), "{said}");
+    assert!(tree(&at("mended")) == tree(&at("plain")));
+    assert!(kept.iter().all(|(name, bytes)| fs::read(at("kept").join(name)).unwrap() == *bytes));
+    assert!(!build("again").contains("damaged"));
+    let (told, _) = says(project.path(), 0, &["cache", "stats", "--cache", "kept"]);
+    assert!(told.contains("ladder") && told.contains("of at most 4096 MiB"), "{told}");
+    let (json, _) = says(project.path(), 0, &["cache", "stats", "--cache", "kept", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["entries"], tree(&at("kept")).len());
+    fs::write(at("kept/mine.txt"), "mine").unwrap();
+    says(project.path(), 0, &["cache", "clear", "--cache", "kept"]);
+    assert_eq!(tree(&at("kept")).into_keys().collect::<Vec<_>>(), ["mine.txt"]);
+    let (_, said) = says(project.path(), 1, &["cache", "stats"]);
+    assert!(said.contains("--cache") && said.contains("TREEWRIGHT_CACHE"), "{said}");
+}
+
+#[test]
+fn shards_that_share_a_cache_end_in_the_bytes_of_a_single_build() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    let shards: Vec<_> = (1..=4)
+        .map(|i| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+            command.current_dir(project.path()).stderr(Stdio::piped());
+            command.args(["build", "three.ron", "--out", "out", "--cache", "kept", "--shard", &format!("{i}/4")]);
+            command.spawn().unwrap()
+        })
+        .collect();
+    let made: Vec<String> = shards
+        .into_iter()
+        .map(|child| {
+            let output = child.wait_with_output().unwrap();
+            assert_eq!(output.status.code(), Some(0));
+            String::from_utf8(output.stderr).unwrap()
+        })
+        .collect();
+    for (i, said) in made.iter().enumerate() {
+        let trees = usize::from(i < 3);
+        assert!(said.contains(&format!("{trees} trees made for the cache")), "{said}");
+    }
+    assert!(!project.path().join("out").exists(), "a shard wrote outputs");
+    let ladders = tree(&project.path().join("kept")).keys().filter(|name| name.starts_with("ladder/")).count();
+    assert_eq!(ladders, 3);
+    says(project.path(), 0, &["build", "three.ron", "--out", "out", "--cache", "kept"]);
+    assert!(tree(&project.path().join("out")) == tree(&project.path().join("plain")));
+    let left = tree(&project.path().join("kept")).keys().filter(|name| name.starts_with("ladder/")).count();
+    assert_eq!(left, 3, "the build made a tree again");
+    let (_, said) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--shard", "1/4"]);
+    assert!(said.contains("--cache"), "{said}");
+    says(project.path(), 2, &["build", "three.ron", "--out", "out", "--shard", "5/4"]);
+}
+
+#[test]
+fn planned_commands_end_in_the_bytes_of_a_single_build() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    let plan = ["plan", "three.ron", "--out", "out", "--parts", "parts"];
+    let (json, _) = says(project.path(), 0, &[&plan[..], &["--format", "json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let commands = json["commands"].as_array().unwrap();
+    let kinds: Vec<&str> = commands.iter().map(|command| command["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["sources", "tree", "tree", "tree", "atlas", "set"]);
+    let texts = |command: &serde_json::Value, field: &str| {
+        command[field].as_array().unwrap().iter().map(|text| text.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    for command in commands {
+        // Each runs where there is nothing but its inputs, as on another machine.
+        let elsewhere = tempfile::tempdir().unwrap();
+        for input in texts(command, "inputs") {
+            let to = elsewhere.path().join(&input);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::copy(project.path().join(&input), to).unwrap();
+        }
+        let arguments = texts(command, "arguments");
+        says(elsewhere.path(), 0, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        for output in texts(command, "outputs") {
+            assert!(elsewhere.path().join(&output).is_file(), "{output} was not made");
+        }
+        for (file, bytes) in tree(elsewhere.path()) {
+            let to = project.path().join(&file);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::write(to, bytes).unwrap();
+        }
+    }
+    assert!(tree(&project.path().join("out/three")) == tree(&project.path().join("plain/three")));
+    // A tree is not made again by a later step.
+    let size = |part: &str| fs::metadata(project.path().join("parts").join(part)).unwrap().len();
+    assert!(size("three_001.part") > 10_000 && size("three_001.part") < size("three_atlas.part"));
+    let step = |more: &[&'static str]| [&["step", "tree", "three.ron", "--part", "x.part"], more].concat();
+    let (_, said) = says(project.path(), 1, &step(&["--place", "4"]));
+    assert!(said.contains("only 3 trees"), "{said}");
+    fs::write(project.path().join("parts/three_001.part"), "cut").unwrap();
+    let (_, said) = says(project.path(), 1, &step(&["--place", "1", "--given", "parts/three_001.part"]));
+    assert!(said.contains("three_001.part") && said.contains("no part"), "{said}");
+    says(project.path(), 2, &["step", "tree", "three.ron", "--part", "x.part"]);
+}
+
+/// Ninja is what many engines' builds run by; `.ci/run` installs it where it can.
+#[test]
+fn ninja_builds_a_plan_and_only_what_an_edit_touches() {
+    let project = three();
+    let program = env!("CARGO_BIN_EXE_treewright");
+    let (text, _) =
+        says(project.path(), 0, &["plan", "three.ron", "--out", "out", "--parts", "parts", "--program", program]);
+    fs::write(project.path().join("build.ninja"), text).unwrap();
+    let ninja = || {
+        let output = Command::new("ninja").current_dir(project.path()).output();
+        match output {
+            Ok(output) => {
+                let said = String::from_utf8_lossy(&output.stdout).into_owned();
+                assert!(output.status.success(), "{said}");
+                Some(said)
+            }
+            Err(_) => None,
+        }
+    };
+    let Some(first) = ninja() else {
+        eprintln!("skipped: there is no ninja");
+        return;
+    };
+    assert!(first.contains("[6/6]"), "{first}");
+    says(project.path(), 0, &["build", "three.ron", "--out", "plain"]);
+    assert!(tree(&project.path().join("out/three")) == tree(&project.path().join("plain/three")));
+    assert!(ninja().unwrap().contains("no work to do"));
+    // A comment changes no part, so nothing after the parts is run.
+    fs::write(project.path().join("three.ron"), THREE.replace("seed: 1,", "seed: 1, // first")).unwrap();
+    let again = ninja().unwrap();
+    assert!(again.contains("step sources") || again.contains("sources parts"), "{again}");
+    assert!(ninja().unwrap().contains("no work to do"));
+}

@@ -1,0 +1,90 @@
+//! Sequences as sets: frames from source to source, one atlas, a clip that plays through them, the same on any threads.
+
+#![cfg(feature = "cli")]
+
+mod tiny;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Command;
+
+/// A grown source, a scan, and sequences of them.
+fn set() -> String {
+    let variants = r#"variants: [
+        Source("a"), Source("b"),
+        Morph(from: "a", to: "b", frames: 4, leaf: "willow", animation: Clip(seconds: 2.0, leaves: 10)),
+        Grow(of: "a", frames: 3),
+        Morph(from: "b", to: "a", frames: 3, animation: None),
+    ]"#;
+    tiny::scanned()
+        .replace("\"a\": Import", "\"a\": Grow(species: \"species/tiny.ron\", seed: 1), \"b\": Import")
+        .replace("variants: [Source(\"a\")]", variants)
+        .replace("lods: [Full]", "lods: [Full, CrossedQuads]")
+        .replace("atlas: (size: 256)", "atlas: (size: 1024)")
+}
+
+fn built(threads: &str) -> BTreeMap<String, Vec<u8>> {
+    let project = tiny::project();
+    fs::write(project.path().join("steps.ron"), set()).unwrap();
+    let out = project.path().join("out");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+    command.arg("build").arg(project.path().join("steps.ron")).arg("--out").arg(&out).arg("--jobs").arg(threads);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(tiny::is_whole(&out.join("steps"), "steps"));
+    tiny::files(&out.join("steps"))
+}
+
+/// Positions of the first mesh, as bits.
+fn positions(files: &BTreeMap<String, Vec<u8>>, name: &str) -> Vec<Vec<[u32; 3]>> {
+    let bytes = &files[name];
+    let read = gltf::Gltf::from_slice(bytes).unwrap();
+    let blob = read.blob.as_deref().unwrap();
+    let mesh = read.meshes().next().unwrap();
+    let of = |primitive: gltf::Primitive<'_>| {
+        let accessor = primitive.get(&gltf::Semantic::Positions).unwrap();
+        let start = accessor.view().unwrap().offset();
+        let vectors = blob[start..start + accessor.count() * 12].chunks_exact(12);
+        let number = |v: &[u8], i: usize| u32::from_le_bytes(v[4 * i..4 * i + 4].try_into().unwrap());
+        vectors.map(|v| [0, 1, 2].map(|i| number(v, i))).collect()
+    };
+    mesh.primitives().map(of).collect()
+}
+
+#[test]
+fn frames_start_and_end_as_the_sources_and_clips_play_through_all() {
+    let files = built("2");
+    let manifest: serde_json::Value = serde_json::from_slice(&files["steps.manifest.json"]).unwrap();
+    let variants = manifest["variants"].as_array().unwrap();
+    assert_eq!(variants.len(), 2 + 4 + 3 + 3);
+    assert_eq!(variants[3]["recipe"]["morph"], serde_json::json!(["a", "b"]));
+    // Frame 1 of the morph is source a, the last of growth, too; frame 1 of the way back is source b.
+    let of = |number: usize| positions(&files, &format!("steps_{number:03}.glb"));
+    assert_eq!(of(1), of(3));
+    assert_eq!(of(1), of(9));
+    assert_eq!(of(2), of(10));
+    assert_eq!(of(1), of(12));
+    // The last frame has the wood of source b, under other leaves.
+    assert_eq!(of(2)[0], of(6)[0]);
+    assert_ne!(of(4), of(5));
+    let clips = manifest["clips"].as_array().unwrap();
+    assert_eq!(clips.len(), 2);
+    assert_eq!(clips[0]["frames"].as_array().unwrap().len(), 4);
+    assert_eq!(clips[0]["trunk_support"].as_array().unwrap().len(), 4);
+    for (clip, keys) in [("steps_clip_001.glb", 4), ("steps_clip_002.glb", 3)] {
+        let read = gltf::Gltf::from_slice(&files[clip]).unwrap();
+        let wood = read.meshes().next().unwrap().primitives().next().unwrap();
+        assert_eq!(wood.morph_targets().count(), keys - 1);
+        assert_eq!(read.animations().next().unwrap().channels().count(), 1 + 2 * keys);
+        // The atlas and the bark are the set's.
+        assert!(read.images().all(|image| match image.source() {
+            gltf::image::Source::Uri { uri, .. } => files.contains_key(uri),
+            gltf::image::Source::View { .. } => false,
+        }));
+    }
+}
+
+#[test]
+fn sequences_are_the_same_on_one_thread_and_on_many() {
+    assert!(built("1") == built("4"));
+}
