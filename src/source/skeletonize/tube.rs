@@ -17,6 +17,8 @@ use crate::source::import::limb::Limb;
 
 /// Most that the distances of a ring's vertices from its middle may scatter, a share of their mean.
 const SCATTER: f64 = 0.4;
+/// Least area of a ring, in squares of its radius: a triangle's is 1.3.
+const LEAST_AREA: f64 = 0.5;
 /// Rings of less than this share of the widest are tips, where rounding makes any shape.
 const TIP: f64 = 0.1;
 /// What a point is taken for, a share of the widest ring: an axis has wood everywhere.
@@ -170,7 +172,7 @@ fn ring(
     if !simple && !at_end {
         return None;
     }
-    let mut middle = DVec3::ZERO;
+    let (mut middle, mut area) = (DVec3::ZERO, DVec3::ZERO);
     if simple {
         // Round the ring once: all of it must be on one round.
         let (mut from, mut at) = (layer[0], beside(layer[0]).next()?);
@@ -180,6 +182,8 @@ fn ring(
             let (a, b) = (positions[from as usize], positions[at as usize]);
             let length = a.distance(b);
             middle += (a + b) * (0.5 * length);
+            let corner = positions[layer[0] as usize];
+            area += (a - corner).cross(b - corner) * 0.5;
             outline += length;
             if at == layer[0] {
                 break;
@@ -198,6 +202,10 @@ fn ring(
     let count = layer.len() as f64;
     let radii = || layer.iter().map(|&v| positions[v as usize].distance(middle));
     let radius = radii().sum::<f64>() / count;
+    if simple && area.length() < LEAST_AREA * radius * radius {
+        // A slit, such as the outline of a sliver: as far about as its radius.
+        return Some((middle, radius, radius));
+    }
     let variance = radii().map(|r| (r - radius) * (r - radius)).sum::<f64>() / count;
     Some((middle, radius, variance.sqrt()))
 }
