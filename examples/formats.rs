@@ -95,6 +95,9 @@ fn mesh(data: &Path, name: &str, triangles: &str, notes: &str) -> u32 {
     let stated = notes.split_once("size [").and_then(|(_, rest)| rest.split_once(']')).map_or("", |(size, _)| size);
     let stated: Vec<f32> = stated.split(", ").filter_map(|n| n.parse().ok()).collect();
     let same = stated.len() == 3 && stated.iter().zip(size).all(|(a, b)| (a - b).abs() <= 0.0051);
+    // "verts 24060;": as another reader counts them, which splits or joins corners in its own way where the format has none.
+    let vertices = notes.split_once("verts ").and_then(|(_, rest)| rest.split_once(';')).map_or("", |(n, _)| n);
+    println!("  {:<34} the manifest says {vertices} vertices", "");
     let fits = same && scene.triangles().to_string() == triangles;
     if !fits {
         println!("  the manifest says {triangles} triangles, size {stated:?}");

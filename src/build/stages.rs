@@ -21,8 +21,8 @@ use crate::source::{estimate, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 3);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 4);
-const LIKE: Stage = Stage("like", 2);
+const IMPORT: Stage = Stage("import", 5);
+const LIKE: Stage = Stage("like", 3);
 const PICTURES: Stage = Stage("pictures", 1);
 
 /// A source and what was mended in it.

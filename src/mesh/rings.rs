@@ -17,6 +17,9 @@ const WINDOW: usize = 96;
 /// both to the wood of one, a tree takes its time.
 const TAPER: f32 = 0.12;
 
+/// How far up a stem may flare, in its radius at the ground.
+const FLARED: f32 = 2.5;
+
 /// A place on a tube's axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
@@ -63,8 +66,15 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
             _ => knots.push((p, r)),
         }
     }
+    // A stem's own flare is as steep as it is.
+    let flared = if matches!(base, Base::Ground { .. }) { FLARED * knots.first().map_or(0.0, |k| k.1) } else { 0.0 };
+    let mut along = 0.0;
     for i in 1..knots.len() {
         let (before, after) = (knots[i - 1], knots[i]);
+        along += before.0.distance(after.0);
+        if along < flared {
+            continue;
+        }
         let least = before.1 - before.0.distance(after.0) * TAPER;
         // Short cones are meant to be steep.
         if after.1 < least && after.1 > before.1 * 0.6 {

@@ -47,6 +47,8 @@ struct Said {
     hint: Option<Hint>,
     /// The preset said so.
     firm: bool,
+    /// Nothing but transparency says so: wood may wear another corner of the same picture.
+    faint: bool,
 }
 
 fn said(scene: &Scene, part: &Part, overrides: &Overrides) -> Said {
@@ -63,14 +65,14 @@ fn said(scene: &Scene, part: &Part, overrides: &Overrides) -> Said {
         })
     };
     if named(&overrides.leaves) {
-        return Said { hint: Some(Hint::Leaf), firm: true };
+        return Said { hint: Some(Hint::Leaf), firm: true, faint: false };
     }
     if named(&overrides.wood) {
-        return Said { hint: Some(Hint::Wood), firm: true };
+        return Said { hint: Some(Hint::Wood), firm: true, faint: false };
     }
     let by_name = hint(name).or_else(|| hint(&part.name)).or_else(|| hint(picture));
     let see_through = material.is_some_and(|m| m.alpha != Alpha::Opaque || m.alpha_image.is_some());
-    Said { hint: by_name.or(see_through.then_some(Hint::Leaf)), firm: false }
+    Said { hint: by_name.or(see_through.then_some(Hint::Leaf)), firm: false, faint: by_name.is_none() }
 }
 
 /// All pieces of a scene, in the order of its parts.
@@ -87,6 +89,9 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
         let said = said(scene, part, overrides);
         for component in components(part, index) {
             match said.hint {
+                Some(Hint::Leaf) if said.faint && is_stem(part, &component, tones) => {
+                    found.push(Piece { component, role: Role::Wood });
+                }
                 Some(hint) => {
                     let role = by_hint(hint, &component, size, said.firm);
                     found.push(Piece { component, role });
@@ -146,6 +151,16 @@ fn by_hint(hint: Hint, component: &Component, size: f32, firm: bool) -> Role {
             }
         }
     }
+}
+
+/// Longer than wide, round and not green: wood, though its material is cut out by alpha for leaves on the same picture.
+fn is_stem(part: &Part, component: &Component, tones: &Tones<'_>) -> bool {
+    let [long, middle, _] = component.extents;
+    let green = |t: &&[u32; 3]| is_green(tones.of_triangle(part, **t));
+    middle < 0.5 * long
+        && component.triangles.len() >= 6
+        && !component.is_sheet()
+        && component.triangles.iter().filter(green).count() * 2 < component.triangles.len()
 }
 
 /// A wide cone or dome without its floor: it faces one way as a sheet does, but is round and deep.

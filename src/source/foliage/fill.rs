@@ -20,9 +20,9 @@ const PULLS: usize = 420;
 /// Rounds of growth.
 const ROUNDS: usize = 80;
 /// Leaf area over the area of the crown's surface.
-const COVER: f32 = 3.2;
+const COVER: f32 = 5.0;
 /// Length of a leaf's card as a share of the cube root of the crown's volume.
-const LENGTH: f32 = 0.22;
+const LENGTH: f32 = 0.2;
 /// Most leaves on all crowns of a plant.
 const MOST_LEAVES: usize = 12_000;
 /// Share of the leaves that lie deeper.

@@ -16,6 +16,8 @@ use crate::source::scene::Part;
 
 /// Slices of a frond.
 const SLICES: usize = 5;
+/// How far each slice goes on under the next, as a share of its length: where a frond bends, its slices would gape.
+const OVER: f32 = 0.06;
 /// Steepest that a half leans, rise over run: beyond, its points say nothing about a plane.
 const STEEP: f32 = 4.0;
 
@@ -26,8 +28,8 @@ struct Unrolled {
     halves: [Vec3; 2],
     /// For each point its share of the chord and its distance from the spine, seen from above.
     places: Vec<Vec2>,
-    /// For each half how wide each slice is, seen from above.
-    widths: [[f32; SLICES]; 2],
+    /// For each slice how wide its halves are, seen from above.
+    widths: [[f32; 2]; SLICES],
     /// What widths from above are multiplied with along each half.
     slants: [f32; 2],
 }
@@ -111,21 +113,20 @@ fn unroll(part: &Part, c: &Component, near: &Near) -> Option<Unrolled> {
     let halves = [(up * lines[0].0 - across).normalize_or(-across), (up * lines[1].0 + across).normalize_or(across)];
     let slants = lines.map(|(slope, _)| (1.0 + slope * slope).sqrt());
     // As wide as the slice's points and what its edges cross.
-    let mut widths = [[0.0_f32; SLICES]; 2];
+    let mut widths = [[0.0_f32; 2]; SLICES];
     let order: std::collections::BTreeMap<u32, usize> = c.points.iter().enumerate().map(|(k, &i)| (i, k)).collect();
     for t in &c.triangles {
         let corner = t.map(|i| places[order[&i]]);
         for k in 0..3 {
             let (a, b) = (corner[k], corner[(k + 1) % 3]);
-            for slice in 0..SLICES {
-                for cut in [a.x, slice as f32 / SLICES as f32, (slice + 1) as f32 / SLICES as f32] {
-                    let inside = |t: f32| {
-                        t >= slice as f32 / SLICES as f32 - 1e-5 && t <= (slice + 1) as f32 / SLICES as f32 + 1e-5
-                    };
+            for (slice, halves) in widths.iter_mut().enumerate() {
+                let (low, high) = ((slice as f32 - OVER) / SLICES as f32, ((slice + 1) as f32 + OVER) / SLICES as f32);
+                for cut in [a.x, low, high] {
+                    let inside = |t: f32| t >= low - 1e-5 && t <= high + 1e-5;
                     let f = if b.x == a.x { 0.0 } else { (cut - a.x) / (b.x - a.x) };
                     if inside(cut) && (0.0..=1.0).contains(&f) {
                         let y = a.y + (b.y - a.y) * f;
-                        let width = &mut widths[usize::from(y > 0.0)][slice];
+                        let width = &mut halves[usize::from(y > 0.0)];
                         *width = width.max(y.abs());
                     }
                 }
@@ -143,13 +144,13 @@ pub(super) fn cards(part: &Part, c: &Component, near: &Near, slots: u16) -> Vec<
         let along = frond.spine[k + 1] - frond.spine[k];
         let y = along.try_normalize()?;
         let out = (frond.halves[half] - y * y.dot(frond.halves[half])).try_normalize()?;
-        let (length, width) = (along.length(), frond.widths[half][k] * frond.slants[half]);
+        let (length, width) = (along.length(), frond.widths[k][half] * frond.slants[half]);
         // Both halves face the same way.
         let x = if half == 0 { -out } else { out };
         (length.is_finite() && width > 0.0 && width.is_finite()).then_some(Card {
-            base: frond.spine[k] + out * (width * 0.5),
+            base: frond.spine[k] + out * (width * 0.5) - along * OVER,
             axes: [x, y, x.cross(y)],
-            length,
+            length: length * (1.0 + 2.0 * OVER),
             width,
             slot: slots + (half * SLICES + k) as u16,
         })
@@ -162,19 +163,23 @@ pub(super) fn pictures(part: &Part, c: &Component, near: &Near, plain: &CardPict
     let Some(frond) = unroll(part, c, near) else { return vec![plain.clone(); 2 * SLICES] };
     let order: std::collections::BTreeMap<u32, usize> = c.points.iter().enumerate().map(|(k, &i)| (i, k)).collect();
     let picture = |(half, k): (usize, usize)| {
-        let width = frond.widths[half][k].max(1e-12);
+        let width = frond.widths[k][half].max(1e-12);
         // From the frond's edge to the spine in the first half, from the spine to the edge in the second.
         let edge = if half == 0 { 1.0 } else { 0.0 };
         let corner = |i: u32| {
             let place = frond.places[order[&i]];
             CardCorner {
-                at: Vec2::new(place.y / width + edge, 1.0 - (place.x * SLICES as f32 - k as f32)),
+                at: Vec2::new(
+                    place.y / width + edge,
+                    1.0 - (place.x * SLICES as f32 - k as f32 + OVER) / (1.0 + 2.0 * OVER),
+                ),
                 uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
                 color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
             }
         };
         CardPicture {
-            width: width * frond.slants[half] / frond.spine[k].distance(frond.spine[k + 1]).max(1e-12),
+            width: width * frond.slants[half]
+                / (frond.spine[k].distance(frond.spine[k + 1]) * (1.0 + 2.0 * OVER)).max(1e-12),
             triangles: c.triangles.iter().map(|t| t.map(corner)).collect(),
             ..plain.clone()
         }

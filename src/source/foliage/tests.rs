@@ -227,3 +227,67 @@ fn broken_scenes_break_nothing() {
     let nothing = split(&Scene::default(), &Files::new(), &Overrides::default());
     assert!(nothing.cards.is_empty() && nothing.wood.is_empty());
 }
+
+#[test]
+fn wood_that_wears_a_corner_of_the_leaves_picture_is_wood() {
+    let mut picture = image::RgbaImage::new(2, 1);
+    picture.put_pixel(0, 0, image::Rgba([110, 80, 50, 255]));
+    picture.put_pixel(1, 0, image::Rgba([40, 140, 30, 200]));
+    let mut png = Vec::new();
+    picture.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let mut part = Part { material: Some(0), ..trunk(9.0, 0.2) };
+    part.uvs = vec![Vec2::new(0.25, 0.5); part.positions.len()];
+    let wood = part.triangles.len();
+    for i in 0..40_u64 {
+        let way = Seed::new(5).at(i).direction();
+        let base = Vec3::Y * (3.0 + 0.15 * i as f32) + Vec3::new(way.x, 0.0, way.z).normalize_or(Vec3::X) * 0.4;
+        quad(&mut part, base, Frame::along(way), 0.5, 0.3, 0);
+    }
+    for uv in &mut part.uvs[40..] {
+        uv.x = 0.5 + uv.x * 0.5;
+    }
+    let material =
+        Material { name: "atlas".into(), alpha: Alpha::Mask(0.5), color_image: Some(0), ..Material::default() };
+    part.faces = (0..part.triangles.len() as u32).collect();
+    let scene =
+        Scene { parts: vec![part], materials: vec![material], images: vec![Image::Embedded(png)], ..Scene::default() };
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!((parts.wood.len(), parts.cards.len()), (wood, 40), "{:?}", parts.notes);
+}
+
+#[test]
+fn the_card_of_a_bent_leaf_faces_as_its_area_does_and_spans_it() {
+    let mut leaves = Part { material: Some(0), ..Part::default() };
+    let (mut y, mut z) = (3.0_f32, 0.3_f32);
+    for k in 0..=4_u16 {
+        for side in [-0.1_f32, 0.1] {
+            leaves.positions.push(Vec3::new(side, y, z));
+            leaves.uvs.push(Vec2::new(0.5 + side * 4.0, 1.0 - f32::from(k) / 4.0));
+        }
+        let (sin, cos) = crate::base::math::sin_cos(f32::from(k) * 0.3);
+        (y, z) = (y + cos * 0.15, z + sin * 0.15);
+    }
+    for k in 0..4_u32 {
+        leaves.triangles.extend([[2 * k, 2 * k + 1, 2 * k + 3], [2 * k, 2 * k + 3, 2 * k + 2]]);
+    }
+    leaves.faces = (0..8).collect();
+    let area: Vec3 = leaves
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| leaves.positions[i as usize]);
+            (b - a).cross(c - a)
+        })
+        .sum();
+    let points = leaves.positions.clone();
+    let (mut scene, _) = leafy(0);
+    scene.parts[1] = leaves;
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    let [card] = parts.cards[..] else { panic!("{} cards", parts.cards.len()) };
+    assert!(card.axes[2].dot(area.normalize()).abs() > 0.9999);
+    for (axis, from, size) in [(1, 0.0, card.length), (0, -card.width * 0.5, card.width)] {
+        let along = points.iter().map(|p| (*p - card.base).dot(card.axes[axis]));
+        let (low, high) = along.fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
+        assert!((low - from).abs() < 1e-4 && (high - low - size).abs() < 1e-4, "{axis} {low} {high} {size}");
+    }
+}

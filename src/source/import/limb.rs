@@ -86,7 +86,7 @@ impl Limb {
     }
 
     /// Radius squared times length, summed.
-    fn wood(&self) -> f64 {
+    pub(in crate::source) fn wood(&self) -> f64 {
         let square = |v: u32| self.nodes[v as usize].radius * self.nodes[v as usize].radius;
         self.edges.iter().map(|&e| (square(e[0]) + square(e[1])) * 0.5 * self.length(e)).sum()
     }

@@ -152,12 +152,15 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
     if pieces.is_empty() {
         return Err(SkeletonError("there is no wood: no triangle has an area".into()));
     }
-    let found: Vec<(Option<Limb>, Way)> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
-    let by = |way: Way| found.iter().filter(|f| f.1 == way).count();
+    let mut found: Vec<(Option<Limb>, Way)> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
+    by_girth(&mut found);
+    let by = |is: &dyn Fn(Way) -> bool| found.iter().filter(|f| is(f.1)).count();
     let total = found.len();
-    let (tubes, sticks, lost) = (by(Way::Tube), by(Way::Stick), found.iter().filter(|f| f.0.is_none()).count());
+    let tubes = by(&|way| matches!(way, Way::Tube(_)));
+    let (sticks, lost) = (by(&|way| way == Way::Stick), found.iter().filter(|f| f.0.is_none()).count());
     if tubes < total {
-        notes.push(format!("{total} pieces of surface: {tubes} tubes, {} contracted", by(Way::Contracted)));
+        let contracted = by(&|way| way == Way::Contracted);
+        notes.push(format!("{total} pieces of surface: {tubes} tubes, {contracted} contracted"));
     }
     if sticks > 0 {
         notes.push(format!("{sticks} pieces of surface without an axis to contract to: taken as straight"));
@@ -189,16 +192,31 @@ fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
 /// How a piece's axis was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    Tube,
+    /// Of so many sides.
+    Tube(u32),
     Contracted,
     Stick,
 }
 
+/// Where the piece of most wood is a tube of few sides, all tubes of few sides get the radius of their girth.
+fn by_girth(found: &mut [(Option<Limb>, Way)]) {
+    let wood = |f: &(Option<Limb>, Way)| f.0.as_ref().map_or(0.0, Limb::wood);
+    let trunk = found.iter().max_by(|a, b| wood(a).total_cmp(&wood(b)));
+    if !matches!(trunk, Some((_, Way::Tube(sides))) if tube::girth(*sides) < 1.0) {
+        return;
+    }
+    for (limb, way) in found {
+        if let (Some(limb), Way::Tube(sides)) = (limb, way) {
+            limb.nodes.iter_mut().for_each(|n| n.radius *= tube::girth(*sides));
+        }
+    }
+}
+
 fn limb(piece: &Surface, method: Method) -> (Option<Limb>, Way) {
     if method == Method::ByPiece
-        && let Some(limb) = tube::tube(piece)
+        && let Some((limb, sides)) = tube::tube(piece)
     {
-        return (Some(limb), Way::Tube);
+        return (Some(limb), Way::Tube(sides));
     }
     match contracted(piece) {
         Some(limb) if !limb.edges.is_empty() => (Some(limb), Way::Contracted),

@@ -29,6 +29,10 @@ const STRAIGHT: f64 = 0.5;
 const COLLAR: f64 = 1.5;
 /// The part of a fork's sleeve that is surely nearer than a collar.
 const FORK: f64 = 0.3;
+/// How much wider than all beside it a sleeve may be before it is what it swallowed, a twig that shrank into it.
+const SWOLLEN: f64 = 1.5;
+/// The same for the end of an axis.
+const SWOLLEN_END: f64 = 2.0;
 /// Least distance of two nodes along an axis, in radii.
 const CLOSE: f64 = 0.5;
 /// Steps that joining close sleeves may take for each vertex.
@@ -42,12 +46,14 @@ const POINTED: f64 = 1.0;
 pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
     let mut sleeves = Sleeves::new(surface, axes);
     sleeves.open_rounds();
+    sleeves.calm();
     for _ in 0..PASSES {
         if !sleeves.prune() {
             break;
         }
     }
     sleeves.join_close();
+    sleeves.calm();
     sleeves.finish()
 }
 
@@ -81,6 +87,25 @@ pub(super) fn stick(positions: &[DVec3], shares: &[f64]) -> Option<Limb> {
     Some(Limb::path(&ends))
 }
 
+/// Inside of a surface.
+const NO_BORDER: u32 = u32::MAX;
+
+/// For each vertex the least vertex of the border that it is on.
+fn borders(surface: &Surface) -> Vec<u32> {
+    let neighbours = surface.neighbours();
+    let n = neighbours.len();
+    let mut sets: Vec<u32> = (0..n as u32).collect();
+    let mut on = vec![false; n];
+    for (v, near) in neighbours.iter().enumerate() {
+        for &(other, _) in near.iter().filter(|e| e.1 == 1) {
+            on[v] = true;
+            let (a, b) = (root(&mut sets, v as u32), root(&mut sets, other));
+            sets[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..n).map(|v| if on[v] { root(&mut sets, v as u32) } else { NO_BORDER }).collect()
+}
+
 /// The mean of weighted places; none where there is none.
 fn mean(places: impl Iterator<Item = (DVec3, f64)>) -> Option<DVec3> {
     let (mut sum, mut weight, mut plain, mut count) = (DVec3::ZERO, 0.0, DVec3::ZERO, 0.0);
@@ -102,8 +127,8 @@ fn mean(places: impl Iterator<Item = (DVec3, f64)>) -> Option<DVec3> {
 struct Sleeves<'a> {
     surface: &'a Surface,
     shares: Vec<f64>,
-    /// Whether each vertex is on an edge of one triangle.
-    border: Vec<bool>,
+    /// For each vertex the border that it is on, by number; [`NO_BORDER`] for those inside.
+    border: Vec<u32>,
     /// The vertices of each node's sleeve; empty for nodes that are gone.
     members: Vec<Vec<u32>>,
     links: Vec<Vec<u32>>,
@@ -125,7 +150,7 @@ impl<'a> Sleeves<'a> {
         let mut sleeves = Self {
             surface,
             shares: surface.shares(),
-            border: surface.neighbours().iter().map(|near| near.iter().any(|n| n.1 == 1)).collect(),
+            border: borders(surface),
             members,
             links,
             middles: vec![DVec3::ZERO; axes.count],
@@ -264,6 +289,31 @@ impl<'a> Sleeves<'a> {
         any
     }
 
+    /// Gives sleeves that are much wider than all beside them their neighbours' radius, and their place on the way between.
+    fn calm(&mut self) {
+        let swollen: Vec<(usize, f64)> = (0..self.links.len())
+            .filter_map(|k| {
+                let most = self.links[k].iter().fold(0.0_f64, |m, &n| m.max(self.radii[n as usize]));
+                // A trunk may well be wider at its foot.
+                let share = if self.links[k].len() > 1 { SWOLLEN } else { SWOLLEN_END };
+                (most > 0.0 && self.radii[k] > most * share).then_some((k, most))
+            })
+            .collect();
+        for (k, most) in swollen {
+            self.radii[k] = most;
+            if self.links[k].len() < 2 {
+                continue;
+            }
+            let (a, b) = self.main(k);
+            let (from, to) = (self.middles[a as usize], self.middles[b as usize]);
+            let way = to - from;
+            if way.length_squared() > 0.0 {
+                let t = ((self.middles[k] - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+                self.middles[k] = from + way * t;
+            }
+        }
+    }
+
     /// Makes one of neighbours along an axis that are nearer than a part of their radius.
     fn join_close(&mut self) {
         let mut steps = MOST_STEPS * self.surface.positions.len();
@@ -309,7 +359,9 @@ impl<'a> Sleeves<'a> {
         // The farthest vertex on each side: how far ahead it is, and its place.
         let mut sides: [Option<(f64, DVec3)>; SIDES] = [None; SIDES];
         let mut tip = (0.0, self.middles[k]);
-        for &v in &self.members[k] {
+        // Half of an end's ring may have gone to the node before it.
+        let all = || self.members[k].iter().chain(&self.members[before as usize]).copied();
+        for v in all() {
             let p = self.surface.positions[v as usize];
             let d = p - self.middles[k];
             let ahead = d.dot(along);
@@ -328,8 +380,11 @@ impl<'a> Sleeves<'a> {
         }
         // Where the surface is open, its border is the end. A side on which the surface ends far below the tip has none of it.
         let near = |p: DVec3| (p - self.middles[k]).dot(along) >= tip.0 - self.radii[k] * 2.0;
-        let members = self.members[k].iter().filter(|&&v| self.border[v as usize]);
-        let mut ends: Vec<DVec3> = members.map(|&v| self.surface.positions[v as usize]).filter(|&p| near(p)).collect();
+        let place = |v: u32| self.surface.positions[v as usize];
+        let open = |v: &u32| self.border[*v as usize] != NO_BORDER && near(place(*v));
+        let border = self.members[k].iter().copied().find(open).map(|v| self.border[v as usize]);
+        let on = |v: &u32| border.is_some_and(|b| self.border[*v as usize] == b) && near(place(*v));
+        let mut ends: Vec<DVec3> = all().filter(on).map(place).collect();
         if ends.len() < 3 {
             ends = sides.iter().flatten().map(|side| side.1).filter(|&p| near(p)).collect();
         }
@@ -404,7 +459,11 @@ impl<'a> Sleeves<'a> {
             return stick(&self.surface.positions, &self.shares).unwrap_or(limb);
         }
         for (k, &own) in name.iter().enumerate() {
-            if let Some(end) = self.end(k) {
+            let Some(end) = self.end(k) else { continue };
+            // A last bit shorter than wide points anywhere, and would tilt the end.
+            if end.position.distance(self.middles[k]) < CLOSE * end.radius {
+                limb.nodes[own as usize] = end;
+            } else {
                 limb.edges.push([own, limb.nodes.len() as u32]);
                 limb.nodes.push(end);
             }

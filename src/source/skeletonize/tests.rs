@@ -266,3 +266,19 @@ fn stems_out_of_one_place_are_stems_and_a_low_branch_is_none() {
         assert_eq!((stems, found.plant.chains().len()), (5, 6), "{method:?} {:?}", found.notes);
     }
 }
+
+#[test]
+fn a_low_poly_trunk_is_as_wide_as_it_looks_and_a_thin_twig_of_a_round_one_keeps_its_radius() {
+    let tube = |from: DVec3, to: DVec3, radius: f64, sides: u32| {
+        let path: Vec<DVec3> = (0..5).map(|k| from.lerp(to, f64::from(k) / 4.0)).collect();
+        shapes::tube(&path, &[radius; 5], sides)
+    };
+    for (sides, factor) in [(4, 0.9003), (8, 1.0)] {
+        let trunk = tube(DVec3::ZERO, DVec3::Y * 4.0, 0.2, sides);
+        let twig = tube(DVec3::Y * 2.0, DVec3::new(1.5, 3.0, 0.0), 0.02, 4);
+        let found = found(&wood(&[trunk, twig]));
+        let radius = |chain: u32| f64::from(found.plant.radii(crate::plant::ChainId(chain))[1]);
+        assert!((radius(0) / 0.2 - factor).abs() < 0.01, "{sides} {}", radius(0));
+        assert!((radius(1) / 0.02 - factor).abs() < 0.01, "{sides} {}", radius(1));
+    }
+}

@@ -7,7 +7,8 @@
 //! fails the test goes to the contraction. Linear in vertices.
 //!
 //! A ring's middle is the centroid of its outline, so that unequal sides don't draw it aside; its radius the mean
-//! distance of its vertices.
+//! distance of its vertices: that is what tools sweep, however few sides a twig has. Where even the trunk has five sides
+//! or fewer the polygon is the tree, and radii are those of circles of the same girth ([`girth`]), which look as wide.
 
 use glam::DVec3;
 
@@ -16,21 +17,38 @@ use crate::source::import::limb::Limb;
 
 /// Most that the distances of a ring's vertices from its middle may scatter, a share of their mean.
 const SCATTER: f64 = 0.4;
+/// Least area of a ring, in squares of its radius: a triangle's is 1.3.
+const LEAST_AREA: f64 = 0.5;
 /// Rings of less than this share of the widest are tips, where rounding makes any shape.
 const TIP: f64 = 0.1;
 /// What a point is taken for, a share of the widest ring: an axis has wood everywhere.
 const POINT: f64 = 0.02;
 /// Least length of an axis over its greatest radius: a disc's layers are rings too.
 const SLENDER: f64 = 0.8;
+/// Most sides of a low-poly trunk.
+const LOW_POLY: u32 = 5;
 /// Most apexes of a closed skin from which layers are tried.
 const MOST_APEXES: usize = 4;
 
-/// The axis of a tube, from one end to the other; none when the surface isn't evidently one.
-pub(super) fn tube(surface: &Surface) -> Option<Limb> {
+/// The axis of a tube, from one end to the other, and the sides of its widest ring; none when the surface isn't evidently
+/// one.
+pub(super) fn tube(surface: &Surface) -> Option<(Limb, u32)> {
     let neighbours = surface.neighbours();
     let loops = open_ends(&neighbours)?;
     let starts: Vec<Vec<u32>> = if loops.is_empty() { apexes(surface, &neighbours) } else { loops };
     starts.iter().find_map(|start| axis(surface, &neighbours, start))
+}
+
+/// The radius of the circle whose girth is that of a regular polygon, as a share of the distance of its corners; 1 for
+/// those of more sides than a low-poly trunk has.
+pub(super) fn girth(sides: u32) -> f64 {
+    match sides {
+        3..=LOW_POLY => {
+            let n = f64::from(sides);
+            n / std::f64::consts::PI * libm::sin(std::f64::consts::PI / n)
+        }
+        _ => 1.0,
+    }
 }
 
 /// The vertices of each open end, at most two; none when the border isn't made of that many simple rounds.
@@ -84,7 +102,7 @@ fn apexes(surface: &Surface, neighbours: &Neighbours) -> Vec<Vec<u32>> {
 }
 
 /// The middles of the layers from `start` on, if all are rings.
-fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<Limb> {
+fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Limb, u32)> {
     let mut depth = vec![u32::MAX; surface.positions.len()];
     for &v in start {
         depth[v as usize] = 0;
@@ -94,6 +112,7 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<Lim
     let mut scatter: Vec<f64> = Vec::new();
     let mut level = 0;
     let mut reached = 0;
+    let (mut widest_ring, mut sides) = (0.0, 0);
     while !layer.is_empty() {
         reached += layer.len();
         let mut next: Vec<u32> = Vec::new();
@@ -107,6 +126,9 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<Lim
         }
         let at_end = level == 0 || next.is_empty();
         let (middle, radius, spread) = ring(surface, neighbours, &depth, &layer, level, at_end)?;
+        if radius > widest_ring {
+            (widest_ring, sides) = (radius, layer.len() as u32);
+        }
         nodes.push((middle, radius));
         scatter.push(spread);
         layer = next;
@@ -125,7 +147,7 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<Lim
     for node in &mut nodes {
         node.1 = node.1.max(widest * POINT);
     }
-    Some(Limb::path(&nodes))
+    Some((Limb::path(&nodes), sides))
 }
 
 /// Middle, mean radius and standard deviation of the radius of a layer that is one closed round, or, at an end, a single
@@ -150,7 +172,7 @@ fn ring(
     if !simple && !at_end {
         return None;
     }
-    let mut middle = DVec3::ZERO;
+    let (mut middle, mut area) = (DVec3::ZERO, DVec3::ZERO);
     if simple {
         // Round the ring once: all of it must be on one round.
         let (mut from, mut at) = (layer[0], beside(layer[0]).next()?);
@@ -160,6 +182,8 @@ fn ring(
             let (a, b) = (positions[from as usize], positions[at as usize]);
             let length = a.distance(b);
             middle += (a + b) * (0.5 * length);
+            let corner = positions[layer[0] as usize];
+            area += (a - corner).cross(b - corner) * 0.5;
             outline += length;
             if at == layer[0] {
                 break;
@@ -178,6 +202,10 @@ fn ring(
     let count = layer.len() as f64;
     let radii = || layer.iter().map(|&v| positions[v as usize].distance(middle));
     let radius = radii().sum::<f64>() / count;
+    if simple && area.length() < LEAST_AREA * radius * radius {
+        // A slit, such as the outline of a sliver: as far about as its radius.
+        return Some((middle, radius, radius));
+    }
     let variance = radii().map(|r| (r - radius) * (r - radius)).sum::<f64>() / count;
     Some((middle, radius, variance.sqrt()))
 }
@@ -206,7 +234,8 @@ mod tests {
         for sides in [3, 4, 5, 8, 17] {
             let path = [DVec3::ZERO, DVec3::Y, DVec3::new(0.3, 2.0, 0.0), DVec3::new(0.5, 3.0, 0.2)];
             let surface = shapes::tube(&path, &[0.3, 0.25, 0.2, 0.1], sides);
-            let limb = tube(&surface).unwrap();
+            let (limb, found) = tube(&surface).unwrap();
+            assert_eq!(found, sides);
             assert_eq!(limb.nodes.len(), 4);
             let forward = limb.nodes[0].position.length() < 1e-6;
             for (k, node) in limb.nodes.iter().enumerate() {
