@@ -12,11 +12,16 @@
 //! - the collar of a branch, where it is still in its parent's wood, does not count (`wood.rs`); or every branch would
 //!   collide;
 //! - a pair of kins that collides in a source as well may do so as much as there ([`Habits`]): what a scan looks like is
-//!   not the blend's fault, and a corner stays its source.
+//!   not the blend's fault, and a corner stays its source;
+//! - stems that merge into one (kins that share a member, `stems: Merge`) lie in one another on the way, and what they
+//!   bear leaves through all of them: neither counts. (Counted, a shrub's rods that merge into an oak lost 14 of their
+//!   limbs and rods a tree.)
 //!
 //! The area is that of [`RING`] strips along the surface of each segment, each as long as its middle line is inside the
 //! other branch's tapered capsules, which is solved for and not sampled. Only pairs whose touching sections, then
 //! segments, are long enough to be serious come so far (`capsules.rs`). Within 3 % on crossing cylinders.
+
+use std::collections::BTreeMap;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -43,11 +48,17 @@ pub struct Collision {
     pub scale: u16,
 }
 
+/// A kin that shares no member.
+const ALONE: u32 = u32::MAX;
+
 /// How much kins collide in the sources of a family: what is a source's own habit is no fault of a blend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Habits {
     /// Pairs of kins, the lower first, and the greatest ratio; sorted.
     pairs: Vec<(u32, u32, f32)>,
+    /// For each kin the first of those on the same parent that share a member with it, and the same for its parent;
+    /// [`ALONE`] where none does. Empty where none in the family does.
+    shared: Vec<(u32, u32)>,
     /// Serious collisions of each source.
     pub(super) of_sources: Vec<usize>,
 }
@@ -69,15 +80,41 @@ impl Habits {
         }
         pairs.sort_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(y.2.total_cmp(&x.2)));
         pairs.dedup_by_key(|p| (p.0, p.1));
-        Self { pairs, of_sources }
+        Self { pairs, shared: shared(family), of_sources }
     }
 
     /// The ratio up to which two kins may collide.
     fn ratio(&self, a: KinId, b: KinId) -> f32 {
+        if let (Some(own), Some(other)) = (self.shared.get(a.index()), self.shared.get(b.index())) {
+            let within = |stem: u32, other: &(u32, u32)| stem != ALONE && (stem == other.0 || stem == other.1);
+            if within(own.0, other) || within(other.0, own) {
+                return f32::INFINITY;
+            }
+        }
         let wanted = (a.0.min(b.0), a.0.max(b.0));
         // A tenth more, as the same two branches are never bent quite the same way in a blend.
         self.pairs.binary_search_by_key(&wanted, |p| (p.0, p.1)).map_or(0.0, |i| self.pairs[i].2 * 1.1)
     }
+}
+
+/// What [`Habits::shared`] holds.
+fn shared(family: &Family) -> Vec<(u32, u32)> {
+    let mut own = vec![ALONE; family.kin_count()];
+    for source in 0..family.sources().len() {
+        let mut first: BTreeMap<(Option<KinId>, ChainId), KinId> = BTreeMap::new();
+        for kin in family.kin_ids() {
+            let Some(chain) = family.member(kin, source) else { continue };
+            let before = *first.entry((family.parent(kin), chain)).or_insert(kin);
+            if before != kin {
+                own[before.index()] = before.0;
+                own[kin.index()] = before.0;
+            }
+        }
+    }
+    if own.iter().all(|k| *k == ALONE) {
+        return Vec::new();
+    }
+    family.kin_ids().map(|kin| (own[kin.index()], family.parent(kin).map_or(ALONE, |p| own[p.index()]))).collect()
 }
 
 /// The threshold at a scale.
@@ -453,6 +490,28 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].stays, found[0].goes), (ChainId(1), ChainId(3)));
         assert!(found[0].ratio > 0.9);
+    }
+
+    #[test]
+    fn stems_that_merge_may_lie_in_one_another_and_bear_limbs_through_each_other() {
+        use crate::preset::plan::MatchParams;
+        let plant = |stems: &[f32], thick: f32| {
+            let mut builder = PlantBuilder::new();
+            for x in stems {
+                let way = [Vec3::ZERO, Vec3::Y * 4.0];
+                let stem = builder.stem(Vec3::X * *x, &way, &[thick, thick]);
+                builder.branch(stem, 0.8, &[Vec3::ZERO, Vec3::X * (0.5 - x.abs()) * 4.0], &[0.02, 0.02]);
+            }
+            builder.finish().unwrap()
+        };
+        let (shrub, tree) = (plant(&[-0.2, 0.0, 0.2], 0.05), plant(&[0.0], 0.3));
+        let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
+        let family = crate::relate::merged_family(shrub, tree, &matching).unwrap();
+        let habits = Habits::of(&family, &PAPER);
+        let (blend, kins) = family.blend_with_kins(&crate::blend::sample(&family, 0, 1, Seed::new(1), 0.8));
+        let found = |kins: &[KinId]| collisions(&blend, &blend.pose(), kins, &habits, &PAPER).len();
+        assert!(found(&[]) >= 2, "{}", found(&[]));
+        assert_eq!(found(&kins), 0);
     }
 
     #[test]
