@@ -4,7 +4,9 @@ use std::path::Path;
 
 use divan::Bencher;
 use treewright::base::Seed;
-use treewright::blend::shape::{Comparison, Metric, Reflection, TreeGeodesic, TreePoint, distance, frechet_mean, weighted_mean};
+use treewright::blend::shape::{
+    Comparison, Metric, Reflection, TreeGeodesic, TreePoint, distance, frechet_mean, weighted_mean,
+};
 use treewright::plant::Plant;
 use treewright::preset::plan::ElasticParams;
 use treewright::relate::{ElasticCurve, elastic_family, register};

@@ -77,7 +77,13 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 5] = [("line", line::print), ("grow", grow::print), ("import", import::print), ("blend", blend::print), ("space", space::print)];
+const TOPICS: [(&str, fn()); 5] = [
+    ("line", line::print),
+    ("grow", grow::print),
+    ("import", import::print),
+    ("blend", blend::print),
+    ("space", space::print),
+];
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use treewright::base::{Rotation, Seed};
 use treewright::blend::Tasks;
 use treewright::blend::shape::{
-    BinaryTree, Comparison, Metric, Reflection, Size, TreeGeodesic, TreePoint, distance, distance_matrix, frechet_mean, variance,
-    weighted_mean,
+    BinaryTree, Comparison, Metric, Reflection, Size, TreeGeodesic, TreePoint, distance, distance_matrix, frechet_mean,
+    variance, weighted_mean,
 };
 use treewright::plant::{ChainId, Crown, Curve, Plant, PlantBuilder, PlantStats};
 use treewright::preset::plan::{ChainPath, ElasticParams, Facing, ImportParams, MatchParams};
@@ -80,7 +80,8 @@ fn table_2() {
         let time = seconds(9, || {
             black_box(geodesic(&a, &b));
         });
-        let matched = seconds(5, || drop(black_box(elastic_family(vec![a.clone(), b.clone()], &ElasticParams::default()))));
+        let matched =
+            seconds(5, || drop(black_box(elastic_family(vec![a.clone(), b.clone()], &ElasticParams::default()))));
         let how = format!(
             "{} of {} nodes to {} of {}: correspondence ({:.1} ms), elastic and QED geodesics, both midpoints as plants; \
              median of 9, {threads} threads",
@@ -266,8 +267,7 @@ fn one_family() {
         let mut points: Vec<ShapePoint> =
             (0..4).map(|s| family.shape_point(&family.corner(s)).expect("elastic")).collect();
         points.extend((0..8).map(|i| family.shape_point(&weighted_mean(&family, &share(i))).expect("elastic")));
-        let matrix: Vec<Vec<f64>> =
-            points.iter().map(|a| points.iter().map(|b| a.distance(b)).collect()).collect();
+        let matrix: Vec<Vec<f64>> = points.iter().map(|a| points.iter().map(|b| a.distance(b)).collect()).collect();
         let found = triangles(&matrix, 1e-9);
         (all, broken, worst) = (all + found.0, broken + found.1, worst.max(found.2));
         // The fuzzy matching lets branches pass each other, so that QED geodesics turn from orthant to orthant.
@@ -334,7 +334,8 @@ fn paths() {
             valid += usize::from(qed[i].plant().is_ok());
         }
     }
-    let how = "steps of 1/20 on elastic and QED geodesics of four pairs: worst deviation from a twentieth of the distance";
+    let how =
+        "steps of 1/20 on elastic and QED geodesics of four pairs: worst deviation from a twentieth of the distance";
     Figure::new("space.step_unevenness", uneven, "of a step", how).goal("<= 0.001").print();
     let how = "difference of the middle's distances to the ends, over the distance, worst";
     Figure::new("space.middle_off", off_middle, "", how).goal("<= 0.0001").print();
@@ -435,7 +436,8 @@ fn quality() {
     let unit = ["of the longer end's branches", "of the larger crown's hull", "of covered pixels"];
     for ((names, what), worst) in names.iter().zip(what).zip(&worst) {
         for ((name, value), unit) in names.iter().zip(worst).zip(unit) {
-            let how = format!("{what}: largest jump between neighbours of {steps} steps, four pairs ({})", told.join(", "));
+            let how =
+                format!("{what}: largest jump between neighbours of {steps} steps, four pairs ({})", told.join(", "));
             Figure::new(name, *value, unit, how).print();
         }
     }
@@ -591,14 +593,16 @@ fn plants() {
     for (metric, names) in [
         (Metric::Qed, ["space.nearest_same_qed", "space.triangle_broken_qed", "space.triangle_worst_qed"]),
         (Metric::Edit, ["space.nearest_same_edit", "space.triangle_broken_edit", "space.triangle_worst_edit"]),
-        (Metric::Elastic, ["space.nearest_same_elastic", "space.triangle_broken_elastic", "space.triangle_worst_elastic"]),
+        (
+            Metric::Elastic,
+            ["space.nearest_same_elastic", "space.triangle_broken_elastic", "space.triangle_worst_elastic"],
+        ),
     ] {
         let how_plain = Comparison::by(metric);
         let time = Instant::now();
         let matrix = distance_matrix(&plants, &how_plain).expect("they match");
         let time = time.elapsed().as_secs_f64();
-        let relative =
-            distance_matrix(&plants, &Comparison { size: Size::Relative, ..how_plain }).expect("they match");
+        let relative = distance_matrix(&plants, &Comparison { size: Size::Relative, ..how_plain }).expect("they match");
         let how = format!(
             "of {grown} grown trees of {} species among {} with real ones, scaled to one size ({:.2} as they are); a \
              matrix took {time:.1} s",
@@ -643,7 +647,8 @@ fn plants() {
         let matrix = distance_matrix(&few, &how).expect("they match");
         let same = (0..few.len()).filter(|&i| nearest(&matrix, i).is_some_and(|j| j / 3 == i / 3));
         let how = format!("of {} trees of 80 nodes turned at random, {facing:?} facing", few.len());
-        Figure::new(name, same.count() as f64 / few.len() as f64, "nearest neighbours of the same species", how).print();
+        Figure::new(name, same.count() as f64 / few.len() as f64, "nearest neighbours of the same species", how)
+            .print();
     }
     let plant = of_nodes("oak", 3, 160);
     let turned = treewright::relate::turned(&plant, 2.2);
@@ -659,6 +664,10 @@ fn sizes() {
     let family = elastic_family(vec![a, b], &ElasticParams::default()).expect("they match");
     let point = TreePoint::of(&family, 0);
     let tree = BinaryTree::of(&point);
-    let how = format!("nodes held of a maximal binary tree of depth {}, which has 2^{} of them", tree.depth(), tree.depth() + 1);
+    let how = format!(
+        "nodes held of a maximal binary tree of depth {}, which has 2^{} of them",
+        tree.depth(),
+        tree.depth() + 1
+    );
     Figure::new("space.binary_nodes", tree.nodes().len() as f64, "nodes", how).goal("<= 10000").print();
 }

@@ -29,9 +29,8 @@ enum Space {
 
 /// Puts the sources of every shape space in correspondence.
 pub(super) fn shapes(plan: &Plan, sources: &[Plant]) -> Result<Shapes, Vec<Diagnostic>> {
-    let alike = |a: &ShapeParams, b: &ShapeParams| {
-        (&a.of, a.kind, a.elastic, a.small) == (&b.of, b.kind, b.elastic, b.small)
-    };
+    let alike =
+        |a: &ShapeParams, b: &ShapeParams| (&a.of, a.kind, a.elastic, a.small) == (&b.of, b.kind, b.elastic, b.small);
     let mut firsts: Vec<&ShapeParams> = Vec::new();
     let mut of = Vec::new();
     for params in &plan.shapes {

@@ -5,8 +5,8 @@
 
 mod args;
 mod build;
-mod distance;
 mod cache;
+mod distance;
 mod estimate;
 mod inspect;
 mod messages;

@@ -146,10 +146,8 @@ pub fn nearest_facing(a: &Plant, b: &Plant, metric: Metric, params: &ElasticPara
 pub fn distance_matrix(plants: &[Plant], how: &Comparison) -> Result<Vec<Vec<f64>>, FamilyError> {
     let count = plants.len();
     let pairs: Vec<(usize, usize)> = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j))).collect();
-    let found: Vec<f64> = pairs
-        .par_iter()
-        .map(|&(i, j)| distance(&plants[i], &plants[j], how))
-        .collect::<Result<_, _>>()?;
+    let found: Vec<f64> =
+        pairs.par_iter().map(|&(i, j)| distance(&plants[i], &plants[j], how)).collect::<Result<_, _>>()?;
     let mut matrix = vec![vec![0.0; count]; count];
     for ((i, j), found) in pairs.into_iter().zip(found) {
         (matrix[i][j], matrix[j][i]) = (found, found);

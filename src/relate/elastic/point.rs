@@ -19,9 +19,9 @@ use glam::{DVec3, Vec3};
 use super::blocks::{Elastic, angle};
 use crate::base::Rotation;
 use crate::preset::plan::ChainPath;
+use crate::relate::Weights;
 use crate::relate::family::{Family, NONE};
 use crate::relate::kernel::{Blender, Feed};
-use crate::relate::Weights;
 
 /// A point of the shape space that the sources of an elastic family span.
 #[derive(Clone, Debug)]
@@ -145,7 +145,8 @@ impl Place {
         let at = |of: &[f64], i: usize| of.get(i).copied().unwrap_or(0.0);
         let stout: f64 = (0..own.len().max(others.len())).map(|i| square(at(own, i) - at(others, i))).sum();
         // A stem that is not there stands nowhere.
-        let apart = if self.length > 0.0 && other.length > 0.0 { self.origin.distance_squared(other.origin) } else { 0.0 };
+        let apart =
+            if self.length > 0.0 && other.length > 0.0 { self.origin.distance_squared(other.origin) } else { 0.0 };
         pose + stout + apart
     }
 }
