@@ -18,9 +18,9 @@ use super::{ChainId, Plant, Posed};
 use crate::base::math;
 
 /// Green wood, kilograms a cubic metre.
-pub const WOOD: f64 = 900.0;
+const WOOD: f64 = 900.0;
 /// Fresh leaves, kilograms a square metre of card; a card is about half covered.
-pub const LEAF: f64 = 0.1;
+const LEAF: f64 = 0.1;
 
 /// Places along its clear bole at which a stem is compared with the others.
 const BOLE: u32 = 8;
