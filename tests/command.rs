@@ -61,6 +61,20 @@ fn a_dump_reads_back_as_the_same_plant() {
 }
 
 #[test]
+fn what_the_trunk_bears_over_a_morph_is_told_and_plotted() {
+    let project = tiny::project();
+    let folder = project.path();
+    let asked = ["inspect", "species/tiny.ron", "--morph-to", "scans/tiny.swc", "--plot", "load.svg"];
+    assert!(says(folder, &asked).contains("while it morphs"));
+    let plot = fs::read_to_string(folder.join("load.svg")).unwrap();
+    assert!(plot.starts_with("<svg") && plot.contains("one-to-many") && plot.contains("2 x the straight line"));
+    let json: serde_json::Value = serde_json::from_str(&says(folder, &[&asked[..], &["--json"]].concat())).unwrap();
+    assert!(json["trunk_support"].as_f64().is_some_and(|share| (0.0..=1.0).contains(&share)));
+    let many = json["morph"]["one_to_many"].as_array().unwrap();
+    assert_eq!((many.len(), many[0].as_f64()), (101, json["trunk_support"].as_f64()));
+}
+
+#[test]
 fn what_can_not_be_inspected_is_said_in_words() {
     let project = tiny::project();
     let folder = project.path();

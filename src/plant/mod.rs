@@ -35,7 +35,7 @@ pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
-pub use support::{LEAF, WOOD, trunk_support, trunk_support_by};
+pub use support::{trunk_support, trunk_support_by};
 pub use validate::PlantError;
 
 use crate::base::Rotation;

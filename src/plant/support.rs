@@ -1,9 +1,9 @@
 //! The trunk support weight (2017 CAVW, 7; after the pipe model of Shinozaki et al. 1964): how much of a tree the trunk
 //! that bears most of it bears.
 //!
-//! A stem bears, just below its lowest branch, all the wood and leaves above. Stems that lie in one another are one trunk as
+//! A stem bears, just below where branches begin, all the wood and leaves above. Stems that lie in one another are one trunk as
 //! far as their cross-sections overlap: a stem bears, beside its own, the share of every other's load that the lens of
-//! both discs has of the smaller disc, as a mean over its clear bole from the ground to its lowest branch. So a trunk that opens
+//! both discs has of the smaller disc, as a mean over its clear bole, from the ground up to there. So a trunk that opens
 //! into several stems hands its load over as they part, and not at once because they count as several. The heaviest
 //! stem's load over the tree's whole weight is the figure, 0..=1.
 //!
@@ -18,10 +18,12 @@ use super::{ChainId, Plant, Posed};
 use crate::base::math;
 
 /// Green wood, kilograms a cubic metre.
-pub const WOOD: f64 = 900.0;
+const WOOD: f64 = 900.0;
 /// Fresh leaves, kilograms a square metre of card; a card is about half covered.
-pub const LEAF: f64 = 0.1;
+const LEAF: f64 = 0.1;
 
+/// Share of the branches' weight that hangs below the place where they begin.
+const LOWEST: f64 = 0.05;
 /// Places along its clear bole at which a stem is compared with the others.
 const BOLE: u32 = 8;
 /// Over how much of its stem, to both sides, a branch hands over its load, as a share of the stem's length: a place that
@@ -40,15 +42,14 @@ pub fn trunk_support(plant: &Plant, posed: &Posed) -> f32 {
 /// several copies of one chain lie in one another, which are together no more than that chain.
 #[must_use]
 pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> f32 {
-    let lowest = super::crown::crown_bases(plant);
     let loads = Loads::of(plant, posed, count);
     if loads.whole.is_nan() || loads.whole <= 0.0 {
         return 0.0;
     }
     let stems: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none()).collect();
+    let at = f64::from((loads.lowest() - FORK).max(0.0));
     let mut heaviest = 0.0_f64;
     for &id in &stems {
-        let at = f64::from((lowest[id.index()] - FORK).max(0.0));
         let own = posed.curve(plant, id);
         let bole: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
             .map(|k| {
@@ -78,11 +79,13 @@ struct Loads {
     whole: f64,
     /// For each stem from where to where along it a weight stands, and the weight.
     on: Vec<Vec<(f64, f64, f64)>>,
+    /// Where on its stem each branch hands over how much.
+    branches: Vec<(f32, f64)>,
 }
 
 impl Loads {
     fn of(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> Self {
-        let mut loads = Self { whole: 0.0, on: vec![Vec::new(); plant.chains().len()] };
+        let mut loads = Self { whole: 0.0, on: vec![Vec::new(); plant.chains().len()], branches: Vec::new() };
         // The stem of each chain, and where what it bears leaves that.
         let mut foot: Vec<(usize, f32)> = Vec::with_capacity(plant.chains().len());
         for id in plant.chain_ids() {
@@ -102,7 +105,10 @@ impl Loads {
                 let (stem, at) = foot[id.index()];
                 match chain.parent {
                     None => loads.add(stem, parameters[i - 1], parameters[i], weight),
-                    Some(_) => loads.fork(stem, at, weight),
+                    Some(_) => {
+                        loads.branches.push((at, weight));
+                        loads.fork(stem, at, weight);
+                    }
                 }
             }
         }
@@ -123,6 +129,22 @@ impl Loads {
     /// What a branch or leaf hands over, about where it leaves.
     fn fork(&mut self, stem: usize, at: f32, weight: f64) {
         self.add(stem, f64::from(at - FORK), f64::from(at + FORK), weight);
+    }
+
+    /// Where the stems' branches begin: below it is [`LOWEST`] of what they weigh; 0 without branches. By weight, and for all
+    /// stems at once, so that a bud low on one of them moves nothing.
+    fn lowest(&self) -> f32 {
+        let mut branches = self.branches.clone();
+        branches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let below = branches.iter().map(|b| b.1).sum::<f64>() * LOWEST;
+        let mut sum = 0.0;
+        branches
+            .iter()
+            .find(|b| {
+                sum += b.1;
+                sum > below
+            })
+            .map_or(0.0, |b| b.0)
     }
 
     /// What stands above a place of a stem.
