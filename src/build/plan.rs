@@ -13,7 +13,7 @@ use super::{BuildError, Loaded, find, pipeline};
 
 /// What a command makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StepKind {
     /// Sources and pictures.
     Sources,

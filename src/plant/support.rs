@@ -22,8 +22,8 @@ const WOOD: f64 = 900.0;
 /// Fresh leaves, kilograms a square metre of card; a card is about half covered.
 const LEAF: f64 = 0.1;
 
-/// Share of the branches' weight that hangs below the place where they begin.
-const LOWEST: f64 = 0.05;
+/// Share of the branches' weight, the lowest, whose mean place is where they begin.
+const LOWEST: f64 = 0.1;
 /// Places along its clear bole at which a stem is compared with the others.
 const BOLE: u32 = 8;
 /// Over how much of its stem, to both sides, a branch hands over its load, as a share of the stem's length: a place that
@@ -131,20 +131,23 @@ impl Loads {
         self.add(stem, f64::from(at - FORK), f64::from(at + FORK), weight);
     }
 
-    /// Where the stems' branches begin: below it is [`LOWEST`] of what they weigh; 0 without branches. By weight, and for all
-    /// stems at once, so that a bud low on one of them moves nothing.
+    /// Where the stems' branches begin: the mean place of the [`LOWEST`] of what they weigh; 0 without branches. By
+    /// weight, and for all stems at once, so that a bud low on one of them moves nothing; a mean, since the place below
+    /// which a share hangs jumps from branch to branch as weights shift.
     fn lowest(&self) -> f32 {
         let mut branches = self.branches.clone();
         branches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let below = branches.iter().map(|b| b.1).sum::<f64>() * LOWEST;
-        let mut sum = 0.0;
-        branches
-            .iter()
-            .find(|b| {
-                sum += b.1;
-                sum > below
-            })
-            .map_or(0.0, |b| b.0)
+        let wanted = branches.iter().map(|b| b.1).sum::<f64>() * LOWEST;
+        if wanted.is_nan() || wanted <= 0.0 {
+            return 0.0;
+        }
+        let (mut left, mut sum) = (wanted, 0.0);
+        for (at, weight) in branches {
+            let share = weight.min(left);
+            sum += f64::from(at) * share;
+            left -= share;
+        }
+        (sum / wanted) as f32
     }
 
     /// What stands above a place of a stem.

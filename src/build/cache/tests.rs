@@ -1,3 +1,5 @@
+//! The cache: what it keeps, what it finds damaged, what it evicts, and several at once.
+
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -34,9 +34,9 @@ fn the_avenue_is_what_its_comments_say() {
     });
     assert_eq!(heights.collect::<Vec<_>>(), [("broad", 1, 12.0), ("tall", 9, 15.0)]);
     assert_eq!(plan.variants[0], Variant::Source(0));
-    let first = plan::BlendTree::State { batch: 0, progress: 0.5, pace: 1.0 };
-    assert_eq!(plan.variants[2], Variant::Blend { blend: 0, tree: first });
-    assert_eq!(plan.blends[0].of, [0, 1]);
+    let chosen: Vec<Variant> = (0..6).map(|place| Variant::Selected { selection: 0, place }).collect();
+    assert_eq!(plan.variants[2..], chosen);
+    assert_eq!((plan.blends[0].of.as_slice(), plan.selections[0].pick), ([0, 1].as_slice(), plan::Pick::Inspiring));
     assert!(matches!(plan.leaf_art, LeafArt::Made { shape: LeafShape::Oak, .. }));
     assert!(matches!(plan.bark_art, BarkArt::Made { pattern: BarkPattern::Furrowed, .. }));
     assert_eq!((plan.lods.len(), plan.mesh.bark_tile, plan.dress.density), (5, 2.0, 0.8));

@@ -235,7 +235,7 @@ fn wood_that_wears_a_corner_of_the_leaves_picture_is_wood() {
     picture.put_pixel(1, 0, image::Rgba([40, 140, 30, 200]));
     let mut png = Vec::new();
     picture.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
-    let mut part = Part { material: Some(0), ..trunk(9.0, 0.2) };
+    let mut part = Part { name: "mesh".into(), material: Some(0), ..trunk(9.0, 0.2) };
     part.uvs = vec![Vec2::new(0.25, 0.5); part.positions.len()];
     let wood = part.triangles.len();
     for i in 0..40_u64 {
