@@ -3,12 +3,12 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 
+mod kills;
 mod tiny;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
 
 fn command(project: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
@@ -40,59 +40,21 @@ fn builds(project: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn a_build_killed_at_any_moment_leaves_the_old_set_or_is_finished_by_the_next() {
-    let project = tiny::project();
-    let folder = project.path().join("out/grown");
-    let preset = |seed: usize| tiny::GROWN.replace("seed: 1,\n    sources", &format!("seed: {seed},\n    sources"));
-    builds(project.path(), &["build", "grown.ron", "--out", "out"]);
-    fs::write(folder.join("mine.txt"), "mine").unwrap();
-    let set = || {
-        let mut files = tiny::files(&folder);
-        assert_eq!(files.remove("mine.txt").as_deref(), Some(b"mine".as_slice()));
-        files
-    };
-    let (mut cut_off, mut ended) = (0, 0);
-    for i in 0..24_usize {
-        let old = set();
-        fs::write(project.path().join("grown.ron"), preset(i + 2)).unwrap();
-        let mut child =
-            command(project.path(), &["build", "grown.ron", "--out", "out"]).stderr(Stdio::null()).spawn().unwrap();
-        // From the start of the process to beyond its end; most commits fall into the later half.
-        std::thread::sleep(Duration::from_millis(4 * i as u64));
-        let _ = child.kill();
-        if child.wait().unwrap().success() {
-            ended += 1
-        } else {
-            cut_off += 1
-        }
-        // Before a commit everything is old; in it every file is whole, old or new; nothing is missing.
-        let after = set();
-        for (name, bytes) in &old {
-            let now = after.get(name).unwrap_or_else(|| panic!("{name} is gone after kill {i}"));
-            let whole = match name.rsplit('.').next().unwrap() {
-                "glb" => treewright::source::glb::read_glb(now).is_ok(),
-                "png" => image::load_from_memory(now).is_ok(),
-                _ => serde_json::from_slice::<serde_json::Value>(now).is_ok(),
-            };
-            assert!(now == bytes || whole, "{name} is half written after kill {i}");
-        }
-        builds(project.path(), &["build", "grown.ron", "--out", "out"]);
-        let new = set();
-        fs::remove_file(folder.join("mine.txt")).unwrap();
-        assert!(tiny::is_whole(&folder, "grown"), "after kill {i}: {:?}", new.keys());
-        fs::write(folder.join("mine.txt"), "mine").unwrap();
-        let manifest: serde_json::Value = serde_json::from_slice(&new["grown.manifest.json"]).unwrap();
-        assert_eq!(manifest["seed"], i + 2);
-    }
-    assert!(cut_off > 0, "no build was cut off ({ended} ended)");
+fn builds_and_watchers_killed_at_any_moment_leave_the_old_set_or_the_new_one() {
+    // `examples/figures` kills 500.
+    let victims = [(kills::Victim::Build, 24), (kills::Victim::Watch, 8)];
+    let found = victims.map(|(victim, count)| kills::kill(&command, victim, count));
+    assert!(found.iter().all(kills::Found::is_good), "{found:?}");
+    assert!(found[0].cut_off > 0 && found[0].ended + found[1].ended > 0, "{found:?}");
 }
 
 #[test]
-fn builds_at_once_into_one_folder_end_in_one_whole_set() {
+fn eight_builds_at_once_into_one_folder_and_one_cache_end_in_one_whole_set() {
     let project = tiny::project();
-    let children: Vec<_> = (0..4)
+    let children: Vec<_> = (0..8)
         .map(|_| {
-            let mut command = command(project.path(), &["build", "grown.ron", "--force", "--out", "out"]);
+            let arguments = ["build", "grown.ron", "--force", "--out", "out", "--cache", "kept"];
+            let mut command = command(project.path(), &arguments);
             command.stderr(Stdio::piped()).spawn().unwrap()
         })
         .collect();
@@ -101,8 +63,11 @@ fn builds_at_once_into_one_folder_end_in_one_whole_set() {
         assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
     }
     assert!(tiny::is_whole(&project.path().join("out/grown"), "grown"));
+    builds(project.path(), &["build", "grown.ron", "--out", "alone"]);
+    assert_eq!(tiny::files(&project.path().join("out/grown")), tiny::files(&project.path().join("alone/grown")));
+    assert!(!builds(project.path(), &["build", "grown.ron", "--force", "--out", "out", "--cache", "kept"]).contains("note"));
     let others: Vec<String> = tiny::files(&project.path().join("out")).into_keys().collect();
-    assert_eq!(others, [".treewright-lock"]);
+    assert!(others.iter().all(|name| [".treewright-lock", ".treewright-index"].contains(&name.as_str())), "{others:?}");
 }
 
 #[test]

@@ -3,7 +3,8 @@
 //! [`Builder::build`] takes preset files; for each it resolves the plan ([`load_preset`]), reads what the plan names
 //! through a [`World`], makes the files of the set ([`pipeline::make_set`]) and commits them as one
 //! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
-//! have the hashes listed there, is left alone.
+//! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
+//! reading a file ([`index`]).
 
 mod assets;
 mod blends;
@@ -12,6 +13,7 @@ mod cache;
 mod clips;
 mod depfile;
 mod find;
+mod index;
 mod morphs;
 pub mod output;
 pub mod pipeline;
@@ -20,6 +22,7 @@ mod record;
 mod selections;
 mod shapes;
 mod stages;
+mod stamp;
 mod trees;
 mod world;
 
@@ -164,6 +167,14 @@ pub struct Outcome {
     pub notes: Vec<Note>,
     /// Every file that was read or looked for, with its content key.
     pub reads: BTreeMap<PathBuf, Option<Key>>,
+}
+
+impl Outcome {
+    /// Of a set that is as it should be.
+    fn current(set: String, variants: usize, reads: BTreeMap<PathBuf, Option<Key>>) -> Self {
+        let (happened, committed, notes) = (Happened::Current, Committed::default(), Vec::new());
+        Self { set, variants, happened, committed, notes, reads }
+    }
 }
 
 /// What a build tells while it runs.
