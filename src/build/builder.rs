@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
@@ -10,7 +11,7 @@ use super::index::{Entry, Index};
 use super::output::{self, OutputError, Turn};
 use super::pipeline::Share;
 use super::{
-    BuildError, BuildOptions, Cache, Happened, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
+    BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
     load_preset, pipeline, record,
 };
 use crate::base::{Diagnostic, Key};
@@ -26,7 +27,7 @@ impl Builder {
     /// A builder with nothing in memory.
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
-        Self { cache: Cache::new(options.cache.as_ref()), options }
+        Self { cache: Cache::new(options.cache.as_ref()).within(options.limits.memory), options }
     }
 
     /// A builder that takes what it can from part files, as [`make_part`] writes them.
@@ -35,7 +36,7 @@ impl Builder {
     ///
     /// The first file that is no whole part.
     pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
-        Ok(Self { cache: Cache::of_parts(parts)?, options })
+        Ok(Self { cache: Cache::of_parts(parts)?.within(options.limits.memory), options })
     }
 
     /// Builds the sets of some preset files, in their order.
@@ -51,7 +52,7 @@ impl Builder {
         let out = &self.options.out;
         let trusts = !self.options.force && self.options.shard.is_none();
         let index = if trusts { Index::read(out) } else { Index::default() };
-        let (sets, mut failed) = ready(presets, |preset| index.current(out, preset));
+        let (sets, mut failed) = ready(presets, self.options.limits.file, |preset| index.current(out, preset));
         let mut entries = Vec::new();
         for ready in sets {
             if !failed.diagnostics.is_empty() && !self.options.keep_going {
@@ -91,7 +92,7 @@ impl Builder {
     ///
     /// All errors of all presets.
     pub fn status(&self, presets: &[PathBuf]) -> Result<Vec<SetStatus>, BuildError> {
-        let (sets, mut failed) = read(presets);
+        let (sets, mut failed) = read(presets, self.options.limits.file);
         let mut found = Vec::new();
         for loaded in &sets {
             match self.status_of(loaded) {
@@ -123,6 +124,7 @@ impl Builder {
         loaded: &Loaded,
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<(Outcome, Option<Entry>), Vec<Diagnostic>> {
+        let start = Instant::now();
         let refused = |error: OutputError| vec![error.diagnostic()];
         let plan = &loaded.plan;
         let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
@@ -135,6 +137,7 @@ impl Builder {
             let (trees, notes) = pipeline::make_share(plan, &inputs, &self.cache, Share::Trees(shard), &step)?;
             outcome.happened = Happened::Shard { trees };
             outcome.notes = notes;
+            outcome.took = start.elapsed();
             self.told(&mut outcome);
             progress(Progress::Set { outcome: &outcome, folder: &folder });
             return Ok((outcome, None));
@@ -151,6 +154,7 @@ impl Builder {
             let owned = old.map(|old| old.owned()).unwrap_or_default();
             let (committed, stamps) = output::commit_stamped(&folder, &owned, &made.files).map_err(refused)?;
             outcome.committed = committed;
+            outcome.took = start.elapsed();
             outcome.notes = made.notes;
             outcome.happened = Happened::Built;
             let record = record::read(&folder, &plan.name);
@@ -158,10 +162,11 @@ impl Builder {
             self.told(&mut outcome);
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
-        let (stamps, start) = loaded.world.stamps();
-        let files = compared.map(|files| files.into_iter().map(|(name, stamp, key)| Some((name, stamp?, key))).collect());
+        let (stamps, began) = loaded.world.stamps();
+        let files =
+            compared.map(|files| files.into_iter().map(|(name, stamp, key)| Some((name, stamp?, key))).collect());
         let entry = files.flatten().and_then(|files: Vec<_>| {
-            Entry::new((&plan.name, plan.variants.len()), start, &outcome.reads, &stamps, files)
+            Entry::new((&plan.name, plan.variants.len()), began, &outcome.reads, &stamps, files)
         });
         Ok((outcome, entry))
     }
@@ -182,7 +187,7 @@ impl Builder {
 pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
     let cache = Cache::of_parts(given)
         .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
-    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()));
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), Limits::default().file);
     let Some(loaded) = sets.first() else { return Err(failed) };
     let made = pipeline::read_inputs(loaded)
         .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
@@ -215,8 +220,8 @@ impl Ready {
 }
 
 /// Reads all presets side by side: the good ones, no two of one name, and what is wrong with the others.
-pub(super) fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
-    let (sets, failed) = ready(presets, |_| None);
+pub(super) fn read(presets: &[PathBuf], most: u64) -> (Vec<Loaded>, BuildError) {
+    let (sets, failed) = ready(presets, most, |_| None);
     let loaded = |ready| match ready {
         Ready::Loaded { loaded, .. } => Some(*loaded),
         Ready::Current { .. } => None,
@@ -227,11 +232,12 @@ pub(super) fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
 /// As [`read`], without reading those that are known to be current; the flag of `current` says that its stamps changed.
 fn ready(
     presets: &[PathBuf],
+    most: u64,
     current: impl Fn(&Path) -> Option<(Entry, bool)> + Sync,
 ) -> (Vec<Ready>, BuildError) {
     let one = |preset: &PathBuf| match current(preset) {
         Some((entry, renewed)) => Ok(Ready::Current { preset: preset.clone(), entry, renewed }),
-        None => find::load_or_reads(preset)
+        None => find::load_or_reads(preset, most)
             .map(|loaded| Ready::Loaded { preset: preset.clone(), loaded: Box::new(loaded) }),
     };
     let all: Vec<_> = presets.par_iter().map(one).collect();

@@ -121,13 +121,7 @@ impl Index {
 
 /// Whether a file is as it was seen at `time`, by its stamp, or by its hash where the stamp proves nothing, which renews
 /// the stamp.
-fn is_same(
-    path: &Path,
-    seen: &mut Seen,
-    time: u64,
-    is_equal: fn(&Stamp, &Stamp) -> bool,
-    renewed: &mut bool,
-) -> bool {
+fn is_same(path: &Path, seen: &mut Seen, time: u64, is_equal: fn(&Stamp, &Stamp) -> bool, renewed: &mut bool) -> bool {
     let Some((old, hash)) = &mut seen.held else { return fs::metadata(path).is_err() };
     match Stamp::at(path) {
         Some(new) if is_equal(&new, old) && !old.is_racy(time) => true,
@@ -160,7 +154,8 @@ impl Entry {
             Some(Seen { path: path.clone(), held })
         };
         let reads = reads.iter().map(seen).collect::<Option<_>>()?;
-        let output = |(name, stamp, key): (String, Stamp, Key)| Seen { path: name.into(), held: Some((stamp, key.bytes())) };
+        let output =
+            |(name, stamp, key): (String, Stamp, Key)| Seen { path: name.into(), held: Some((stamp, key.bytes())) };
         let outputs = outputs.into_iter().map(output).collect();
         Some(Self { set: set.to_owned(), variants, times: (start, stamp::now()), reads, outputs })
     }

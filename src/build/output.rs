@@ -112,6 +112,9 @@ impl OutputError {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                     ("the disk is full; the old set is untouched".to_owned(), "make room and build again")
                 }
+                io::ErrorKind::InvalidFilename => {
+                    ("its name is too long for the file system".to_owned(), "give --out a shorter path")
+                }
                 _ => (format!("it can't be written: {source}"), "mend that and build again"),
             },
             Self::Foreign { names, .. } => {
@@ -264,7 +267,14 @@ fn commit_by(
             }
             Ok(_) if !owned.contains_key(name) => foreign.push(name.clone()),
             Ok(_) => changed.push((name, bytes)),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => changed.push((name, bytes)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                // A link that leads nowhere is somebody's.
+                if fs::symlink_metadata(&path).is_ok() && !owned.contains_key(name) {
+                    foreign.push(name.clone());
+                } else {
+                    changed.push((name, bytes));
+                }
+            }
             Err(source) => return Err(OutputError::Io { path, source }),
         }
     }

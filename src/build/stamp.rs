@@ -20,7 +20,7 @@ const COARSE: u64 = 2_000_000_000;
 
 /// Size, times and inode of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Stamp {
+pub(crate) struct Stamp {
     size: u64,
     /// Of the last change, nanoseconds since 1970.
     modified: u64,
@@ -31,37 +31,37 @@ pub(super) struct Stamp {
 
 impl Stamp {
     /// What the system tells.
-    pub(super) fn of(metadata: &Metadata) -> Option<Self> {
+    pub(crate) fn of(metadata: &Metadata) -> Option<Self> {
         let modified = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
         let (changed, inode) = inode(metadata);
         Some(Self { size: metadata.len(), modified: u64::try_from(modified.as_nanos()).ok()?, changed, inode })
     }
 
     /// The stamp of what lies at `path` now.
-    pub(super) fn at(path: &Path) -> Option<Self> {
+    pub(crate) fn at(path: &Path) -> Option<Self> {
         fs::metadata(path).ok().filter(Metadata::is_file).as_ref().and_then(Self::of)
     }
 
     /// Whether both are of one file with one content, but for what renaming and linking change.
-    pub(super) fn is_same_content(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_content(&self, other: &Self) -> bool {
         (self.size, self.modified, self.inode) == (other.size, other.modified, other.inode)
     }
 
     /// Whether the file may have been changed once more without another stamp, after it was looked at at `time`.
-    pub(super) const fn is_racy(&self, time: u64) -> bool {
+    pub(crate) const fn is_racy(&self, time: u64) -> bool {
         let tick = if self.modified.is_multiple_of(1_000_000_000) { COARSE } else { TICK };
         self.modified.saturating_add(tick) >= time
     }
 }
 
 /// The clock that stamps are compared with.
-pub(super) fn now() -> u64 {
+pub(crate) fn now() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// A file's bytes, at most `most` of them and one, and its stamp when it did not change while it was read.
-pub(super) fn read(file: &mut File, most: u64) -> io::Result<(Vec<u8>, Option<Stamp>)> {
+pub(crate) fn read(file: &mut File, most: u64) -> io::Result<(Vec<u8>, Option<Stamp>)> {
     let before = file.metadata()?;
     let mut bytes = Vec::with_capacity(usize::try_from(before.len().min(most)).unwrap_or(0) + 1);
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
@@ -71,7 +71,7 @@ pub(super) fn read(file: &mut File, most: u64) -> io::Result<(Vec<u8>, Option<St
 }
 
 /// A whole file with its stamp.
-pub(super) fn read_at(path: &Path) -> io::Result<(Vec<u8>, Option<Stamp>)> {
+pub(crate) fn read_at(path: &Path) -> io::Result<(Vec<u8>, Option<Stamp>)> {
     read(&mut File::open(path)?, u64::MAX - 1)
 }
 

@@ -109,6 +109,10 @@ fn prepared(
 /// Removes a new folder that was never swapped: all in it are copies or links. The mark goes last, so that this can be
 /// cut off as well.
 fn discard(hand: &mut Hand, next: &Path) -> Result<(), OutputError> {
+    // It could not even be made, as with a name that is too long with more before it.
+    if !next.exists() {
+        return Ok(());
+    }
     for entry in fs::read_dir(next).into_iter().flatten().flatten() {
         if entry.file_name() != MARK {
             hand.remove(&entry.path())?;
