@@ -73,13 +73,14 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
 ///
 /// Every error in it and in the text files that it names.
 pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
-    load_or_reads(path, Limits::default().file).map_err(|(diagnostics, _)| diagnostics)
+    load_or_reads(path, &Limits::default()).map_err(|(diagnostics, _)| diagnostics)
 }
 
-/// As [`load_preset`], reading no file of more than `most` bytes; with the errors comes the world that knows what was read up to them.
-pub(super) fn load_or_reads(path: &Path, most: u64) -> Result<Loaded, (Vec<Diagnostic>, World)> {
+/// As [`load_preset`], reading no file beyond `limits`; with the errors comes the world that knows what was read up
+/// to them.
+pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, (Vec<Diagnostic>, World)> {
     let preset = shown(path);
-    let world = World::within(path.parent().unwrap_or(Path::new("")), most);
+    let world = World::within(path.parent().unwrap_or(Path::new("")), limits.clone());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = match world.read_text(&name) {
         Ok(text) => text,
