@@ -188,7 +188,8 @@ fn compare(file: &str, scene: &Scene, known: &Known, plant: &Plant, place: &Plac
         let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied();
         let Some(worst) = at(1.0) else { continue };
         let middle = at(0.5).unwrap_or(worst);
-        let how = how(&format!("; worst, median {middle:.6}"));
+        let beyond = values.iter().filter(|v| **v > goal.trim_start_matches("<= ").parse().unwrap_or(0.0)).count();
+        let how = how(&format!("; worst, {beyond} beyond the goal, median {middle:.6}"));
         Figure::new(name, worst, unit, how).goal(goal).print();
     }
 }

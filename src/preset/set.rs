@@ -120,7 +120,7 @@ static GROW: Record = Record {
             name: "height",
             kind: HEIGHT,
             default: Default::Else("as the species or scan"),
-            about: "height of this tree",
+            about: "height of this tree; its wood is as thick for it as the species'",
         },
         Field {
             name: "parts",
@@ -445,7 +445,9 @@ fn one_tree(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<Gro
     let item = fields.item("species")?;
     let species = files.get(&path, &item, fields.report())?;
     let height = if fields.has("height") { height } else { species.height };
-    Some(GrowParams { seed, height, ..species })
+    // A smaller tree is the same tree, not one with the trunk of the larger.
+    let tip_radius = species.tip_radius * (height / species.height);
+    Some(GrowParams { seed, height, tip_radius, ..species })
 }
 
 /// The trees of a list; none when one of them is wrong.
