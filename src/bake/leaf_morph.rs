@@ -81,8 +81,7 @@ impl<'m> LeafMorph<'m> {
         let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
         let shapes: Vec<Shape> =
             self.outlines.par_iter().zip(&self.both).map(|(ends, both)| Shape::new(ends, *both, t, size)).collect();
-        let rows: Vec<Vec<Texel>> =
-            (0..height).into_par_iter().map(|y| self.row(&shapes, y, width, t)).collect();
+        let rows: Vec<Vec<Texel>> = (0..height).into_par_iter().map(|y| self.row(&shapes, y, width, t)).collect();
         let mut maps = Maps { width, height, color: Vec::new(), normal: Vec::new(), orm: Vec::new() };
         for (color, normal, orm) in rows.into_iter().flatten() {
             maps.color.push(color);

@@ -70,11 +70,7 @@ type Encode<'a, E> = dyn Fn(&[u8], u32, u32, PngKind) -> Result<Vec<u8>, E> + Sy
 /// # Errors
 ///
 /// Those of `encode`.
-pub fn encode_maps_by<E: Send>(
-    maps: &Maps,
-    color: PngKind,
-    encode: &Encode<'_, E>,
-) -> Result<EncodedMaps, E> {
+pub fn encode_maps_by<E: Send>(maps: &Maps, color: PngKind, encode: &Encode<'_, E>) -> Result<EncodedMaps, E> {
     let (width, height) = (maps.width, maps.height);
     let (color, (normal, orm)) = rayon::join(
         || match color {
