@@ -28,7 +28,7 @@ fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Every file below a folder, by its path there.
+/// Every file below a folder, by its path there, but for what the output folder keeps for itself (lock and index).
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut work = vec![folder.to_path_buf()];
@@ -39,7 +39,9 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
                 work.push(path);
             } else {
                 let name = path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
-                found.insert(name, fs::read(&path).unwrap());
+                if !name.starts_with(".treewright-") {
+                    found.insert(name, fs::read(&path).unwrap());
+                }
             }
         }
     }

@@ -3,12 +3,12 @@
 #![cfg(feature = "cli")]
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 
+mod kills;
 mod tiny;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
 
 fn command(project: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
@@ -40,59 +40,21 @@ fn builds(project: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn a_build_killed_at_any_moment_leaves_the_old_set_or_is_finished_by_the_next() {
-    let project = tiny::project();
-    let folder = project.path().join("out/grown");
-    let preset = |seed: usize| tiny::GROWN.replace("seed: 1,\n    sources", &format!("seed: {seed},\n    sources"));
-    builds(project.path(), &["build", "grown.ron", "--out", "out"]);
-    fs::write(folder.join("mine.txt"), "mine").unwrap();
-    let set = || {
-        let mut files = tiny::files(&folder);
-        assert_eq!(files.remove("mine.txt").as_deref(), Some(b"mine".as_slice()));
-        files
-    };
-    let (mut cut_off, mut ended) = (0, 0);
-    for i in 0..24_usize {
-        let old = set();
-        fs::write(project.path().join("grown.ron"), preset(i + 2)).unwrap();
-        let mut child =
-            command(project.path(), &["build", "grown.ron", "--out", "out"]).stderr(Stdio::null()).spawn().unwrap();
-        // From the start of the process to beyond its end; most commits fall into the later half.
-        std::thread::sleep(Duration::from_millis(4 * i as u64));
-        let _ = child.kill();
-        if child.wait().unwrap().success() {
-            ended += 1
-        } else {
-            cut_off += 1
-        }
-        // Before a commit everything is old; in it every file is whole, old or new; nothing is missing.
-        let after = set();
-        for (name, bytes) in &old {
-            let now = after.get(name).unwrap_or_else(|| panic!("{name} is gone after kill {i}"));
-            let whole = match name.rsplit('.').next().unwrap() {
-                "glb" => treewright::source::glb::read_glb(now).is_ok(),
-                "png" => image::load_from_memory(now).is_ok(),
-                _ => serde_json::from_slice::<serde_json::Value>(now).is_ok(),
-            };
-            assert!(now == bytes || whole, "{name} is half written after kill {i}");
-        }
-        builds(project.path(), &["build", "grown.ron", "--out", "out"]);
-        let new = set();
-        fs::remove_file(folder.join("mine.txt")).unwrap();
-        assert!(tiny::is_whole(&folder, "grown"), "after kill {i}: {:?}", new.keys());
-        fs::write(folder.join("mine.txt"), "mine").unwrap();
-        let manifest: serde_json::Value = serde_json::from_slice(&new["grown.manifest.json"]).unwrap();
-        assert_eq!(manifest["seed"], i + 2);
-    }
-    assert!(cut_off > 0, "no build was cut off ({ended} ended)");
+fn builds_and_watchers_killed_at_any_moment_leave_the_old_set_or_the_new_one() {
+    // `examples/figures` kills 500.
+    let victims = [(kills::Victim::Build, 24), (kills::Victim::Watch, 8)];
+    let found = victims.map(|(victim, count)| kills::kill(&command, victim, count));
+    assert!(found.iter().all(kills::Found::is_good), "{found:?}");
+    assert!(found[0].cut_off > 0 && found[0].ended + found[1].ended > 0, "{found:?}");
 }
 
 #[test]
-fn builds_at_once_into_one_folder_end_in_one_whole_set() {
+fn eight_builds_at_once_into_one_folder_and_one_cache_end_in_one_whole_set() {
     let project = tiny::project();
-    let children: Vec<_> = (0..4)
+    let children: Vec<_> = (0..8)
         .map(|_| {
-            let mut command = command(project.path(), &["build", "grown.ron", "--force", "--out", "out"]);
+            let arguments = ["build", "grown.ron", "--force", "--out", "out", "--cache", "kept"];
+            let mut command = command(project.path(), &arguments);
             command.stderr(Stdio::piped()).spawn().unwrap()
         })
         .collect();
@@ -101,8 +63,12 @@ fn builds_at_once_into_one_folder_end_in_one_whole_set() {
         assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
     }
     assert!(tiny::is_whole(&project.path().join("out/grown"), "grown"));
+    builds(project.path(), &["build", "grown.ron", "--out", "alone"]);
+    assert_eq!(tiny::files(&project.path().join("out/grown")), tiny::files(&project.path().join("alone/grown")));
+    let again = builds(project.path(), &["build", "grown.ron", "--force", "--out", "out", "--cache", "kept"]);
+    assert!(!again.contains("damaged"), "{again}");
     let others: Vec<String> = tiny::files(&project.path().join("out")).into_keys().collect();
-    assert_eq!(others, [".treewright-lock"]);
+    assert!(others.iter().all(|name| [".treewright-lock", ".treewright-index"].contains(&name.as_str())), "{others:?}");
 }
 
 #[test]
@@ -237,4 +203,139 @@ fn two_presets_of_one_name_are_told_before_one_overwrites_the_other() {
         builds(project.path(), &["build", "grown.ron", "./grown.ron", ".", "--out", "out"])
             .contains("nothing had changed")
     );
+}
+
+/// A command in namespaces of its own, where it may mount; its standard output when that can be had here.
+#[cfg(target_os = "linux")]
+fn isolated(project: &Path, script: &str) -> Option<String> {
+    let run = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "--mount", "sh", "-ec", script]);
+        command.current_dir(project).env("TREEWRIGHT", env!("CARGO_BIN_EXE_treewright")).output().ok()
+    };
+    if !run("mount -t tmpfs -o size=64k tmpfs art").is_some_and(|output| output.status.success()) {
+        eprintln!("skipped: nothing can be mounted here");
+        return None;
+    }
+    let output = run(script)?;
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", errors(&output));
+    Some(said)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_and_a_read_only_one_are_told_and_the_old_set_stays() {
+    let project = tiny::project();
+    fs::create_dir(project.path().join("small")).unwrap();
+    let script = r#"
+        mount -t tmpfs -o size=16m tmpfs small
+        $TREEWRIGHT build grown.ron --out small/out --cache small/kept
+        echo mine > small/out/grown/mine.txt
+        cp -r small/out/grown before
+        sed -i '0,/seed: 1/s//seed: 2/' grown.ron
+        head -c 32m /dev/zero > small/filler 2> /dev/null || true
+        if $TREEWRIGHT build grown.ron --out small/out --cache small/kept 2>> said; then exit 3; fi
+        diff -r small/out/grown before
+        test "$(ls -A small/out | sort | tr '\n' ' ')" = ".treewright-index .treewright-lock grown "
+        mount -o remount,ro small
+        if $TREEWRIGHT build grown.ron --out small/out 2>> said; then exit 4; fi
+        diff -r small/out/grown before
+        mount -o remount,rw small
+        rm small/filler
+        $TREEWRIGHT build grown.ron --out small/out --cache small/kept
+        rm small/out/grown/mine.txt
+        cp -r small/out/grown after
+        cat said
+    "#;
+    let Some(said) = isolated(project.path(), script) else { return };
+    assert!(said.contains("the disk is full; the old set is untouched"), "{said}");
+    assert!(said.contains("there is no right to write it"), "{said}");
+    assert!(tiny::is_whole(&project.path().join("after"), "grown"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn paths_that_are_no_text_links_and_long_names_are_built_or_told() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    use std::os::unix::fs::symlink;
+    let project = tiny::project();
+    let at = |name: &str| project.path().join(name);
+    // A folder whose name is no text, of presets and of sets.
+    let odd = project.path().join(OsStr::from_bytes(b"odd\xff\xfe"));
+    fs::create_dir(&odd).unwrap();
+    for name in ["species", "art", "grown.ron"] {
+        symlink(at(name), odd.join(name)).unwrap();
+    }
+    for _ in 0..2 {
+        let mut build = command(project.path(), &["build"]);
+        let output = build.arg(&odd).arg("--out").arg(odd.join("out")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        assert!(tiny::is_whole(&odd.join("out/grown"), "grown"));
+    }
+    // A set's folder, and a folder of sets, that are links; and a link of the user's among the files of a set.
+    fs::create_dir_all(at("elsewhere/set")).unwrap();
+    symlink(at("elsewhere"), at("out")).unwrap();
+    symlink(at("elsewhere/set"), at("elsewhere/grown")).unwrap();
+    symlink("nowhere", at("elsewhere/set/mine")).unwrap();
+    for seed in [1, 2, 3] {
+        let text = tiny::GROWN.replace("seed: 1,\n    sources", &format!("seed: {seed},\n    sources"));
+        fs::write(at("grown.ron"), text).unwrap();
+        builds(project.path(), &["build", "grown.ron", "--out", "out"]);
+        assert!(fs::symlink_metadata(at("elsewhere/grown")).unwrap().is_symlink());
+        assert_eq!(fs::read_link(at("elsewhere/set/mine")).unwrap(), Path::new("nowhere"));
+        builds(project.path(), &["build", "grown.ron", "--out", "plain"]);
+        if seed == 1 {
+            symlink("nowhere", at("plain/grown/mine")).unwrap();
+        }
+        assert_eq!(fs::read_link(at("plain/grown/mine")).unwrap(), Path::new("nowhere"));
+        assert_eq!(tiny::files(&at("plain/grown")), tiny::files(&at("elsewhere/set")));
+    }
+    // A link that leads nowhere, where a file of the set belongs.
+    fs::create_dir_all(at("linked/grown")).unwrap();
+    symlink("nowhere", at("linked/grown/grown_001.glb")).unwrap();
+    let said = fails(project.path(), &["build", "grown.ron", "--out", "linked"]);
+    assert!(said.contains("grown_001.glb") && said.contains("did not write it"), "{said}");
+    // The longest name that a set may have, in a folder as deep as that leaves room for; and what is longer.
+    let (longest, longer) = ("n".repeat(64), "n".repeat(65));
+    for name in [&longest, &longer] {
+        fs::copy(at("grown.ron"), at(&format!("{name}.ron"))).unwrap();
+    }
+    let deep = |levels: usize| vec!["d".repeat(200); levels].join("/");
+    builds(project.path(), &["build", &format!("{longest}.ron"), "--out", &deep(15)]);
+    assert!(tiny::is_whole(&at(&deep(15)).join(&longest), &longest));
+    let said = fails(project.path(), &["build", &format!("{longer}.ron"), "--out", "long"]);
+    assert!(said.contains("longer than 64"), "{said}");
+    for out in [deep(21), "d".repeat(300)] {
+        let said = fails(project.path(), &["build", "grown.ron", "--out", &out]);
+        assert!(said.contains("too long for the file system"), "{said}");
+    }
+}
+
+#[test]
+fn outputs_hang_on_neither_threads_nor_locale_cache_or_order() {
+    let project = tiny::project();
+    fs::write(project.path().join("scan.ron"), tiny::scanned()).unwrap();
+    let orders = [["grown.ron", "scan.ron"], ["scan.ron", "grown.ron"]];
+    let mut seen = std::collections::BTreeMap::new();
+    for (i, (threads, locale)) in [("1", "C"), ("2", "de_DE.UTF-8"), ("8", "tr_TR.UTF-8")].into_iter().enumerate() {
+        for (k, order) in orders.into_iter().enumerate() {
+            for cache in ["none", "cold", "warm"] {
+                let out = format!("out{i}{k}{cache}");
+                let kept = format!("kept{i}{k}");
+                let mut arguments = vec!["build", order[0], order[1], "--out", &out, "--jobs", threads];
+                if cache != "none" {
+                    arguments.extend(["--cache", &kept]);
+                }
+                let output =
+                    command(project.path(), &arguments).env("LC_ALL", locale).env("LANG", locale).output().unwrap();
+                assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+                let sets = ["grown", "scan"].map(|set| tiny::files(&project.path().join(&out).join(set)));
+                assert!(sets.iter().all(|files| files.len() > 5));
+                seen.entry(sets).or_insert_with(Vec::new).push(out);
+            }
+        }
+    }
+    assert_eq!(seen.len(), 1, "{:?}", seen.values());
 }

@@ -46,11 +46,14 @@ fn three() -> tempfile::TempDir {
     project
 }
 
-/// Every file of a folder and below with its bytes.
+/// Every file of a folder and below with its bytes, but for what the output folder keeps for itself (lock and index).
 fn tree(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().into_string().unwrap();
+        if name.starts_with(".treewright-") {
+            continue;
+        }
         if entry.path().is_dir() {
             all.extend(tree(&entry.path()).into_iter().map(|(below, bytes)| (format!("{name}/{below}"), bytes)));
         } else {

@@ -67,6 +67,13 @@ fn files(folder: &str) -> Vec<PathBuf> {
     found
 }
 
+/// Files of trees that fuzzing starts from; presets and cache entries have tests of their own.
+fn tree_seeds() -> Vec<PathBuf> {
+    let mut seeds = files("fuzz/seeds");
+    seeds.retain(|seed| !["preset", "entry"].iter().any(|kind| seed.parent().is_some_and(|p| p.ends_with(kind))));
+    seeds
+}
+
 /// One of many ways to damage a file.
 fn mutated(whole: &[u8], seed: Seed) -> Vec<u8> {
     let mut bytes = whole.to_vec();
@@ -102,7 +109,7 @@ fn mutated(whole: &[u8], seed: Seed) -> Vec<u8> {
 
 #[test]
 fn seeds_are_read_whole() {
-    let seeds = files("fuzz/seeds");
+    let seeds = tree_seeds();
     assert!(seeds.len() >= 15);
     for seed in seeds {
         let bytes = std::fs::read(&seed).unwrap();
@@ -112,7 +119,7 @@ fn seeds_are_read_whole() {
 
 #[test]
 fn no_mutation_hurts() {
-    for file in files("fuzz/seeds") {
+    for file in tree_seeds() {
         let whole = std::fs::read(&file).unwrap();
         let mut sound = 0;
         for round in 0..800 {
@@ -168,6 +175,46 @@ fn no_mutation_of_an_obstacle_hurts() {
             false
         }
     });
+}
+
+#[test]
+fn no_mutation_of_a_preset_hurts() {
+    for file in files("fuzz/seeds/preset") {
+        let whole = std::fs::read(&file).unwrap();
+        let load = |bytes: &[u8]| {
+            let text = String::from_utf8_lossy(bytes).into_owned();
+            let mut parts = text.split("\n--8<--\n");
+            let preset = parts.next().unwrap_or_default();
+            treewright::preset::load("it", preset, &mut |_| parts.next().map(str::to_owned).ok_or("gone".to_owned()))
+        };
+        assert!(load(&whole).is_ok(), "{}: {:?}", file.display(), load(&whole).err());
+        for round in 0..300 {
+            if let Err(errors) = load(&mutated(&whole, Seed::new(round))) {
+                assert!(!errors.is_empty() && errors.iter().all(|e| !e.message.is_empty()), "{errors:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_mutation_of_a_cache_entry_hurts() {
+    let seeds = files("fuzz/seeds/entry");
+    assert!(!seeds.is_empty());
+    for file in seeds {
+        let whole = std::fs::read(&file).unwrap();
+        let end = whole.iter().position(|byte| *byte == b'\n').unwrap();
+        let stage = std::str::from_utf8(&whole[..end]).unwrap();
+        let sound = |bytes: &[u8]| treewright::build::entry_is_sound(stage, bytes).unwrap();
+        assert!(sound(&whole[end + 1..]), "{}", file.display());
+        // What claims to be sound needs not be; what is cut off can't be.
+        for round in 0..400 {
+            let _ = sound(&mutated(&whole[end + 1..], Seed::new(round)));
+        }
+        (0..whole.len() - end - 1)
+            .step_by(whole.len() / 200 + 1)
+            .for_each(|cut| assert!(!sound(&whole[end + 1..][..cut])));
+    }
+    assert_eq!(treewright::build::entry_is_sound("nothing", b""), None);
 }
 
 #[test]

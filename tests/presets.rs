@@ -8,10 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use treewright::base::Diagnostic;
-use treewright::preset::{describe, load, species};
+use treewright::preset::{describe, describe_json, load, species};
 
 const GOLDEN: &str = include_str!("presets/broken.txt");
 const SCHEMA: &str = include_str!("../src/preset/schema.md");
+const SCHEMA_JSON: &str = include_str!("../src/preset/schema.json");
 const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
 const BROKEN_SPECIES: &str = r#"(
     height: 12.0, nodes: 100, tip_radius: 1.0,
@@ -108,13 +109,15 @@ fn every_shipped_species_loads_and_is_ron() {
 }
 
 #[test]
-fn the_description_is_up_to_date() {
-    let told = describe();
-    if std::env::var_os("BLESS").is_some() {
-        fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/src/preset/schema.md"), &told).expect("writes");
+fn the_descriptions_are_up_to_date() {
+    for (file, told, golden) in [("schema.md", describe(), SCHEMA), ("schema.json", describe_json(), SCHEMA_JSON)] {
+        if std::env::var_os("BLESS").is_some() {
+            fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/preset").join(file), &told).expect("writes");
+            continue;
+        }
+        for (told, golden) in told.lines().zip(golden.lines()) {
+            assert_eq!(told, golden, "run this test with BLESS set and read the difference");
+        }
+        assert_eq!(told.len(), golden.len(), "{file}");
     }
-    for (told, golden) in told.lines().zip(SCHEMA.lines()) {
-        assert_eq!(told, golden, "run this test with BLESS set and read the difference");
-    }
-    assert_eq!(told.len(), SCHEMA.len());
 }

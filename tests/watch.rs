@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use treewright::build::{Happened, Progress};
-use treewright::watch::{Event, Next, Watcher};
+use treewright::watch::{Event, Next, WatchOptions, Watcher};
 
 /// How long anything may take. A bound, no measure: the tests end as soon as what they wait for is there.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -32,13 +32,18 @@ struct Watched {
 impl Watched {
     /// Watches the tiny project, also with `more` presets, sets going to `out` in it, and waits for the first build.
     fn start(out: &str, more: &[(&str, &str)]) -> (Self, Vec<Said>) {
+        Self::start_by(None, out, more)
+    }
+
+    /// The same, looking at the files every so often where `poll` is given.
+    fn start_by(poll: Option<Duration>, out: &str, more: &[(&str, &str)]) -> (Self, Vec<Said>) {
         let project = tiny::project();
         for (name, text) in more {
             fs::write(project.path().join(name), text).unwrap();
         }
         let (say, said) = channel();
         let (folder, out) = (project.path().to_path_buf(), project.path().join(out));
-        let mut watcher = Watcher::new(&folder, &out, None).unwrap();
+        let mut watcher = Watcher::new(WatchOptions { poll, ..WatchOptions::new(&folder, &out) });
         // The thread waits for events when the test ends, and ends with the process.
         std::thread::spawn(move || {
             watcher.run(&|event| {
@@ -47,7 +52,7 @@ impl Watched {
                         Said::Current(outcome.set.clone())
                     }
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
-                    Event::Build(_) => return Next::Watch,
+                    Event::Build(_) | Event::Polling { .. } => return Next::Watch,
                     Event::Failed(error) => Said::Failed(error.to_string()),
                     Event::Idle { .. } => Said::Idle,
                 };
@@ -199,4 +204,116 @@ fn sets_inside_the_watched_folder_wake_nobody() {
         fs::write(watched.path(name), "mine").unwrap();
     }
     assert!(watched.said.recv_timeout(Duration::from_millis(800)).is_err(), "a set's own folder woke the watcher");
+}
+
+#[test]
+fn files_are_looked_at_where_that_is_asked_for() {
+    let every = Some(Duration::from_millis(20));
+    let (watched, first) = Watched::start_by(every, "out", &[("scanned.ron", &tiny::scanned())]);
+    assert_eq!(first, [Said::Built("grown".into()), Said::Built("scanned".into())]);
+    assert!(watched.said.recv_timeout(Duration::from_millis(300)).is_err(), "looking alone built something");
+    save_by_rename(&watched.path("species/tiny.ron"), &tiny::SPECIES.replace("height: 3.0", "height: 4.0"));
+    let said = watched.until_built("grown");
+    assert!(!said.contains(&Said::Built("scanned".into())), "{said:?}");
+    // A missing file, a new preset, one that goes, a folder that goes and comes back.
+    fs::remove_file(watched.path("scans/tiny.swc")).unwrap();
+    watched.until_failed("scans/tiny.swc");
+    fs::write(watched.path("scans/tiny.swc"), tiny::SCAN.replace("0.10 -1", "0.12 -1")).unwrap();
+    watched.until_built("scanned");
+    fs::write(watched.path("second.ron"), tiny::scanned()).unwrap();
+    watched.until_built("second");
+    fs::remove_file(watched.path("second.ron")).unwrap();
+    watched.until_idle();
+    fs::rename(watched.path("art"), watched.path("away")).unwrap();
+    watched.until_failed("art/leaf.png");
+    fs::rename(watched.path("away"), watched.path("art")).unwrap();
+    watched.until(|said| *said == Said::Current("grown".into()));
+    assert!(["grown", "scanned"].into_iter().all(|set| watched.is_whole(set)));
+}
+
+#[test]
+fn edits_during_builds_and_bursts_end_in_the_last_one() {
+    let (watched, _) = Watched::start("out", &[]);
+    let preset = |seed: usize| tiny::GROWN.replace("seed: 1,\n    sources", &format!("seed: {seed},\n    sources"));
+    let seed = || {
+        let text = fs::read_to_string(watched.out.join("grown/grown.manifest.json")).unwrap();
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()["seed"].as_u64().unwrap()
+    };
+    let ends_in = |last: u64| {
+        let start = Instant::now();
+        while seed() != last {
+            assert!(start.elapsed() < PATIENCE, "it ended in {} instead of {last}", seed());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    // A burst: far less builds than edits.
+    for i in 2..42 {
+        fs::write(watched.path("grown.ron"), preset(i)).unwrap();
+    }
+    ends_in(41);
+    let built = watched.until_built("grown").len();
+    assert!(built < 20, "{built} builds of one burst");
+    // Edits at every moment of a build.
+    for i in 0..20 {
+        fs::write(watched.path("grown.ron"), preset(100 + i)).unwrap();
+        std::thread::sleep(Duration::from_millis(13 * i as u64));
+    }
+    ends_in(119);
+    assert!(watched.is_whole("grown"));
+}
+
+#[test]
+fn a_watched_folder_that_goes_and_comes_back_is_watched_again() {
+    let (watched, _) = Watched::start("out", &[]);
+    let (here, away) = (watched.path(""), watched.path("").with_extension("away"));
+    let here = here.canonicalize().unwrap();
+    fs::rename(&here, &away).unwrap();
+    watched.until(|said| matches!(said, Said::Failed(_)));
+    fs::rename(&away, &here).unwrap();
+    watched.until(|said| *said == Said::Current("grown".into()));
+    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    watched.until_built("grown");
+}
+
+/// Linux lets a user namespace have a limit of its own, so that this test need not touch the machine's.
+#[cfg(target_os = "linux")]
+#[test]
+#[expect(clippy::print_stderr, reason = "says what was skipped")]
+fn when_the_system_watches_no_more_folders_the_files_are_looked_at_and_that_is_said() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let project = tiny::project();
+    let limited = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "sh", "-c", script]).current_dir(project.path());
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let limit = "echo 1 > /proc/sys/user/max_inotify_watches";
+    if !limited(limit).status().is_ok_and(|status| status.success()) {
+        return eprintln!("skipped: no user namespace with a limit of its own can be had here");
+    }
+    let program = env!("CARGO_BIN_EXE_treewright");
+    let mut child = limited(&format!("{limit} && exec {program} watch . --out out")).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let mut until = |part: &str| {
+        let mut said = Vec::new();
+        let found = lines.by_ref().find(|line| {
+            said.push(line.clone());
+            line.contains(part)
+        });
+        assert!(found.is_some(), "{part} is not said: {said:?}");
+    };
+    until("looked at every");
+    until("watching");
+    for (path, text) in [
+        ("species/tiny.ron", tiny::SPECIES.replace("height: 3.0", "height: 4.0")),
+        ("grown.ron", tiny::GROWN.replace("density: 0.1", "density: 0.2")),
+    ] {
+        fs::write(project.path().join(path), text).unwrap();
+        until("files written");
+        until("watching");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
 }

@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `build`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -9,6 +9,7 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 mod blend;
+mod build;
 mod foliage;
 mod formats;
 mod grow;
@@ -23,8 +24,14 @@ mod surface;
 mod table_1;
 mod trees;
 
+#[path = "../../tests/kills/mod.rs"]
+mod kills;
+#[path = "../../tests/tiny/mod.rs"]
+mod tiny;
+
 use std::borrow::Cow;
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Instant;
 
 /// A measured figure.
@@ -86,25 +93,31 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 6] = [
+const TOPICS: [(&str, fn()); 7] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
     ("blend", blend::print),
     ("space", space::print),
     ("morph", morph::print),
+    ("build", build::print),
 ];
 
-fn main() {
+fn main() -> ExitCode {
+    // The figures of builds start the command, which is this program under another name.
+    if std::env::var_os(build::AS_COMMAND).is_some() {
+        return treewright::cli::run();
+    }
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     if let Some(unknown) = wanted.iter().find(|w| TOPICS.iter().all(|(name, _)| w != name)) {
         let names: Vec<&str> = TOPICS.iter().map(|(name, _)| *name).collect();
         println!("no topic {unknown}; there are: {}", names.join(", "));
-        std::process::exit(2);
+        return ExitCode::from(2);
     }
     for (name, print) in TOPICS {
         if wanted.is_empty() || wanted.iter().any(|w| w == name) {
             print();
         }
     }
+    ExitCode::SUCCESS
 }

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use treewright_fuzz::{MOST, PART, peak, read};
+use treewright_fuzz::{PART, most, peak, read, read_as};
 
 /// Largest file of a folder that is damaged.
 const LARGEST: u64 = 200_000;
@@ -81,6 +81,8 @@ fn main() {
     if seconds == 0 {
         return dense();
     }
+    let reader = arguments[0].as_str();
+    let (each, beside) = most(reader);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut folders = vec![root.join("seeds").join(&arguments[0])];
     folders.extend(arguments[2..].iter().map(PathBuf::from));
@@ -92,17 +94,17 @@ fn main() {
         let other = &seeds[random.below(seeds.len())];
         mutate(&mut bytes, other, &mut random);
         let began = Instant::now();
-        let result = std::panic::catch_unwind(|| peak(|| read(&bytes)));
+        let result = std::panic::catch_unwind(|| peak(|| read_as(reader, &bytes)));
         let took = began.elapsed();
         let (taken, ok) = result.unwrap_or_else(|_| keep(&bytes, "panic"));
-        if taken > MOST.0 * bytes.len() + MOST.1 {
+        if taken > each * bytes.len() + beside {
             keep(&bytes, &format!("{taken} bytes of memory for {}", bytes.len()));
         }
         if took > SLOWEST {
             keep(&bytes, &format!("{took:?}"));
         }
         (runs, sound) = (runs + 1, sound + u64::from(ok));
-        worst = (worst.0.max(taken as f64 / (bytes.len() + MOST.1 / MOST.0) as f64), worst.1.max(took));
+        worst = (worst.0.max(taken as f64 / (bytes.len() + beside / each) as f64), worst.1.max(took));
     }
     println!(
         "{}: {runs} files, {sound} of them sound; at most {:.1} bytes a byte and {:?}",

@@ -1,4 +1,4 @@
 //! Hostile files for the reader of this name; see the library.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| treewright_fuzz::try_import(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| treewright_fuzz::try_as("obj", bytes));

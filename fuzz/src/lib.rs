@@ -1,7 +1,10 @@
-//! What every fuzz target does with a file: import it, and see that it neither panics nor takes more memory than it may.
+//! What every fuzz target does with its input: read it, and see that this neither panics nor takes more memory than it
+//! may.
 //!
-//! `cargo fuzz run READER -- -timeout=10` for READER in gltf, obj, ply, mat, mtg, table. An input may hold several
-//! files, parted by [`PART`]: the first is imported, the others are what it names, in the order in which it asks.
+//! `cargo fuzz run READER -- -timeout=10` for READER in gltf, obj, ply, mat, mtg, table: files of trees. An input may hold
+//! several, parted by [`PART`]: the first is imported, the others are what it names, in the order in which it asks.
+//! `preset`: the text of a preset, behind [`PART`] that of the species it names. `entry`: a line with the name of a stage,
+//! then what a cache keeps for it.
 //! Without libFuzzer: `cargo run --release --example mutate -- FOLDER SECONDS` in this folder.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -15,6 +18,32 @@ use treewright::source::{import, scene};
 pub const PART: &[u8] = b"\n--8<--\n";
 /// Bytes of memory a reader may take for each byte of its files, and beside that.
 pub const MOST: (usize, usize) = (20, 1 << 20);
+/// The same for presets: `count: 4096` is a plan of as many variants, each with what it is made of.
+pub const MOST_OF_PRESETS: (usize, usize) = (2000, 64 << 20);
+
+/// What `reader` may take.
+pub fn most(reader: &str) -> (usize, usize) {
+    if reader == "preset" { MOST_OF_PRESETS } else { MOST }
+}
+
+/// Reads an input by the way of one fuzz target; whether it is sound.
+pub fn read_as(reader: &str, bytes: &[u8]) -> bool {
+    match reader {
+        "preset" => {
+            let parts: Vec<_> = bytes_parts(bytes).into_iter().map(String::from_utf8_lossy).collect();
+            let mut others = parts[1..].iter();
+            let mut beside = |_: &str| others.next().map(|text| text.to_string()).ok_or_else(|| "no such file".to_owned());
+            treewright::preset::load("fuzz.ron", &parts[0], &mut beside).is_ok()
+        }
+        "entry" => {
+            let end = bytes.iter().position(|byte| *byte == b'\n').unwrap_or(0);
+            let (stage, rest) = bytes.split_at(end);
+            let stage = String::from_utf8_lossy(stage);
+            treewright::build::entry_is_sound(&stage, rest.get(1..).unwrap_or_default()) == Some(true)
+        }
+        _ => read(bytes),
+    }
+}
 
 /// The system's allocator, counting what is live and the most that ever was.
 struct Counting;
@@ -102,7 +131,8 @@ fn bytes_parts(bytes: &[u8]) -> Vec<&[u8]> {
 /// # Panics
 ///
 /// When a reader takes more memory than it may.
-pub fn try_import(bytes: &[u8]) {
-    let (peak, _) = peak(|| read(bytes));
-    assert!(peak <= MOST.0 * bytes.len() + MOST.1, "{peak} bytes of memory for a file of {}", bytes.len());
+pub fn try_as(reader: &str, bytes: &[u8]) {
+    let (each, beside) = most(reader);
+    let (peak, _) = peak(|| read_as(reader, bytes));
+    assert!(peak <= each * bytes.len() + beside, "{peak} bytes of memory for a file of {}", bytes.len());
 }

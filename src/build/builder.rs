@@ -1,18 +1,20 @@
 //! Building presets: each resolved, its inputs read, its set made and committed, unless it is current.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::collections::btree_map;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::output::{self, Committed, OutputError, Turn};
+use super::index::{Entry, Index};
+use super::output::{self, OutputError, Turn};
 use super::pipeline::Share;
 use super::{
-    BuildError, BuildOptions, Cache, Happened, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
+    BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
     load_preset, pipeline, record,
 };
-use crate::base::Diagnostic;
+use crate::base::{Diagnostic, Key};
 
 /// Builds sets; keeps grown sources and made pictures in memory between calls, so that a watcher makes them once.
 #[derive(Debug)]
@@ -25,7 +27,7 @@ impl Builder {
     /// A builder with nothing in memory.
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
-        Self { cache: Cache::new(options.cache.as_ref()), options }
+        Self { cache: Cache::new(options.cache.as_ref()).within(options.limits.memory), options }
     }
 
     /// A builder that takes what it can from part files, as [`make_part`] writes them.
@@ -34,7 +36,7 @@ impl Builder {
     ///
     /// The first file that is no whole part.
     pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
-        Ok(Self { cache: Cache::of_parts(parts)?, options })
+        Ok(Self { cache: Cache::of_parts(parts)?.within(options.limits.memory), options })
     }
 
     /// Builds the sets of some preset files, in their order.
@@ -47,19 +49,39 @@ impl Builder {
         presets: &[PathBuf],
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<Vec<Outcome>, BuildError> {
-        let (sets, mut failed) = read(presets);
-        for loaded in &sets {
+        let out = &self.options.out;
+        let trusts = !self.options.force && self.options.shard.is_none();
+        let index = if trusts { Index::read(out) } else { Index::default() };
+        let (sets, mut failed) = ready(presets, self.options.limits.file, |preset| index.current(out, preset));
+        let mut entries = Vec::new();
+        for ready in sets {
             if !failed.diagnostics.is_empty() && !self.options.keep_going {
-                failed.reads.extend(loaded.world.reads());
+                failed.reads.extend(ready.reads());
                 continue;
             }
-            match self.set(loaded, progress) {
-                Ok(outcome) => failed.built.push(outcome),
-                Err(diagnostics) => {
-                    failed.diagnostics.extend(loaded.placed(diagnostics));
-                    failed.reads.extend(loaded.world.reads());
+            match ready {
+                Ready::Current { preset, entry, renewed } => {
+                    let outcome = Outcome::current(entry.set.clone(), entry.variants, entry.reads());
+                    progress(Progress::Set { outcome: &outcome, folder: &out.join(&entry.set) });
+                    failed.built.push(outcome);
+                    if renewed {
+                        entries.push((preset, entry));
+                    }
                 }
+                Ready::Loaded { preset, loaded } => match self.set(&loaded, progress) {
+                    Ok((outcome, entry)) => {
+                        failed.built.push(outcome);
+                        entries.extend(entry.map(|entry| (preset, entry)));
+                    }
+                    Err(diagnostics) => {
+                        failed.diagnostics.extend(loaded.placed(diagnostics));
+                        failed.reads.extend(loaded.world.reads());
+                    }
+                },
             }
+        }
+        if !entries.is_empty() {
+            Index::add(out, entries);
         }
         if failed.diagnostics.is_empty() { Ok(failed.built) } else { Err(failed) }
     }
@@ -70,7 +92,7 @@ impl Builder {
     ///
     /// All errors of all presets.
     pub fn status(&self, presets: &[PathBuf]) -> Result<Vec<SetStatus>, BuildError> {
-        let (sets, mut failed) = read(presets);
+        let (sets, mut failed) = read(presets, self.options.limits.file);
         let mut found = Vec::new();
         for loaded in &sets {
             match self.status_of(loaded) {
@@ -96,47 +118,57 @@ impl Builder {
         Ok(SetStatus { set: plan.name.clone(), folder, state })
     }
 
-    /// Builds one set.
-    fn set(&self, loaded: &Loaded, progress: &(dyn Fn(Progress<'_>) + Sync)) -> Result<Outcome, Vec<Diagnostic>> {
+    /// Builds one set; with it comes what an index remembers of it.
+    fn set(
+        &self,
+        loaded: &Loaded,
+        progress: &(dyn Fn(Progress<'_>) + Sync),
+    ) -> Result<(Outcome, Option<Entry>), Vec<Diagnostic>> {
+        let start = Instant::now();
         let refused = |error: OutputError| vec![error.diagnostic()];
         let plan = &loaded.plan;
         let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
         let folder = self.options.out.join(&plan.name);
         let inputs = pipeline::read_inputs(loaded)?;
         let key = pipeline::set_key(plan, &inputs);
-        let mut outcome = Outcome {
-            set: plan.name.clone(),
-            variants: plan.variants.len(),
-            happened: Happened::Current,
-            committed: Committed::default(),
-            notes: Vec::new(),
-            reads: loaded.world.reads(),
-        };
+        let mut outcome = Outcome::current(plan.name.clone(), plan.variants.len(), loaded.world.reads());
         if let Some(shard) = self.options.shard {
             progress(Progress::Steps(pipeline::steps(plan)));
             let (trees, notes) = pipeline::make_share(plan, &inputs, &self.cache, Share::Trees(shard), &step)?;
             outcome.happened = Happened::Shard { trees };
             outcome.notes = notes;
+            outcome.took = start.elapsed();
             self.told(&mut outcome);
             progress(Progress::Set { outcome: &outcome, folder: &folder });
-            return Ok(outcome);
+            return Ok((outcome, None));
         }
         // Held until the set is written: who waited for it finds the set current and has nothing to do.
         let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
         output::recover(&folder).map_err(refused)?;
         let old = record::read(&folder, &plan.name);
-        let is_current = |old: &record::Record| old.key == key.to_hex() && old.damaged(&folder).is_empty();
-        if self.options.force || !old.as_ref().is_some_and(is_current) {
+        let known = old.as_ref().filter(|old| !self.options.force && old.key == key.to_hex());
+        let mut compared = known.and_then(|old| old.compared(&folder, &output::Stamps::new()).ok());
+        if compared.is_none() {
             progress(Progress::Steps(pipeline::steps(plan)));
             let made = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
             let owned = old.map(|old| old.owned()).unwrap_or_default();
-            outcome.committed = output::commit(&folder, &owned, &made.files).map_err(refused)?;
+            let (committed, stamps) = output::commit_stamped(&folder, &owned, &made.files).map_err(refused)?;
+            outcome.committed = committed;
+            outcome.took = start.elapsed();
             outcome.notes = made.notes;
             outcome.happened = Happened::Built;
+            let record = record::read(&folder, &plan.name);
+            compared = record.and_then(|record| record.compared(&folder, &stamps).ok());
             self.told(&mut outcome);
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
-        Ok(outcome)
+        let (stamps, began) = loaded.world.stamps();
+        let files =
+            compared.map(|files| files.into_iter().map(|(name, stamp, key)| Some((name, stamp?, key))).collect());
+        let entry = files.flatten().and_then(|files: Vec<_>| {
+            Entry::new((&plan.name, plan.variants.len()), began, &outcome.reads, &stamps, files)
+        });
+        Ok((outcome, entry))
     }
 
     /// Adds what the cache has to tell, once it is within its limit.
@@ -155,7 +187,7 @@ impl Builder {
 pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
     let cache = Cache::of_parts(given)
         .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
-    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()));
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), Limits::default().file);
     let Some(loaded) = sets.first() else { return Err(failed) };
     let made = pipeline::read_inputs(loaded)
         .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
@@ -169,25 +201,67 @@ pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u
     }
 }
 
+/// A preset that is to be built.
+enum Ready {
+    /// Nothing of it was touched since the last build.
+    Current { preset: PathBuf, entry: Entry, renewed: bool },
+    /// It was read.
+    Loaded { preset: PathBuf, loaded: Box<Loaded> },
+}
+
+impl Ready {
+    /// The files that were read so far, or last.
+    fn reads(&self) -> BTreeMap<PathBuf, Option<Key>> {
+        match self {
+            Self::Current { entry, .. } => entry.reads(),
+            Self::Loaded { loaded, .. } => loaded.world.reads(),
+        }
+    }
+}
+
 /// Reads all presets side by side: the good ones, no two of one name, and what is wrong with the others.
-pub(super) fn read(presets: &[PathBuf]) -> (Vec<Loaded>, BuildError) {
-    let all: Vec<_> = presets.par_iter().map(|preset| find::load_or_reads(preset)).collect();
+pub(super) fn read(presets: &[PathBuf], most: u64) -> (Vec<Loaded>, BuildError) {
+    let (sets, failed) = ready(presets, most, |_| None);
+    let loaded = |ready| match ready {
+        Ready::Loaded { loaded, .. } => Some(*loaded),
+        Ready::Current { .. } => None,
+    };
+    (sets.into_iter().filter_map(loaded).collect(), failed)
+}
+
+/// As [`read`], without reading those that are known to be current; the flag of `current` says that its stamps changed.
+fn ready(
+    presets: &[PathBuf],
+    most: u64,
+    current: impl Fn(&Path) -> Option<(Entry, bool)> + Sync,
+) -> (Vec<Ready>, BuildError) {
+    let one = |preset: &PathBuf| match current(preset) {
+        Some((entry, renewed)) => Ok(Ready::Current { preset: preset.clone(), entry, renewed }),
+        None => find::load_or_reads(preset, most)
+            .map(|loaded| Ready::Loaded { preset: preset.clone(), loaded: Box::new(loaded) }),
+    };
+    let all: Vec<_> = presets.par_iter().map(one).collect();
     let mut failed = BuildError::of(Vec::new());
     let mut names = Names::default();
     let mut good = Vec::new();
-    for (preset, loaded) in presets.iter().zip(all) {
-        let (diagnostics, world) = match loaded {
-            Err(failure) => failure,
-            Ok(loaded) => match names.claim(preset, &loaded) {
-                Ok(()) => {
-                    good.push(loaded);
-                    continue;
-                }
-                Err(diagnostics) => (diagnostics, loaded.world),
-            },
-        };
-        failed.diagnostics.extend(diagnostics);
-        failed.reads.extend(world.reads());
+    for (preset, ready) in presets.iter().zip(all) {
+        let claimed = ready.map_err(|(diagnostics, world)| (diagnostics, world.reads())).and_then(|ready| {
+            let set = match &ready {
+                Ready::Current { entry, .. } => &entry.set,
+                Ready::Loaded { loaded, .. } => &loaded.plan.name,
+            };
+            match names.claim(preset, set) {
+                Ok(()) => Ok(ready),
+                Err(diagnostics) => Err((diagnostics, ready.reads())),
+            }
+        });
+        match claimed {
+            Ok(ready) => good.push(ready),
+            Err((diagnostics, reads)) => {
+                failed.diagnostics.extend(diagnostics);
+                failed.reads.extend(reads);
+            }
+        }
     }
     (good, failed)
 }
@@ -203,7 +277,7 @@ pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
     let mut diagnostics = Vec::new();
     for preset in presets {
         let checked = load_preset(preset).and_then(|loaded| {
-            names.claim(preset, &loaded)?;
+            names.claim(preset, &loaded.plan.name)?;
             let inputs = pipeline::read_inputs(&loaded)?;
             pipeline::check_inputs(&loaded.plan, &inputs).map_err(|found| loaded.placed(found))
         });
@@ -217,15 +291,15 @@ pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
 struct Names(BTreeMap<String, String>);
 
 impl Names {
-    fn claim(&mut self, preset: &Path, loaded: &Loaded) -> Result<(), Vec<Diagnostic>> {
-        match self.0.entry(loaded.plan.name.to_lowercase()) {
-            Entry::Occupied(other) => {
+    fn claim(&mut self, preset: &Path, set: &str) -> Result<(), Vec<Diagnostic>> {
+        match self.0.entry(set.to_lowercase()) {
+            btree_map::Entry::Occupied(other) => {
                 let message = format!("its set has the same name as that of {}", other.get());
                 Err(vec![Diagnostic::new(find::shown(preset), message).with_hint(
                     "a set is named after its preset: rename one of them, or build them into two output folders",
                 )])
             }
-            Entry::Vacant(free) => {
+            btree_map::Entry::Vacant(free) => {
                 free.insert(find::shown(preset));
                 Ok(())
             }

@@ -40,8 +40,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::path::PathBuf;
 
-    use super::super::output::Committed;
-    use super::super::{Happened, Outcome};
+    use super::super::Outcome;
     use super::*;
     use crate::base::Key;
 
@@ -53,8 +52,7 @@ mod tests {
                 .into_iter()
                 .map(|(path, key)| (path.into(), key))
                 .collect();
-        let (happened, committed, notes) = (Happened::Built, Committed::default(), Vec::new());
-        let outcome = Outcome { set: "oak".into(), variants: 1, happened, committed, notes, reads };
+        let outcome = Outcome::current("oak".into(), 1, reads);
         let text = depfile(&[outcome], Path::new("out dir"));
         let expected = "out\\ dir/oak/oak.manifest.json: \\\n  presets/a\\ b.ron \\\n  presets/x$$\\#.csv\n";
         assert_eq!(text, expected);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{BuildError, World};
+use super::{BuildError, Limits, World};
 use crate::base::Diagnostic;
 use crate::preset::{self, Plan};
 
@@ -73,13 +73,13 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
 ///
 /// Every error in it and in the text files that it names.
 pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
-    load_or_reads(path).map_err(|(diagnostics, _)| diagnostics)
+    load_or_reads(path, Limits::default().file).map_err(|(diagnostics, _)| diagnostics)
 }
 
-/// As [`load_preset`]; with the errors comes the world that knows what was read up to them.
-pub(super) fn load_or_reads(path: &Path) -> Result<Loaded, (Vec<Diagnostic>, World)> {
+/// As [`load_preset`], reading no file of more than `most` bytes; with the errors comes the world that knows what was read up to them.
+pub(super) fn load_or_reads(path: &Path, most: u64) -> Result<Loaded, (Vec<Diagnostic>, World)> {
     let preset = shown(path);
-    let world = World::at(path.parent().unwrap_or(Path::new("")));
+    let world = World::within(path.parent().unwrap_or(Path::new("")), most);
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = match world.read_text(&name) {
         Ok(text) => text,

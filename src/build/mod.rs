@@ -3,7 +3,8 @@
 //! [`Builder::build`] takes preset files; for each it resolves the plan ([`load_preset`]), reads what the plan names
 //! through a [`World`], makes the files of the set ([`pipeline::make_set`]) and commits them as one
 //! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
-//! have the hashes listed there, is left alone.
+//! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
+//! reading a file ([`index`]).
 
 mod assets;
 mod blends;
@@ -11,7 +12,9 @@ mod builder;
 mod cache;
 mod clips;
 mod depfile;
+mod entries;
 mod find;
+mod index;
 mod morphs;
 pub mod output;
 pub mod pipeline;
@@ -20,15 +23,18 @@ mod record;
 mod selections;
 mod shapes;
 mod stages;
+pub(crate) mod stamp;
 mod trees;
 mod world;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub use builder::{Builder, check, make_part};
 pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
 pub use depfile::depfile;
+pub use entries::entry_is_sound;
 pub use find::{Loaded, find_presets, load_preset};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
@@ -80,13 +86,31 @@ pub struct BuildOptions {
     pub keep_going: bool,
     /// Make only a part of the trees, and only into the cache.
     pub shard: Option<Shard>,
+    /// What it may take.
+    pub limits: Limits,
+}
+
+/// What a build may take of the machine. What a preset may ask for is limited by its schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Largest file that is read, bytes.
+    pub file: u64,
+    /// Most bytes of finished stages that are kept in memory; what is used at the moment comes on top.
+    pub memory: usize,
+}
+
+impl Default for Limits {
+    /// Files of 1 GiB, 768 MiB in memory.
+    fn default() -> Self {
+        Self { file: 1 << 30, memory: 768 << 20 }
+    }
 }
 
 impl BuildOptions {
     /// Builds what is not current into `out`, up to the first failure, without a cache on disk.
     #[must_use]
     pub fn new(out: impl Into<PathBuf>) -> Self {
-        Self { out: out.into(), cache: None, force: false, keep_going: false, shard: None }
+        Self { out: out.into(), cache: None, force: false, keep_going: false, shard: None, limits: Limits::default() }
     }
 }
 
@@ -164,6 +188,16 @@ pub struct Outcome {
     pub notes: Vec<Note>,
     /// Every file that was read or looked for, with its content key.
     pub reads: BTreeMap<PathBuf, Option<Key>>,
+    /// From when its inputs were read to the last rename.
+    pub took: Duration,
+}
+
+impl Outcome {
+    /// Of a set that is as it should be.
+    fn current(set: String, variants: usize, reads: BTreeMap<PathBuf, Option<Key>>) -> Self {
+        let (happened, committed, notes) = (Happened::Current, Committed::default(), Vec::new());
+        Self { set, variants, happened, committed, notes, reads, took: Duration::ZERO }
+    }
 }
 
 /// What a build tells while it runs.

@@ -1,25 +1,32 @@
 //! Sets of files that land whole or not at all.
 //!
-//! New and changed files are first written beside their targets under names of their own (`.treewright-NNNN.part`), then
-//! a journal that lists every step is renamed into place: that rename is the commit. Then the parts are renamed over
-//! their targets, files that the set no longer has are removed, and the journal goes. A build that is killed before the
-//! commit leaves the old set untouched; one that is killed after it is finished by whoever opens the folder next
-//! ([`recover`]). Parts are flushed to the disk before the journal names them. Files whose bytes do not change are not
-//! written, so engines do not reload them.
+//! Where the file system can, the set's folder is swapped for a new one in a single step ([`exchange`]), so that a reader
+//! sees the complete old set or the complete new one at any moment, also after a kill.
 //!
-//! Two processes that build into one output folder take turns ([`Turn`]): without, one would clear the other's parts.
+//! Elsewhere new and changed files are first written beside their targets under names of their own
+//! (`.treewright-NNNN.part`), then a journal that lists every step is renamed into place: that rename is the commit. Then
+//! the parts are renamed over their targets, files that the set no longer has are removed, and the journal goes. A build
+//! that is killed before the commit leaves the old set untouched; one that is killed in the milliseconds after it is
+//! finished by whoever opens the folder next ([`recover`]); until then files are whole, but of two sets.
+//!
+//! Parts are flushed to the disk before anything names them. Files whose bytes do not change are not written, so engines
+//! do not reload them. Two processes that build into one output folder take turns ([`Turn`]): without, one would clear
+//! the other's parts.
 //!
 //! What belongs to Treewright is what the set's last record (the manifest's list of files and hashes) names. A file with
 //! a target's name that is not on that list is somebody else's: the commit is refused before anything is written. A file
 //! that is on the list but was changed since is never removed.
 
-use std::collections::BTreeMap;
+mod exchange;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::stamp::{self, Stamp};
 use crate::base::{Diagnostic, Key};
 
 const LOCK: &str = ".treewright-lock";
@@ -68,6 +75,24 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    fn kind(&self) -> Option<io::ErrorKind> {
+        match self {
+            Self::Io { source, .. } => Some(source.kind()),
+            Self::Foreign { .. } => None,
+        }
+    }
+
+    /// Whether a test's kill did it.
+    fn is_cut(&self) -> bool {
+        self.kind() == Some(io::ErrorKind::Interrupted)
+    }
+
+    /// Whether another way of writing may get through: not past a full disk or a kill.
+    fn is_refusal(&self) -> bool {
+        use io::ErrorKind as Kind;
+        !matches!(self.kind(), Some(Kind::StorageFull | Kind::QuotaExceeded | Kind::FileTooLarge | Kind::Interrupted))
+    }
+
     /// The same for people: about the file or folder that is in the way, with what to do.
     #[must_use]
     pub fn diagnostic(&self) -> Diagnostic {
@@ -86,6 +111,9 @@ impl OutputError {
                 ),
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                     ("the disk is full; the old set is untouched".to_owned(), "make room and build again")
+                }
+                io::ErrorKind::InvalidFilename => {
+                    ("its name is too long for the file system".to_owned(), "give --out a shorter path")
                 }
                 _ => (format!("it can't be written: {source}"), "mend that and build again"),
             },
@@ -133,6 +161,24 @@ impl Turn {
         }
         Ok(Self { _file: file })
     }
+
+    /// Takes the turn if nobody has it; none also where the folder can't be written.
+    pub(super) fn at_once(out: &Path) -> Option<Self> {
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(out.join(LOCK)).ok()?;
+        (!matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock))).then_some(Self { _file: file })
+    }
+}
+
+/// Whether nothing is left in or beside a set's folder of a commit that was cut off.
+pub(super) fn is_settled(folder: &Path) -> bool {
+    let next = exchange::next(folder).is_some_and(|next| next.exists());
+    !next && ![JOURNAL, exchange::MARK].iter().any(|name| folder.join(name).exists())
+}
+
+/// Whether a name is one that only a commit uses.
+fn is_ours(name: &str) -> bool {
+    let is_part = name.starts_with(PART_PREFIX) && name.ends_with(PART_SUFFIX);
+    is_part || [JOURNAL, exchange::MARK].contains(&name)
 }
 
 /// The files that a set owns: name and hash, from its last record.
@@ -148,6 +194,7 @@ pub fn recover(folder: &Path) -> Result<(), OutputError> {
 }
 
 fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
+    exchange::settle(hand, folder)?;
     let journal = folder.join(JOURNAL);
     match fs::read(&journal) {
         Ok(bytes) => {
@@ -176,15 +223,29 @@ fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
 /// # Errors
 ///
 /// When a file that Treewright did not write is in the way or the file system refuses. The old set is then complete, or,
-/// when a rename was refused in the midst of the commit (a program holds one of the files), the next build ends it.
+/// when a rename was refused in the midst of a commit by journal (a program holds one of the files), the next build ends
+/// it.
 pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
-    let result = commit_by(&mut Hand::free(), folder, owned, files);
+    commit_stamped(folder, owned, files).map(|(committed, _)| committed)
+}
+
+/// As [`commit`]; with the stamps of all files as they were written or compared, where there are any.
+pub(super) fn commit_stamped(
+    folder: &Path,
+    owned: &Owned,
+    files: &[(String, Vec<u8>)],
+) -> Result<(Committed, Stamps), OutputError> {
+    let mut hand = Hand::free();
+    let result = commit_by(&mut hand, folder, owned, files);
     if result.is_err() {
         // Best effort: the next build clears or ends what is left.
         let _ = recover(folder);
     }
-    result
+    result.map(|committed| (committed, hand.stamps))
 }
+
+/// The stamps of a set's files, by name.
+pub(super) type Stamps = BTreeMap<String, Stamp>;
 
 fn commit_by(
     hand: &mut Hand,
@@ -195,45 +256,66 @@ fn commit_by(
     fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
     recover(folder)?;
     let mut committed = Committed::default();
-    let mut journal = Journal { rename: Vec::new(), remove: Vec::new() };
-    let mut changed = Vec::new();
+    let mut changed: Vec<(&str, &[u8])> = Vec::new();
     let mut foreign = Vec::new();
     for (name, bytes) in files {
         let path = folder.join(name);
-        match fs::read(&path) {
-            Ok(old) if old == *bytes => committed.unchanged += 1,
+        match stamp::read_at(&path) {
+            Ok((old, stamp)) if old == *bytes => {
+                hand.stamps.extend(stamp.map(|stamp| (name.clone(), stamp)));
+                committed.unchanged += 1;
+            }
             Ok(_) if !owned.contains_key(name) => foreign.push(name.clone()),
             Ok(_) => changed.push((name, bytes)),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => changed.push((name, bytes)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {
+                // A link that leads nowhere is somebody's.
+                if fs::symlink_metadata(&path).is_ok() && !owned.contains_key(name) {
+                    foreign.push(name.clone());
+                } else {
+                    changed.push((name, bytes));
+                }
+            }
             Err(source) => return Err(OutputError::Io { path, source }),
         }
     }
     if !foreign.is_empty() {
         return Err(OutputError::Foreign { folder: folder.to_path_buf(), names: foreign });
     }
-    for (name, key) in owned {
-        let stale = !files.iter().any(|(kept, _)| kept == name);
-        if stale && fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
-            journal.remove.push(name.clone());
+    let kept: BTreeSet<&String> = files.iter().map(|(name, _)| name).collect();
+    for (name, key) in owned.iter().filter(|(name, _)| !kept.contains(name)) {
+        if fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
+            committed.removed.push(name.clone());
         }
     }
+    if changed.is_empty() && committed.removed.is_empty() {
+        return Ok(committed);
+    }
+    committed.written = changed.iter().map(|(name, _)| (*name).to_owned()).collect();
+    if !exchange::commit(hand, folder, &changed, &committed.removed)? {
+        by_journal(hand, folder, &changed, &committed.removed)?;
+    }
+    Ok(committed)
+}
+
+/// Writes parts and a journal, and carries it out.
+fn by_journal(
+    hand: &mut Hand,
+    folder: &Path,
+    changed: &[(&str, &[u8])],
+    removed: &[String],
+) -> Result<(), OutputError> {
+    let mut journal = Journal { rename: Vec::new(), remove: removed.to_vec() };
     for (i, (name, bytes)) in changed.iter().enumerate() {
         let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
-        hand.write(&folder.join(&part), bytes)?;
-        journal.rename.push((part, (*name).clone()));
-    }
-    if journal.rename.is_empty() && journal.remove.is_empty() {
-        return Ok(committed);
+        hand.write_as(&folder.join(&part), bytes, name)?;
+        journal.rename.push((part, (*name).to_owned()));
     }
     let text = serde_json::to_vec(&journal).expect("a journal of names serializes");
     let part = folder.join(format!("{PART_PREFIX}journal{PART_SUFFIX}"));
     hand.write(&part, &text)?;
     hand.rename(&part, &folder.join(JOURNAL))?;
     carry_out(hand, folder, &journal)?;
-    hand.remove(&folder.join(JOURNAL))?;
-    committed.written = journal.rename.into_iter().map(|(_, target)| target).collect();
-    committed.removed = journal.remove;
-    Ok(committed)
+    hand.remove(&folder.join(JOURNAL))
 }
 
 /// Does what is left of a journal; every step may have been done already.
@@ -261,12 +343,16 @@ fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
 /// Changes files, one step at a time; tests cut it off before any of its steps, as a kill would.
 struct Hand {
     left: usize,
+    /// Whether folders may be swapped.
+    exchanges: bool,
+    /// Of what was written or compared, by the name that it gets.
+    stamps: Stamps,
 }
 
 impl Hand {
     /// A hand that is not cut off.
     const fn free() -> Self {
-        Self { left: usize::MAX }
+        Self { left: usize::MAX, exchanges: cfg!(target_os = "linux"), stamps: Stamps::new() }
     }
 
     fn step(&mut self, path: &Path, change: impl FnOnce() -> io::Result<()>) -> Result<(), OutputError> {
@@ -280,16 +366,26 @@ impl Hand {
         result.map_err(|source| OutputError::Io { path: path.to_path_buf(), source })
     }
 
-    /// Two steps: a kill between them leaves half a file.
     fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        self.write_as(path, bytes, &name)
+    }
+
+    /// Writes a file that will be called `name`. Two steps: a kill between them leaves half a file.
+    fn write_as(&mut self, path: &Path, bytes: &[u8], name: &str) -> Result<(), OutputError> {
         let (first, rest) = bytes.split_at(bytes.len() / 2);
         let mut open = None;
         self.step(path, || open.insert(fs::File::create(path)?).write_all(first))?;
+        let mut stamp = None;
         self.step(path, || {
             let Some(mut file) = open else { return Ok(()) };
             file.write_all(rest)?;
-            file.sync_data()
-        })
+            file.sync_data()?;
+            stamp = Stamp::of(&file.metadata()?);
+            Ok(())
+        })?;
+        self.stamps.extend(stamp.map(|stamp| (name.to_owned(), stamp)));
+        Ok(())
     }
 
     fn rename(&mut self, from: &Path, to: &Path) -> Result<(), OutputError> {
@@ -366,6 +462,14 @@ mod tests {
 
     #[test]
     fn a_kill_before_any_step_leaves_the_old_set_or_one_that_the_next_build_ends() {
+        // Once on a file system that can swap folders and once by journal.
+        let steps = [true, false].map(killed_at_every_step);
+        assert!(steps[0] > 10 && steps[1] > 10, "{steps:?}");
+    }
+
+    /// How many kills there were.
+    fn killed_at_every_step(exchanges: bool) -> usize {
+        let hand = |left| Hand { left, exchanges, ..Hand::free() };
         let (old, new) = (
             [("a", "old a"), ("b", "same"), ("c", "old c"), ("m", "1")],
             [("a", "new a"), ("b", "same"), ("d", "new d"), ("m", "2")],
@@ -384,30 +488,74 @@ mod tests {
         };
         let (mut kept_old, mut made_new) = (0, 0);
         for left in 0.. {
-            let folder = tempfile::tempdir().unwrap();
-            commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
-            fs::write(folder.path().join("mine"), "mine").unwrap();
-            if commit_by(&mut Hand { left }, folder.path(), &owned(&old), &files(&new)).is_ok() {
-                assert!(left > 10, "only {left} steps were cut");
-                break;
+            let out = tempfile::tempdir().unwrap();
+            let folder = out.path().join("set");
+            commit(&folder, &Owned::new(), &files(&old)).unwrap();
+            fs::write(folder.join("mine"), "mine").unwrap();
+            if commit_by(&mut hand(left), &folder, &owned(&old), &files(&new)).is_ok() {
+                assert_eq!((read(&folder), listing(out.path())), (with_mine(&new), vec!["set".to_owned()]));
+                assert!(kept_old >= 7 && made_new >= 5, "{kept_old} old, {made_new} new");
+                return left;
             }
             // What a reader finds meanwhile is whole: nothing but old and new texts under the sets' names.
-            for (name, text) in read(folder.path()).iter().filter(|(name, _)| !name.starts_with('.')) {
+            let found: Vec<_> = read(&folder).into_iter().filter(|(name, _)| !name.starts_with('.')).collect();
+            for (name, text) in &found {
                 let known = |set: &[(&str, &str)]| set.contains(&(name, text));
                 assert!(known(&old) || known(&new) || name == "mine", "{name}: {text:?} after {left} steps");
             }
+            // Swapped folders are even of one set.
+            let one = found == with_mine(&old) || found == with_mine(&new);
+            assert!(one || !exchanges || !cfg!(target_os = "linux"), "{found:?} after {left} steps");
             // The process that mends is killed as well, at each of its steps.
             for again in 0..20 {
-                let _ = recover_by(&mut Hand { left: again % 4 }, folder.path());
+                let _ = recover_by(&mut hand(again % 4), &folder);
             }
-            recover(folder.path()).unwrap();
-            match read(folder.path()) {
+            recover(&folder).unwrap();
+            assert!(is_settled(&folder) && listing(out.path()) == ["set"], "{:?}", listing(out.path()));
+            match read(&folder) {
                 now if now == with_mine(&old) => kept_old += 1,
                 now if now == with_mine(&new) => made_new += 1,
                 now => panic!("after {left} steps: {now:?}"),
             }
         }
-        assert!(kept_old >= 7 && made_new >= 5, "{kept_old} old, {made_new} new");
+        unreachable!("a commit has an end")
+    }
+
+    #[test]
+    fn a_swap_carries_over_what_was_saved_meanwhile_and_folders_keep_it_from_happening() {
+        let out = tempfile::tempdir().unwrap();
+        let folder = out.path().join("set");
+        let (old, new) = ([("a", "old"), ("b", "same")], [("a", "new"), ("b", "same")]);
+        commit(&folder, &Owned::new(), &files(&old)).unwrap();
+        fs::write(folder.join("mine"), "mine").unwrap();
+        let whole = listing(&folder);
+        // Cut off right after the swap: the clearing of the old folder has begun with nothing.
+        let swapped = (0..).find(|&left| {
+            let result = commit_by(&mut Hand { left, ..Hand::free() }, &folder, &owned(&old), &files(&new));
+            let swapped = folder.join(exchange::MARK).exists();
+            if !swapped {
+                recover(&folder).unwrap();
+            }
+            swapped || result.is_ok()
+        });
+        if !folder.join(exchange::MARK).exists() {
+            return assert!(swapped.is_some());
+        }
+        let left = exchange::next(&folder).unwrap();
+        fs::write(left.join("saved"), "meanwhile").unwrap();
+        fs::remove_file(left.join("mine")).unwrap();
+        fs::write(left.join("mine"), "saved by rename").unwrap();
+        recover(&folder).unwrap();
+        assert_eq!(listing(&folder), [whole, vec!["saved".to_owned()]].concat());
+        assert_eq!(fs::read_to_string(folder.join("mine")).unwrap(), "saved by rename");
+        assert_eq!(fs::read_to_string(folder.join("a")).unwrap(), "new");
+        // A folder of the user's can't be linked: the journal leaves it where it is.
+        fs::create_dir(folder.join("theirs")).unwrap();
+        fs::write(folder.join("theirs/file"), "mine").unwrap();
+        let committed = commit(&folder, &owned(&new), &files(&old)).unwrap();
+        assert_eq!((committed.written, committed.unchanged), (vec!["a".to_owned()], 1));
+        assert_eq!(fs::read_to_string(folder.join("theirs/file")).unwrap(), "mine");
+        assert!(is_settled(&folder));
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-const PIPELINE_VERSION: u32 = 4;
+pub(super) const VERSION: u32 = 4;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -167,7 +167,7 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
 /// What a set depends on.
 #[must_use]
 pub fn set_key(plan: &Plan, inputs: &Inputs) -> Key {
-    let mut key = Key::stage(concat!("set ", env!("CARGO_PKG_VERSION")), PIPELINE_VERSION).params(plan);
+    let mut key = Key::stage(concat!("set ", env!("CARGO_PKG_VERSION")), VERSION).params(plan);
     for (file, input) in inputs {
         key = key.params(file).input(Key::of_bytes(&input.bytes));
     }

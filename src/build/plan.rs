@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::builder::read;
 use super::record::manifest_name;
-use super::{BuildError, Loaded, find, pipeline};
+use super::{BuildError, Limits, Loaded, find, pipeline};
 
 /// What a command makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -48,7 +48,7 @@ pub struct Step {
 ///
 /// All errors of all presets and of the files that they read.
 pub fn plan(presets: &[PathBuf], out: &Path, parts: &Path) -> Result<Vec<Step>, BuildError> {
-    let (sets, mut failed) = read(presets);
+    let (sets, mut failed) = read(presets, Limits::default().file);
     let mut steps = Vec::new();
     for loaded in &sets {
         match pipeline::read_inputs(loaded) {

@@ -1,12 +1,15 @@
 //! What the last build left in a set's folder: its key and the files it owns, read back from the manifest.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use rayon::iter::Either;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::output::Owned;
+use super::output::{Owned, Stamps};
+use super::stamp::{self, Stamp};
 use crate::base::Key;
 
 /// Who a manifest says it is by.
@@ -55,11 +58,32 @@ impl Record {
 
     /// The files that are not there with their hash; also those whose hash the record does not tell.
     pub(super) fn damaged(&self, folder: &Path) -> Vec<String> {
+        self.compared(folder, &Stamps::new()).err().unwrap_or_default()
+    }
+
+    /// Every file of the set with stamp and hash, those that have a stamp as far as they were compared already; or the
+    /// files that are not as the record tells.
+    pub(super) fn compared(&self, folder: &Path, known: &Stamps) -> Result<Vec<Compared>, Vec<String>> {
         let owned = self.owned();
-        let is_whole = |name: &str| {
-            let key = owned.get(name);
-            key.is_some_and(|key| fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key))
+        let names: BTreeSet<&String> = self.files.iter().map(|file| &file.file).chain(owned.keys()).collect();
+        let compare = |name: &&String| {
+            let name = name.as_str();
+            let key = *owned.get(name).ok_or_else(|| name.to_owned())?;
+            if let Some(stamp) = known.get(name) {
+                return Ok((name.to_owned(), Some(*stamp), key));
+            }
+            match stamp::read_at(&folder.join(name)) {
+                Ok((bytes, stamp)) if Key::of_bytes(&bytes) == key => Ok((name.to_owned(), stamp, key)),
+                _ => Err(name.to_owned()),
+            }
         };
-        self.files.par_iter().map(|file| &file.file).filter(|name| !is_whole(name)).cloned().collect()
+        let (good, bad): (Vec<_>, Vec<_>) = names.par_iter().map(compare).partition_map(|found| match found {
+            Ok(good) => Either::Left(good),
+            Err(bad) => Either::Right(bad),
+        });
+        if bad.is_empty() { Ok(good) } else { Err(bad) }
     }
 }
+
+/// A file's name, stamp where it did not change meanwhile, and hash.
+pub(super) type Compared = (String, Option<Stamp>, Key);

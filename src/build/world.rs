@@ -5,27 +5,35 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use super::Limits;
+use super::stamp::{self, Stamp};
 use crate::base::Key;
-
-/// Largest file that is read, bytes: 1 GiB.
-const MOST_BYTES: u64 = 1 << 30;
 
 /// Reads files relative to one folder and remembers each.
 #[derive(Debug)]
 pub struct World {
     folder: PathBuf,
+    most: u64,
     reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
+    stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
+    /// When the first file may have been read.
+    start: u64,
 }
 
 impl World {
     /// A world whose relative paths start at `folder`.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into(), reads: Mutex::new(BTreeMap::new()) }
+        Self::within(folder, Limits::default().file)
+    }
+
+    /// The same, reading no file of more than `most` bytes.
+    #[must_use]
+    pub fn within(folder: impl Into<PathBuf>, most: u64) -> Self {
+        Self { folder: folder.into(), most, reads: Mutex::default(), stamps: Mutex::default(), start: stamp::now() }
     }
 
     /// The file's bytes; `relative` has `/` between folders.
@@ -35,8 +43,14 @@ impl World {
     /// One sentence for people, without the file's name.
     pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
         let path = self.path(relative);
-        let result = read_bounded(&path);
+        let (result, stamp) = match read_bounded(&path, self.most) {
+            Ok((bytes, stamp)) => (Ok(bytes), stamp),
+            Err(why) => (Err(why), None),
+        };
         let key = result.as_ref().ok().map(|bytes| Key::of_bytes(bytes));
+        let mut stamps = self.stamps.lock().expect("no reader panics while it holds the lock");
+        stamps.extend(stamp.map(|stamp| (path.clone(), stamp)));
+        drop(stamps);
         self.reads.lock().expect("no reader panics while it holds the lock").insert(path, key);
         result
     }
@@ -69,6 +83,11 @@ impl World {
     pub fn reads(&self) -> BTreeMap<PathBuf, Option<Key>> {
         self.reads.lock().expect("no reader panics while it holds the lock").clone()
     }
+
+    /// The stamps of what was read, and a time before all of it.
+    pub(super) fn stamps(&self) -> (BTreeMap<PathBuf, Stamp>, u64) {
+        (self.stamps.lock().expect("no reader panics while it holds the lock").clone(), self.start)
+    }
 }
 
 /// A folder's parent, by name where the name says it, so that shown paths stay short.
@@ -79,7 +98,7 @@ fn climb(path: &Path) -> PathBuf {
     }
 }
 
-fn read_bounded(path: &Path) -> Result<Vec<u8>, String> {
+fn read_bounded(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Stamp>), String> {
     let explain = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
@@ -91,14 +110,14 @@ fn read_bounded(path: &Path) -> Result<Vec<u8>, String> {
     if !metadata.is_file() {
         return Err(if metadata.is_dir() { "it is a folder" } else { "it is not a file" }.to_owned());
     }
-    let file = fs::File::open(path).map_err(explain)?;
-    let mut bytes = Vec::new();
-    // Read at most one byte more than allowed: a file may grow while it is read.
-    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(explain)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(format!("it is larger than {} MiB", MOST_BYTES >> 20));
+    let mut file = fs::File::open(path).map_err(explain)?;
+    // Reads at most one byte more than allowed: a file may grow while it is read.
+    let (bytes, stamp) = stamp::read(&mut file, most).map_err(explain)?;
+    if bytes.len() as u64 > most {
+        let most = if most >> 20 > 0 { format!("{} MiB", most >> 20) } else { format!("{most} bytes") };
+        return Err(format!("it is larger than {most}, the most that is read of a file (--max-file)"));
     }
-    Ok(bytes)
+    Ok((bytes, stamp))
 }
 
 #[cfg(test)]
@@ -115,6 +134,14 @@ mod tests {
         let reads = world.reads();
         assert_eq!(reads[&folder.path().join("a.txt")], Some(Key::of_bytes(b"text")));
         assert_eq!(reads[&folder.path().join("b.txt")], None);
+    }
+
+    #[test]
+    fn no_more_is_read_than_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a"), [0; 10]).unwrap();
+        assert_eq!(World::within(folder.path(), 10).read("a").unwrap().len(), 10);
+        assert!(World::within(folder.path(), 9).read("a").unwrap_err().contains("larger than 9 bytes"));
     }
 
     #[test]

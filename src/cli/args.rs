@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::build::{CacheOptions, Shard};
+use crate::build::{CacheOptions, Limits, Shard};
 
 /// Turns a few source trees and a preset into a set of engine-ready tree variants.
 #[derive(Debug, Parser)]
@@ -17,6 +17,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Builds presets into sets of assets.
+    #[command(after_long_help = LIMITS)]
     Build(BuildArguments),
     /// Tells what a cache holds, or empties it.
     Cache(CacheArguments),
@@ -32,7 +33,7 @@ pub(super) enum Command {
     New(NewArguments),
     /// Writes a build as a graph of commands that share no folder, for Ninja, Bazel or a farm.
     Plan(PlanArguments),
-    /// Prints every field of presets and species, with range, unit and default, as Markdown.
+    /// Prints every field of presets and species, with range, unit and default, as Markdown or JSON Schema.
     Schema(SchemaArguments),
     /// Runs one command of a `plan`.
     Step(StepArguments),
@@ -73,6 +74,8 @@ pub(super) struct BuildArguments {
     pub(super) shard: Option<Shard>,
     #[command(flatten)]
     pub(super) cache: CacheFolder,
+    #[command(flatten)]
+    pub(super) limits: LimitArguments,
     /// What is said: text for people on standard error, or one JSON object a line on standard output, as
     /// `treewright schema messages` tells.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Text)]
@@ -85,6 +88,31 @@ pub(super) enum MessageFormat {
     Text,
     Json,
 }
+
+/// What may be taken of the machine.
+#[derive(Debug, Args)]
+pub(super) struct LimitArguments {
+    /// Largest file that is read; K, M, G mean 1024 each.
+    #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = size)]
+    max_file: u64,
+    /// Most bytes of finished stages that are kept in memory between steps and rebuilds.
+    #[arg(long, value_name = "SIZE", default_value = "768M", value_parser = size)]
+    max_memory: u64,
+}
+
+impl LimitArguments {
+    pub(super) fn limits(&self) -> Limits {
+        Limits { file: self.max_file, memory: usize::try_from(self.max_memory).unwrap_or(usize::MAX) }
+    }
+}
+
+/// What is limited, for `--help`.
+const LIMITS: &str = "\
+Limits: a preset or species is at most 4 MB of text with 100,000 values, nested at most 64 deep; a set has at most 64
+sources, 4096 variants and 8 levels of detail; an atlas has at most 8192 x 8192 pixels; a path is
+relative and at most 512 letters long, a name at most 64; a mesh names no file above the preset's folder; numbers have
+the ranges that `treewright schema` tells. --max-file, --max-memory, --cache-limit and --jobs bound what a build takes of the
+machine. Whatever is beyond a limit is an error that names it, within a second.";
 
 #[derive(Debug, Args)]
 pub(super) struct CacheFolder {
@@ -191,7 +219,7 @@ pub(super) enum StepOf {
 
 #[derive(Debug, Args)]
 pub(super) struct SchemaArguments {
-    /// Fields of presets and species, or the messages of `build --message-format json`.
+    /// What is described.
     #[arg(value_enum, default_value_t = SchemaOf::Presets)]
     pub(super) of: SchemaOf,
 }
@@ -199,7 +227,11 @@ pub(super) struct SchemaArguments {
 /// What a schema is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum SchemaOf {
+    /// Every field of presets and species with range, unit and default, as Markdown.
     Presets,
+    /// The same as JSON Schema, of the JSON form of RON: `Source("a")` is {"Source": "a"}.
+    Json,
+    /// The messages of `build --message-format json`, as Markdown.
     Messages,
 }
 
@@ -325,8 +357,14 @@ pub(super) struct WatchArguments {
     /// The folder that the sets are written to.
     #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
+    /// Looks at the files every so many milliseconds instead of asking the system for changes: for network drives and
+    /// shared folders of virtual machines. Without it that is done, and said, when the system can't watch.
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(10..=3_600_000))]
+    pub(super) poll: Option<u32>,
     #[command(flatten)]
     pub(super) cache: CacheFolder,
+    #[command(flatten)]
+    pub(super) limits: LimitArguments,
 }
 
 #[cfg(test)]

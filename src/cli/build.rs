@@ -19,6 +19,7 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
         force: arguments.force,
         keep_going: arguments.keep_going,
         shard: arguments.shard,
+        limits: arguments.limits.limits(),
         ..BuildOptions::new(&arguments.out)
     };
     if options.shard.is_some() && options.cache.is_none() {

@@ -29,6 +29,7 @@ enum Message<'a> {
         written: &'a [String],
         unchanged: usize,
         removed: &'a [String],
+        seconds: f64,
     },
     Status {
         set: &'a str,
@@ -72,7 +73,8 @@ pub(super) fn progress(progress: &Progress<'_>) {
             let (written, removed) = (&committed.written, &committed.removed);
             let (folder, unchanged, variants) = (shown(folder), committed.unchanged, outcome.variants);
             outcome.notes.iter().for_each(|note| say(&Message::Note { set, note }));
-            say(&Message::Set { set, folder, variants, state, written, unchanged, removed });
+            let seconds = (outcome.took.as_secs_f64() * 1e3).round() / 1e3;
+            say(&Message::Set { set, folder, variants, state, written, unchanged, removed, seconds });
         }
     }
 }

@@ -42,6 +42,7 @@ pub fn run() -> ExitCode {
         Command::Step(step) => plan::step(&step),
         Command::Schema(schema) => match schema.of {
             args::SchemaOf::Presets => report::print(&crate::preset::describe()),
+            args::SchemaOf::Json => report::print(&crate::preset::describe_json()),
             args::SchemaOf::Messages => report::print(messages::DESCRIBED),
         },
         Command::Watch(watch) => watch::run(&watch),

@@ -192,7 +192,8 @@ fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
         Happened::Built => {
             let c = &outcome.committed;
             let (written, removed) = (c.written.len(), c.removed.len());
-            text += &format!(", {written} files written, {} unchanged, {removed} removed", c.unchanged);
+            let took = outcome.took.as_secs_f64();
+            text += &format!(", {written} files written, {} unchanged, {removed} removed, {took:.2} s", c.unchanged);
         }
     }
     for note in &outcome.notes {

@@ -1,16 +1,22 @@
 //! `treewright watch`.
 
+use std::time::Duration;
+
 use super::args::WatchArguments;
 use super::report::{Failure, Meter, failure};
-use crate::watch::{Event, Next, Watcher};
+use crate::watch::{Event, Next, WatchOptions, Watcher};
 
 /// Watches until the process is interrupted.
 pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
     if !arguments.folder.is_dir() {
         return Err(Failure::Other(format!("{} is not a folder", arguments.folder.display())));
     }
-    let mut watcher = Watcher::new(&arguments.folder, &arguments.out, arguments.cache.options())
-        .map_err(|error| Failure::Other(error.to_string()))?;
+    let mut watcher = Watcher::new(WatchOptions {
+        cache: arguments.cache.options(),
+        limits: arguments.limits.limits(),
+        poll: arguments.poll.map(|every| Duration::from_millis(every.into())),
+        ..WatchOptions::new(&arguments.folder, &arguments.out)
+    });
     let meter = Meter::plain();
     watcher.run(&|event| {
         match event {
@@ -18,6 +24,10 @@ pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
             Event::Failed(error) => {
                 failure(&Failure::from(error));
                 meter.line("the old set stays");
+            }
+            Event::Polling { every, why } => {
+                let why = why.map(|why| format!("{why}; ")).unwrap_or_default();
+                meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
             }
             Event::Idle { files } => meter.line(&format!("watching {files} files")),
         }

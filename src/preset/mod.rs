@@ -7,6 +7,7 @@
 
 mod blends;
 mod guiding;
+mod json_schema;
 mod look;
 mod morphs;
 mod nearest;
@@ -25,6 +26,7 @@ mod surroundings;
 mod syntax;
 mod token;
 
+pub use json_schema::describe_json;
 pub use path::beside;
 pub use place::place;
 pub use plan::Plan;

@@ -119,18 +119,20 @@ pub fn describe() -> String {
     let mut out = String::new();
     for (start, record) in [("A preset", &super::set::SET), ("A species", &super::species::SPECIES)] {
         let _ = writeln!(out, "# {start}\n");
-        let mut told: Vec<&'static str> = Vec::new();
+        let mut told: Vec<usize> = Vec::new();
         describe_record(record, &mut told, &mut out);
     }
     out.push_str(&super::look::describe_leaves());
     out
 }
 
-fn describe_record(record: &'static Record, told: &mut Vec<&'static str>, out: &mut String) {
-    if told.contains(&record.title) {
+fn describe_record(record: &'static Record, told: &mut Vec<usize>, out: &mut String) {
+    // By its place: two may have one title.
+    let table = std::ptr::from_ref(record).addr();
+    if told.contains(&table) {
         return;
     }
-    told.push(record.title);
+    told.push(table);
     let _ = writeln!(out, "## {}\n\n{}\n", record.title, record.about);
     if record.fields.is_empty() {
         return;
@@ -157,11 +159,13 @@ fn describe_record(record: &'static Record, told: &mut Vec<&'static str>, out: &
     }
 }
 
-fn describe_choice(choice: &'static Choice, told: &mut Vec<&'static str>, out: &mut String) {
-    if told.contains(&choice.title) {
+fn describe_choice(choice: &'static Choice, told: &mut Vec<usize>, out: &mut String) {
+    // By its place: two may have one title.
+    let table = std::ptr::from_ref(choice).addr();
+    if told.contains(&table) {
         return;
     }
-    told.push(choice.title);
+    told.push(table);
     let _ = writeln!(out, "## {}\n", choice.title);
     for kind in choice.kinds {
         let form = match kind.form {

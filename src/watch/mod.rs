@@ -4,20 +4,57 @@
 //! by rename are seen; where a folder is missing, the nearest one above it that is there. Reading a file raises access
 //! events of its own; only creation, change and removal count. What a build writes wakes nobody, also inside the watched
 //! folder, as no preset reads it. A burst of events is one rebuild; events that arrive during a build are taken after it.
+//! A file in a folder that was not watched yet may be saved between its being read and the folder's being watched: what
+//! is that young is compared again.
+//!
+//! When the system watches no more folders for us (Linux limits how many a user may), or not at all, the files are
+//! looked at every half second instead ([`poll`]), and [`Event::Polling`] says so. The same can be asked for, since
+//! network drives and some virtual machines' shared folders tell of no change that others make.
+
+mod poll;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use notify::event::{AccessKind, AccessMode};
-use notify::{EventKind, RecommendedWatcher, RecursiveMode};
+use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, Debouncer, RecommendedCache, new_debouncer};
 
-use crate::build::{BuildError, BuildOptions, Builder, CacheOptions, Progress, find_presets};
+use crate::base::Key;
+use crate::build::stamp;
+use crate::build::{BuildError, BuildOptions, Builder, CacheOptions, Limits, Progress, find_presets};
+use poll::Seen;
 
-/// How long a burst of events must be quiet before it is acted on.
-const QUIET: Duration = Duration::from_millis(60);
+/// How long a burst of events must be quiet before it is acted on. An editor's truncating and writing lie closer; what
+/// takes longer, as a checkout, is built more than once, and the last build is the right one.
+const QUIET: Duration = Duration::from_millis(25);
+/// How often files are looked at where the system does not tell.
+const POLL: Duration = Duration::from_millis(500);
+
+/// What to watch, and how.
+#[derive(Clone, Debug)]
+pub struct WatchOptions {
+    /// The folder of presets.
+    pub folder: PathBuf,
+    /// The folder that the sets are written to.
+    pub out: PathBuf,
+    /// Where stages keep what they made for other processes.
+    pub cache: Option<CacheOptions>,
+    /// What builds may take.
+    pub limits: Limits,
+    /// Look at the files this often, and ask the system for nothing.
+    pub poll: Option<Duration>,
+}
+
+impl WatchOptions {
+    /// Asks the system, without a cache on disk.
+    #[must_use]
+    pub fn new(folder: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into(), out: out.into(), cache: None, limits: Limits::default(), poll: None }
+    }
+}
 
 /// What a watcher tells.
 #[derive(Debug)]
@@ -26,6 +63,13 @@ pub enum Event<'a> {
     Build(Progress<'a>),
     /// A build failed; the old sets stay.
     Failed(BuildError),
+    /// From now on files are looked at every so often.
+    Polling {
+        /// How often.
+        every: Duration,
+        /// Why, when it was not asked for.
+        why: Option<String>,
+    },
     /// All is built; waiting for a file to be saved.
     Idle {
         /// How many files the sets were made from.
@@ -33,48 +77,67 @@ pub enum Event<'a> {
     },
 }
 
-/// A folder could not be watched.
-#[derive(Debug, thiserror::Error)]
-#[error("can't watch {folder}: {source}")]
-pub struct WatchError {
-    /// The folder.
-    pub folder: PathBuf,
-    /// What the system said.
-    pub source: notify::Error,
-}
-
 /// Watches a folder of presets.
 pub struct Watcher {
     folder: PathBuf,
     builder: Builder,
-    debouncer: Debouncer<RecommendedWatcher, RecommendedCache>,
+    /// What the system tells by; none where it can't or shall not.
+    debouncer: Option<Debouncer<RecommendedWatcher, RecommendedCache>>,
     events: Receiver<DebounceEventResult>,
+    /// Keeps the channel open when there is no debouncer.
+    _sender: Sender<DebounceEventResult>,
     watched: BTreeSet<PathBuf>,
     /// For each preset the absolute paths that its last build read.
     reads: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
+    polling: Option<Polling>,
+}
+
+/// Files are looked at.
+struct Polling {
+    every: Duration,
+    seen: Seen,
+    /// To be told, once.
+    why: Option<Option<String>>,
 }
 
 impl Watcher {
-    /// Starts to watch `folder`; sets go to `out`, what stages make into a cache where one
-    /// is given.
-    ///
-    /// # Errors
-    ///
-    /// When the folder can't be watched.
-    pub fn new(folder: &Path, out: &Path, cache: Option<CacheOptions>) -> Result<Self, WatchError> {
-        let fail = |source| WatchError { folder: folder.to_path_buf(), source };
+    /// Starts to watch. Where the system can't, files are looked at instead.
+    #[must_use]
+    pub fn new(options: WatchOptions) -> Self {
+        let WatchOptions { folder, out, cache, limits, poll } = options;
         let (sender, events) = channel();
-        let debouncer = new_debouncer(QUIET, None, sender).map_err(fail)?;
         let mut watcher = Self {
-            folder: folder.to_path_buf(),
-            builder: Builder::new(BuildOptions { cache, ..BuildOptions::new(out) }),
-            debouncer,
+            folder,
+            builder: Builder::new(BuildOptions { cache, limits, ..BuildOptions::new(out) }),
+            debouncer: None,
             events,
+            _sender: sender.clone(),
             watched: BTreeSet::new(),
             reads: BTreeMap::new(),
+            polling: poll.map(|every| Polling { every, seen: Seen::default(), why: Some(None) }),
         };
-        watcher.listen(&absolute(folder)).map_err(fail)?;
-        Ok(watcher)
+        if watcher.polling.is_none() {
+            match new_debouncer(QUIET, None, sender) {
+                Ok(debouncer) => watcher.debouncer = Some(debouncer),
+                Err(error) => watcher.poll_because(&error),
+            }
+            let folder = absolute(&watcher.folder);
+            watcher.listen_near(&folder.join("preset"));
+        }
+        watcher
+    }
+
+    /// Looks at files from now on; what the system still tells is heard as well.
+    fn poll_because(&mut self, error: &notify::Error) {
+        if self.polling.is_none() {
+            let why = match error.kind {
+                ErrorKind::MaxFilesWatch => {
+                    "the system watches no more folders (fs.inotify.max_user_watches)".to_owned()
+                }
+                _ => format!("the system can't watch: {error}"),
+            };
+            self.polling = Some(Polling { every: POLL, seen: Seen::default(), why: Some(Some(why)) });
+        }
     }
 
     /// Builds everything, then rebuilds what saved files touch, until `tell` returns [`Next::Stop`] on
@@ -82,7 +145,24 @@ impl Watcher {
     pub fn run(&mut self, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
         let mut touched: Option<BTreeSet<PathBuf>> = None;
         loop {
-            self.rebuild(touched.as_ref(), tell);
+            let start = stamp::now();
+            // Looked at before it is read: what changes in between is seen as a change.
+            self.look();
+            let fresh = self.rebuild(touched.as_ref(), tell);
+            if let Some(Polling { every, why, .. }) = &mut self.polling
+                && let Some(why) = why.take()
+            {
+                tell(Event::Polling { every: *every, why });
+            }
+            let late: BTreeSet<PathBuf> = fresh
+                .into_iter()
+                .filter(|(path, held)| changed_since(path, *held, start))
+                .map(|(path, _)| path)
+                .collect();
+            if !late.is_empty() {
+                touched = Some(late);
+                continue;
+            }
             let files = self.reads.values().flatten().collect::<BTreeSet<_>>().len();
             if matches!(tell(Event::Idle { files }), Next::Stop) {
                 return;
@@ -94,14 +174,28 @@ impl Watcher {
         }
     }
 
-    /// Builds the presets that read one of the touched files, or all.
-    fn rebuild(&mut self, touched: Option<&BTreeSet<PathBuf>>, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
+    /// Remembers how the files look, and tells which look otherwise than before; those that are new to it look as ever.
+    fn look(&mut self) -> BTreeSet<PathBuf> {
+        let Some(polling) = &mut self.polling else { return BTreeSet::new() };
+        let presets = find_presets(std::slice::from_ref(&self.folder)).unwrap_or_default();
+        let presets: Vec<PathBuf> = presets.iter().flat_map(|preset| names(preset)).collect();
+        polling.seen.look(self.reads.values().flatten().chain(&presets))
+    }
+
+    /// Builds the presets that read one of the touched files, or all; the files that they read in folders that were not
+    /// watched before.
+    fn rebuild(
+        &mut self,
+        touched: Option<&BTreeSet<PathBuf>>,
+        tell: &(dyn Fn(Event<'_>) -> Next + Sync),
+    ) -> BTreeMap<PathBuf, Option<Key>> {
+        let mut fresh = BTreeMap::new();
         self.listen_near(&absolute(&self.folder).join("preset"));
         let presets = match find_presets(std::slice::from_ref(&self.folder)) {
             Ok(presets) => presets,
             Err(error) => {
                 tell(Event::Failed(error));
-                return;
+                return fresh;
             }
         };
         self.reads.retain(|preset, _| presets.contains(preset));
@@ -116,30 +210,44 @@ impl Watcher {
             let built = self.builder.build(std::slice::from_ref(&preset), &|progress| {
                 tell(Event::Build(progress));
             });
-            let mut reads = BTreeSet::from(names(&preset));
-            let read: Vec<PathBuf> = match built {
-                Ok(outcomes) => outcomes.into_iter().flat_map(|o| o.reads.into_keys()).collect(),
-                Err(error) => {
-                    let read = error.reads.keys().cloned().collect();
+            let read: BTreeMap<PathBuf, Option<Key>> = match built {
+                Ok(outcomes) => outcomes.into_iter().flat_map(|outcome| outcome.reads).collect(),
+                Err(mut error) => {
+                    let read = std::mem::take(&mut error.reads);
                     tell(Event::Failed(error));
                     read
                 }
             };
-            reads.extend(read.iter().flat_map(|path| names(path)));
-            for path in &reads {
-                self.listen_near(path);
+            let mut reads = BTreeSet::from(names(&preset));
+            for (path, key) in &read {
+                for name in names(path) {
+                    let is_new = self.listen_near(&name);
+                    if self.polling.as_mut().map_or(is_new, |polling| polling.seen.meet(&name)) {
+                        fresh.insert(name.clone(), *key);
+                    }
+                    reads.insert(name);
+                }
             }
             self.reads.insert(preset, reads);
         }
+        fresh
     }
 
     /// Waits for files that matter; none when the watcher was shut down.
     fn wait(&mut self) -> Option<BTreeSet<PathBuf>> {
         loop {
             let mut paths = BTreeSet::new();
+            let first = match &self.polling {
+                None => Some(self.events.recv().ok()?),
+                Some(polling) => match self.events.recv_timeout(polling.every) {
+                    Ok(batch) => Some(batch),
+                    Err(RecvTimeoutError::Timeout) => None,
+                    Err(RecvTimeoutError::Disconnected) => return None,
+                },
+            };
+            paths.extend(self.look());
             // One batch, then whatever has gathered during the last build.
-            let first = self.events.recv().ok()?;
-            for batch in std::iter::once(first).chain(self.events.try_iter()) {
+            for batch in first.into_iter().chain(self.events.try_iter()) {
                 for event in batch.into_iter().flatten() {
                     if event.need_rescan() {
                         // The system lost count: anything may have been saved.
@@ -151,7 +259,7 @@ impl Watcher {
             }
             // A folder that came or went takes the system's watch along.
             for folder in self.watched.extract_if(.., |folder| paths.contains(folder)) {
-                let _ = self.debouncer.unwatch(folder);
+                let _ = self.debouncer.as_mut().map(|debouncer| debouncer.unwatch(folder));
             }
             let known = |path: &PathBuf| self.reads.values().any(|reads| concerns(path, reads));
             let folder = absolute(&self.folder);
@@ -166,23 +274,52 @@ impl Watcher {
         }
     }
 
-    /// Listens to a file's folder, or to the nearest one above that is there. A folder that can't be watched (the
-    /// system's limit) must not end the others' watching.
-    fn listen_near(&mut self, path: &Path) {
+    /// Listens to a file's folder, or to the nearest one above that is there; whether that is a new one. When the system
+    /// has no room for it, files are looked at from now on.
+    fn listen_near(&mut self, path: &Path) -> bool {
         for folder in path.ancestors().skip(1) {
-            if self.listen(folder).is_ok() {
-                return;
+            match self.listen(folder) {
+                Ok(new) => return new,
+                Err(error) if is_limit(&error) => {
+                    self.poll_because(&error);
+                    return true;
+                }
+                // It is not there, or not ours to see.
+                Err(_) => {}
             }
         }
+        false
     }
 
-    fn listen(&mut self, folder: &Path) -> Result<(), notify::Error> {
+    /// Whether a folder was not listened to before.
+    fn listen(&mut self, folder: &Path) -> Result<bool, notify::Error> {
+        let Some(debouncer) = &mut self.debouncer else { return Ok(false) };
         if self.watched.contains(folder) {
-            return Ok(());
+            return Ok(false);
         }
-        self.debouncer.watch(folder, RecursiveMode::NonRecursive)?;
+        debouncer.watch(folder, RecursiveMode::NonRecursive)?;
         self.watched.insert(folder.to_path_buf());
-        Ok(())
+        Ok(true)
+    }
+}
+
+/// Whether a file is not what it was when it was read at `start` or later.
+fn changed_since(path: &Path, held: Option<Key>, start: u64) -> bool {
+    match (stamp::Stamp::at(path), held) {
+        (None, None) => false,
+        (Some(stamp), Some(key)) => {
+            stamp.is_racy(start) && std::fs::read(path).is_ok_and(|bytes| Key::of_bytes(&bytes) != key)
+        }
+        _ => true,
+    }
+}
+
+/// Whether the system refused for want of room: of watches (`ENOSPC`) or of open files (`EMFILE`, `ENFILE`).
+fn is_limit(error: &notify::Error) -> bool {
+    match &error.kind {
+        ErrorKind::MaxFilesWatch => true,
+        ErrorKind::Io(error) => matches!(error.raw_os_error(), Some(23 | 24 | 28)),
+        _ => false,
     }
 }
 

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::Limits;
 use crate::base::{Diagnostic, Key, KeyBuilder, Note};
 pub use parts::PartError;
 use parts::Parts;
@@ -22,8 +23,6 @@ use recent::Recent;
 pub use store::{CacheError, CacheStats, clear, stats};
 use store::{Found, Store};
 
-/// Largest sum of what is kept in memory, bytes.
-const MOST_MEMORY: usize = 768 << 20;
 /// Raised whenever a type that is kept changes its layout, so that old entries are not read as something else; a test
 /// below notices. (What a stage makes of the same input is the stage's own version.)
 const LAYOUT: u32 = 1;
@@ -62,8 +61,10 @@ impl Entry for Vec<u8> {
 }
 
 /// What stages made, by key.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Cache {
+    /// Largest sum of what is kept in memory, bytes.
+    most: usize,
     memory: Mutex<Recent>,
     store: Option<Store>,
     parts: Option<Parts>,
@@ -81,7 +82,24 @@ impl Stage {
     }
 }
 
+impl Default for Cache {
+    fn default() -> Self {
+        Self {
+            most: Limits::default().memory,
+            memory: Mutex::default(),
+            store: None,
+            parts: None,
+            notes: Mutex::default(),
+        }
+    }
+}
+
 impl Cache {
+    /// A cache that keeps no more than `most` bytes in memory.
+    pub(super) fn within(self, most: usize) -> Self {
+        Self { most, ..self }
+    }
+
     /// A cache with nothing in memory, and what is in a folder where one is given.
     #[must_use]
     pub fn new(options: Option<&CacheOptions>) -> Self {
@@ -147,7 +165,7 @@ impl Cache {
         let value = make()?;
         let weight = weight(&value);
         let value = Arc::new(value);
-        self.memory().insert(key, value.clone(), weight, MOST_MEMORY);
+        self.memory().insert(key, value.clone(), weight, self.most);
         Ok(value)
     }
 
@@ -169,7 +187,7 @@ impl Cache {
 
     fn keep<T: Entry>(&self, key: Key, value: T) -> Arc<T> {
         let (weight, value) = (value.weight(), Arc::new(value));
-        self.memory().insert(key, value.clone(), weight, MOST_MEMORY);
+        self.memory().insert(key, value.clone(), weight, self.most);
         value
     }
 

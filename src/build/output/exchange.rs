@@ -1,0 +1,206 @@
+//! Swapping a set's folder for a new one in a single step of the file system.
+//!
+//! The new folder is made whole beside the old one (`OUT/.treewright-NAME.next`): changed files are written, all others
+//! are linked, also those of the user's; then Linux' `renameat2(RENAME_EXCHANGE)` swaps the two names. At every moment
+//! before it, what bears the set's name is the complete old set, and after it the complete new one, kill or no kill.
+//! What is left of the old folder is cleared then, or by the next build ([`settle`]). A file that somebody saved into the
+//! old folder between the linking and the swap is carried over.
+//!
+//! The mark, a file in the new folder, tells on which side of the swap a build was cut off: it lists what of the old
+//! folder was replaced or removed, so that everything else there is known to be somebody else's.
+//!
+//! Limits: where the file system can't swap or link, where the set's folder is a link, holds folders (which can't be
+//! linked), or belongs to another user, and on systems other than Linux, the caller goes on to the journal. Extended
+//! attributes of the folder itself are lost. A program that stands *in* the folder stays in the old one: shells have to
+//! enter it again, and watchers that are bound to the folder instead of its name see links go. Engines that watch by
+//! name or look at times see changed files only: what is linked keeps its inode and times. The manifest's hashes tell
+//! what changed in any case.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{Hand, OutputError, is_ours};
+
+/// Name of the mark.
+pub(super) const MARK: &str = ".treewright-exchange.json";
+
+/// Where the new folder is made, beside the old one.
+pub(super) fn next(folder: &Path) -> Option<PathBuf> {
+    let name = folder.file_name()?;
+    let mut beside = OsString::from(".treewright-");
+    beside.push(name);
+    beside.push(".next");
+    Some(folder.parent()?.join(beside))
+}
+
+/// Makes `folder` hold the files in `write` and no longer those in `remove`, in one step; false where that can't be done,
+/// which leaves everything as it was.
+pub(super) fn commit(
+    hand: &mut Hand,
+    folder: &Path,
+    write: &[(&str, &[u8])],
+    remove: &[String],
+) -> Result<bool, OutputError> {
+    let Some(next) = next(folder).filter(|_| hand.exchanges) else { return Ok(false) };
+    let Some(others) = linkable(folder) else { return Ok(false) };
+    match prepared(hand, folder, &next, write, remove, &others) {
+        Ok(true) => {}
+        Ok(false) => return discard(hand, &next).map(|()| false),
+        Err(error) if error.is_refusal() => return discard(hand, &next).map(|()| false),
+        Err(error) => {
+            let _ = discard(hand, &next);
+            return Err(error);
+        }
+    }
+    match hand.step(folder, || swap(&next, folder)) {
+        Ok(()) => settle(hand, folder).map(|()| true),
+        Err(error) if error.is_cut() => Err(error),
+        Err(_) => discard(hand, &next).map(|()| false),
+    }
+}
+
+/// The names of all files in a folder; none where one of them is a folder, or it is itself a link.
+fn linkable(folder: &Path) -> Option<Vec<OsString>> {
+    if !fs::symlink_metadata(folder).is_ok_and(|metadata| metadata.is_dir()) {
+        return None;
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).ok()? {
+        let entry = entry.ok()?;
+        if entry.file_type().ok()?.is_dir() {
+            return None;
+        }
+        names.push(entry.file_name());
+    }
+    Some(names)
+}
+
+/// Makes the new folder; false where it would not be the user's as the old one is.
+fn prepared(
+    hand: &mut Hand,
+    folder: &Path,
+    next: &Path,
+    write: &[(&str, &[u8])],
+    remove: &[String],
+    others: &[OsString],
+) -> Result<bool, OutputError> {
+    hand.step(next, || fs::create_dir(next))?;
+    let gone: BTreeSet<&str> = write.iter().map(|(name, _)| *name).chain(remove.iter().map(String::as_str)).collect();
+    let mark = serde_json::to_vec(&gone).expect("names serialize");
+    hand.write(&next.join(MARK), &mark)?;
+    if !is_alike(folder, next) {
+        return Ok(false);
+    }
+    for (name, bytes) in write {
+        hand.write(&next.join(name), bytes)?;
+    }
+    for name in others {
+        let replaced = name.to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
+        if !replaced {
+            hand.step(&folder.join(name), || fs::hard_link(folder.join(name), next.join(name)))?;
+        }
+    }
+    Ok(true)
+}
+
+/// Removes a new folder that was never swapped: all in it are copies or links. The mark goes last, so that this can be
+/// cut off as well.
+fn discard(hand: &mut Hand, next: &Path) -> Result<(), OutputError> {
+    // It could not even be made, as with a name that is too long with more before it.
+    if !next.exists() {
+        return Ok(());
+    }
+    for entry in fs::read_dir(next).into_iter().flatten().flatten() {
+        if entry.file_name() != MARK {
+            hand.remove(&entry.path())?;
+        }
+    }
+    hand.remove(&next.join(MARK))?;
+    remove_folder(hand, next)
+}
+
+/// Ends or takes back a swap that was cut off, wherever that was.
+pub(super) fn settle(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
+    let Some(next) = next(folder) else { return Ok(()) };
+    let mark = folder.join(MARK);
+    if next.join(MARK).exists() {
+        discard(hand, &next)?;
+    } else if let Ok(bytes) = fs::read(&mark) {
+        // A mark comes with the folder, so it is whole; one that isn't ours names nothing.
+        let gone: BTreeSet<String> = serde_json::from_slice(&bytes).unwrap_or_default();
+        clear_old(hand, folder, &next, &gone)?;
+    } else if next.exists() {
+        // Cut off before the mark: empty. What is not empty is nobody's that we know.
+        let _ = fs::remove_dir(&next);
+    }
+    // Whoever is cut off before this finds the mark without an old folder, and removes it.
+    if !next.exists() { hand.remove(&mark) } else { Ok(()) }
+}
+
+/// Clears the old folder after a swap, and carries over what somebody saved there meanwhile.
+fn clear_old(hand: &mut Hand, folder: &Path, old: &Path, gone: &BTreeSet<String>) -> Result<(), OutputError> {
+    for entry in fs::read_dir(old).into_iter().flatten().flatten() {
+        let (from, to) = (entry.path(), folder.join(entry.file_name()));
+        let replaced = entry.file_name().to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
+        let keep = !replaced && !is_same_file(&from, &to) && is_newer(&from, &to);
+        if keep {
+            hand.rename(&from, &to)?;
+        } else {
+            hand.remove(&from)?;
+        }
+    }
+    remove_folder(hand, old)
+}
+
+fn remove_folder(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
+    hand.step(folder, || match fs::remove_dir(folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    })
+}
+
+/// Whether the first was changed after the second, or there is no second.
+fn is_newer(first: &Path, second: &Path) -> bool {
+    let time = |path: &Path| fs::symlink_metadata(path).and_then(|metadata| metadata.modified()).ok();
+    time(second).is_none() || time(first) > time(second)
+}
+
+#[cfg(target_os = "linux")]
+fn swap(first: &Path, second: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, first, CWD, second, RenameFlags::EXCHANGE)?)
+}
+
+#[cfg(target_os = "linux")]
+fn is_same_file(first: &Path, second: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let inode = |path: &Path| fs::symlink_metadata(path).map(|m| (m.dev(), m.ino())).ok();
+    inode(first).is_some() && inode(first) == inode(second)
+}
+
+/// Gives the new folder the rights of the old; whether it has the same owner and lies on the same device.
+#[cfg(target_os = "linux")]
+fn is_alike(old: &Path, new: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let (Ok(old), Ok(now)) = (fs::metadata(old), fs::metadata(new)) else { return false };
+    let of = |m: &fs::Metadata| (m.uid(), m.gid(), m.dev());
+    of(&old) == of(&now) && fs::set_permissions(new, old.permissions()).is_ok()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn swap(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_same_file(_: &Path, _: &Path) -> bool {
+    false
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_alike(_: &Path, _: &Path) -> bool {
+    false
+}
