@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `lod`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -14,6 +14,8 @@ mod formats;
 mod grow;
 mod import;
 mod line;
+mod lod;
+mod lod_asset;
 mod morph;
 mod plausibility;
 mod select;
@@ -86,13 +88,14 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 6] = [
+const TOPICS: [(&str, fn()); 7] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
     ("blend", blend::print),
     ("space", space::print),
     ("morph", morph::print),
+    ("lod", lod::print),
 ];
 
 fn main() {

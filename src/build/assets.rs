@@ -353,6 +353,7 @@ fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height:
             iou_worst: measured.worst_iou,
             coverage: measured.coverage,
             color: measured.color,
+            flip: measured.flip,
         }),
     }
 }

@@ -156,6 +156,9 @@ pub struct MeasuredErrors {
     pub coverage: f32,
     /// Distance of the mean colours, sRGB with 1 for white, the mean of the views.
     pub color: f32,
+    /// FLIP of the pictures before a sky (Andersson et al. 2020), 0..=1, the mean of the views.
+    #[serde(default)]
+    pub flip: f32,
 }
 
 /// A texture file.
@@ -246,6 +249,7 @@ mod tests {
                 iou_worst: 0.88,
                 coverage: 1.02,
                 color: 0.01,
+                flip: 0.03,
             }),
         };
         let variant = VariantEntry {

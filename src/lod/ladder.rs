@@ -198,7 +198,7 @@ fn takes_over(
             break;
         }
     }
-    last
+    (last.0, references.at(last.0, full, wardrobe).measure_all(level, wardrobe))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 mod bake_card;
 mod cloud;
 mod crossed;
+mod flip;
 mod ladder;
 mod measure;
 mod outline;
@@ -14,5 +15,6 @@ mod thin;
 mod twigs;
 
 pub use cloud::{CARD_TEXELS, CloudParams};
+pub use flip::flip;
 pub use ladder::{CULL, Ladder, Level, ladder, ladder_with};
 pub use measure::{Measured, Reference, Wardrobe};
