@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use serde_json::Value;
 use treewright::bake::Maps;
 use treewright::build::SetFiles;
-use treewright::lod::Wardrobe;
+use treewright::lod::{Impostor, Wardrobe};
 use treewright::mesh::{Mesh, TreeMesh};
 
 /// A set as its files tell it.
@@ -12,6 +12,8 @@ pub(crate) struct Set {
     pub(crate) manifest: Value,
     pub(crate) leaf: Maps,
     pub(crate) wardrobe: Wardrobe,
+    /// By variant: the layout of the impostor, and the corners of its sheet in the atlas.
+    pub(crate) impostors: Vec<Option<(Impostor, [Vec2; 2])>>,
     /// By variant: each level's mesh, and the coverage down to which it is shown.
     pub(crate) variants: Vec<Vec<(TreeMesh, f32)>>,
 }
@@ -49,7 +51,23 @@ pub(crate) fn read(set: &SetFiles) -> Set {
             meshes.into_iter().enumerate().map(|(i, mesh)| (mesh, coverage(i))).collect()
         })
         .collect();
-    Set { manifest, leaf, wardrobe, variants }
+    let impostors = manifest["variants"].as_array().into_iter().flatten().map(impostor).collect();
+    Set { manifest, leaf, wardrobe, impostors, variants }
+}
+
+/// The layout of a variant's impostor, as the manifest tells it.
+fn impostor(variant: &Value) -> Option<(Impostor, [Vec2; 2])> {
+    let told =
+        variant["levels"].as_array()?.iter().find_map(|level| level.get("impostor").filter(|i| i.is_object()))?;
+    let number = |v: &Value| v.as_f64().unwrap_or(0.0) as f32;
+    let centre = &told["centre"];
+    let layout = Impostor {
+        frames: told["frames"].as_u64()? as u32,
+        centre: Vec3::new(number(&centre[0]), number(&centre[1]), number(&centre[2])),
+        radius: number(&told["radius"]),
+    };
+    let corner = |name: &str| Vec2::new(number(&told[name][0]), number(&told[name][1]));
+    Some((layout, [corner("uv_min"), corner("uv_max")]))
 }
 
 /// The meshes of a GLB of the default profile, whose accessors are plain and alone in their views.

@@ -74,6 +74,15 @@ impl Measured {
     }
 }
 
+/// What is to be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Silhouettes and coverage; colour and FLIP stay zero.
+    Silhouette,
+    /// Everything.
+    All,
+}
+
 /// The full tree, drawn from all views at one size.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -136,36 +145,38 @@ impl Reference {
         ratios.sum::<f32>() / self.targets.len() as f32
     }
 
-    /// Compares a level with the full tree, but for FLIP.
+    /// Compares a level with the full tree, FLIP included.
     #[must_use]
     pub fn measure(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
-        let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
-        let drawn = self.draw(tree, wardrobe, (first.width, first.height), &Shading::Lit(Light::DAY));
-        self.compare(&drawn)
+        self.measure_from(&|_| tree.clone(), wardrobe, Asked::All)
     }
 
-    /// Compares a level with the full tree, FLIP included: some milliseconds a view.
+    /// As [`Reference::measure`], of a level that may turn to the viewer: `seen` is what a view shows.
     #[must_use]
-    pub fn measure_all(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
-        self.measure_from(&|_| tree.clone(), wardrobe)
-    }
-
-    /// As [`Reference::measure_all`], of a level that turns to the viewer: `seen` is what a view shows.
-    #[must_use]
-    pub fn measure_from(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync), wardrobe: &Wardrobe) -> Measured {
+    pub fn measure_from(
+        &self,
+        seen: &(dyn Fn(&View) -> TreeMesh + Sync),
+        wardrobe: &Wardrobe,
+        asked: Asked,
+    ) -> Measured {
         let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
+        let shading = if asked == Asked::All { Shading::Lit(Light::DAY) } else { Shading::Nothing };
         let drawn: Vec<Target> = self
             .views
             .par_iter()
             .map(|view| {
-                let (tree, lit) = (seen(view), Shading::Lit(Light::DAY));
-                rasterize(&wardrobe.dressed(&tree), view, first.width, first.height, self.samples, &lit)
+                let surfaces = seen(view);
+                rasterize(&wardrobe.dressed(&surfaces), view, first.width, first.height, self.samples, &shading)
             })
             .collect();
+        let measured = self.compare(&drawn);
+        if asked == Asked::Silhouette {
+            return Measured { color: 0.0, ..measured };
+        }
         let flips: Vec<f32> = (self.targets.par_iter().zip(&drawn))
             .map(|(a, b)| flip(&before_sky(a), &before_sky(b), a.width as usize))
             .collect();
-        Measured { flip: flips.iter().sum::<f32>() / flips.len() as f32, ..self.compare(&drawn) }
+        Measured { flip: flips.iter().sum::<f32>() / flips.len() as f32, ..measured }
     }
 
     fn compare(&self, drawn: &[Target]) -> Measured {

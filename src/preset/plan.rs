@@ -61,6 +61,30 @@ pub struct Plan {
     pub lods: Vec<Lod>,
     /// The set's atlas.
     pub atlas: AtlasParams,
+    /// Whom the files are written for; not written where it is `Generic` alone, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "is_generic")]
+    pub engines: Vec<Engine>,
+}
+
+/// An engine that files are written for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum Engine {
+    /// glTF 2.0 with `MSFT_lod`.
+    Generic,
+    /// Godot 4.
+    Godot,
+    /// Unity, by UnityGLTF or glTFast.
+    Unity,
+    /// Unreal, by Interchange.
+    Unreal,
+    /// Bevy.
+    Bevy,
+    /// three.js and Babylon.js: quantized and packed.
+    Web,
+}
+
+fn is_generic(engines: &[Engine]) -> bool {
+    engines == [Engine::Generic]
 }
 
 /// A named source.
@@ -323,6 +347,11 @@ pub enum Lod {
     },
     /// Two crossed quads.
     CrossedQuads,
+    /// A sheet of views for a hemi-octahedral impostor, on crossed quads where an engine has no shader for it.
+    Impostor {
+        /// Views along an edge of the sheet, 4..=24.
+        frames: u32,
+    },
 }
 
 /// The set's atlas.

@@ -63,7 +63,7 @@ pub(super) static SET: Record = Record {
         Field {
             name: "lods",
             kind: Kind::ListOf { choice: &LODS, low: 1, high: 8 },
-            default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads]"),
+            default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor]"),
             about: "levels of detail, from fine to coarse",
         },
         Field {
@@ -315,7 +315,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
-    output::engines(set);
+    let engines = output::engines(set);
     let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
@@ -335,6 +335,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         lightmap,
         lods,
         atlas: atlas?,
+        engines,
     })
 }
 

@@ -28,7 +28,7 @@ const SPELLED_OUT: &str = r##"(
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
     mesh: (sides: 12, error: 0.01, lightmap: 0),
-    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads],
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
     atlas: (size: 2048, gutter: 8),
     engines: [Generic],
 )"##;
