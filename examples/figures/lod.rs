@@ -6,7 +6,7 @@ use treewright::bake::{self, View};
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{Cache, find_presets, load_preset};
 use treewright::lod::{Asked, Measured, Reference};
-use treewright::mesh::TreeMesh;
+use treewright::mesh::{Mesh, TreeMesh};
 
 use crate::lod_asset::{Set, read};
 use crate::{Figure, root};
@@ -41,11 +41,15 @@ pub(crate) fn print() {
         let files = make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds");
         let set = read(&files);
         levels(&name, &set, &mut kinds);
+        if name == "avenue" {
+            simplifier(&set);
+        }
         atlas(&name, &set);
     }
     for (kind, all) in &kinds {
         total(kind, all);
     }
+    crate::lod_speed::print();
 }
 
 /// Every level of every variant of a set.
@@ -88,6 +92,46 @@ fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
             s.color
         );
         Figure::new(format!("lod.{set_name}.lod{level}_iou"), s.iou, "share", how).goal(">= 0.90").print();
+    }
+}
+
+/// What a user would do instead: LOD0 simplified to the triangles of LOD1 by meshoptimizer alone, seen from the same views
+/// at the same size.
+fn simplifier(set: &Set) {
+    let area = |mesh: &Mesh| -> f64 {
+        let corner = |i: u32| mesh.positions[i as usize];
+        mesh.indices
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|&[a, b, c]| f64::from((corner(b) - corner(a)).cross(corner(c) - corner(a)).length()) * 0.5)
+            .sum()
+    };
+    for (v, levels) in set.variants.iter().enumerate().take(3) {
+        let (full, ours) = (&levels[0].0, &levels[1].0);
+        let pixels = (levels[0].1 * SCREEN + 0.5) as u32;
+        let to = |mesh: &Mesh, like: &Mesh| {
+            let points: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+            let options = meshopt::SimplifyOptions::None;
+            let indices = meshopt::simplify_decoder(&mesh.indices, &points, like.indices.len(), 1.0, options, None);
+            Mesh { indices, ..mesh.clone() }
+        };
+        let theirs = TreeMesh { bark: to(&full.bark, &ours.bark), leaf: to(&full.leaf, &ours.leaf) };
+        let reference = Reference::new(full, &set.wardrobe, pixels, VIEWS);
+        for (who, tree) in [("ladder", ours), ("simplifier", &theirs)] {
+            let m = reference.measure(tree, &set.wardrobe);
+            let triangles = (tree.bark.indices.len() + tree.leaf.indices.len()) / 3;
+            let how = format!(
+                "avenue {}, {triangles} triangles at {pixels} pixels: worst {:.3}, coverage {:.3}, FLIP {:.3}, leaf area \
+                 {:.3} of LOD0's",
+                v + 1,
+                m.worst_iou,
+                m.coverage,
+                m.flip,
+                area(&tree.leaf) / area(&full.leaf)
+            );
+            Figure::new(format!("lod.against.{who}_iou"), f64::from(m.iou), "share", how).print();
+        }
     }
 }
 

@@ -15,9 +15,9 @@ use super::thin::append;
 use super::twigs::thin_wood;
 use crate::bake::{Maps, Picture};
 use crate::base::Seed;
-use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes};
+use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes_in};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::MeshParams;
+use crate::preset::plan::{Forks, MeshParams};
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
@@ -131,8 +131,14 @@ impl Cloud {
 /// radius of the thinnest.
 fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
     let at = |min_radius: f32| {
-        let detail = TubeDetail { sides: 6, error: height * 0.006, min_radius, bark_tile: scene.params.bark_tile };
-        tubes(scene.plant, scene.posed, &detail)
+        let detail = TubeDetail {
+            sides: 6,
+            error: height * 0.006,
+            min_radius,
+            bark_tile: scene.params.bark_tile,
+            forks: Forks::Plain,
+        };
+        tubes_in(scene.plant, scene.posed, scene.light, &detail)
     };
     let fits = |mesh: &Mesh| mesh.indices.len() <= LIMBS * 3;
     let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);

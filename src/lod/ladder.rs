@@ -16,7 +16,7 @@ use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
 use crate::bake::{Maps, Picture, View};
 use crate::base::Seed;
-use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards, tubes};
+use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
 use crate::preset::plan::{Lod, MeshParams};
 
@@ -77,7 +77,7 @@ pub fn ladder_with(
 ) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let full = full_level(plant, &posed, mesh);
+    let full = full_level(plant, &posed, &light, mesh);
     let leaf_of = leaf_of_triangles(plant, &posed);
     let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &leaf_of, light: &light };
     let mut wardrobe = Wardrobe::new(leaf_art, bark);
@@ -171,10 +171,24 @@ pub fn ladder_with(
     Ladder { levels, tiles }
 }
 
+/// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
+/// made while somebody waits; a few milliseconds a tree.
+#[must_use]
+pub fn mesh_levels(plant: &Plant, mesh: &MeshParams, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
+    let posed = plant.pose();
+    let light = CrownLight::of(plant, &posed);
+    let full = full_level(plant, &posed, &light, mesh);
+    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light };
+    let coarse: Vec<TreeMesh> = shares.iter().map(|&share| thinned(&scene, share, 1.0, seed.child("thin"))).collect();
+    let mut levels = vec![full];
+    levels.extend(coarse);
+    levels
+}
+
 /// The finest mesh.
-fn full_level(plant: &Plant, posed: &crate::plant::Posed, params: &MeshParams) -> TreeMesh {
-    let mut bark = tubes(plant, posed, &TubeDetail::full(params));
-    let mut leaf = leaf_cards(plant, posed, &all_cards(plant), CardShape::Folded);
+fn full_level(plant: &Plant, posed: &crate::plant::Posed, light: &CrownLight, params: &MeshParams) -> TreeMesh {
+    let mut bark = tubes_in(plant, posed, light, &TubeDetail::full(params));
+    let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), CardShape::Folded);
     // An error only says that a mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);
     let _ = add_tangents(&mut leaf);
@@ -257,8 +271,9 @@ mod tests {
     use super::*;
     use crate::base::Rotation;
     use crate::plant::{Leaf, PlantBuilder};
+    use crate::preset::plan::Forks;
 
-    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0 };
+    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar };
 
     fn lods() -> Vec<Lod> {
         vec![Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

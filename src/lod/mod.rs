@@ -18,5 +18,5 @@ mod twigs;
 pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
-pub use ladder::{CULL, Ladder, Level, ladder, ladder_with};
+pub use ladder::{CULL, Ladder, Level, ladder, ladder_with, mesh_levels};
 pub use measure::{Asked, Measured, Reference, Wardrobe};

@@ -5,7 +5,7 @@
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards, tubes};
+use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -41,7 +41,7 @@ pub(super) fn thinned(scene: &Scene<'_>, share: f32, grown: f32, seed: Seed) -> 
     let shape = if room >= folded * 4 / 5 { CardShape::Folded } else { CardShape::Flat };
     let all = if shape == CardShape::Folded { folded } else { leaves.len() * shape.triangles() };
     let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
-    let mut leaf = leaf_cards(scene.plant, scene.posed, &kept(scene, count, grown, seed), shape);
+    let mut leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), shape);
     let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
@@ -71,8 +71,9 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
             error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
             min_radius: thickest * 0.35 * coarse * coarse,
             bark_tile: params.bark_tile,
+            forks: params.forks,
         };
-        tubes(scene.plant, scene.posed, &detail)
+        tubes_in(scene.plant, scene.posed, scene.light, &detail)
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     let mut best: Option<Mesh> = None;

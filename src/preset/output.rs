@@ -1,6 +1,6 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
-use super::plan::{AtlasParams, Engine, Lod};
+use super::plan::{AtlasParams, Engine, Forks, Lod};
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -22,6 +22,12 @@ pub(super) static MESH: Record = Record {
             about: "largest distance between a tube and the smooth branch; twigs may stray 2.5 times as far",
         },
         Field {
+            name: "forks",
+            kind: Kind::Choice(&FORKS),
+            default: Default::Is("Collar"),
+            about: "how a branch leaves its parent",
+        },
+        Field {
             name: "lightmap",
             kind: Kind::Integer { low: 0, high: 8192, unit: "texels" },
             default: Default::Is("0"),
@@ -29,6 +35,20 @@ pub(super) static MESH: Record = Record {
         },
     ],
 };
+
+static FORKS: Choice = Choice {
+    title: "Forks",
+    kinds: &[
+        KindOf { name: "Collar", form: Form::Plain, about: "through a collar that widens towards the parent" },
+        KindOf { name: "Plain", form: Form::Plain, about: "straight out of it: fewer triangles" },
+    ],
+};
+
+/// How branches leave their parents, of `mesh`.
+pub(super) fn forks(fields: &Reader<'_, '_>) -> Forks {
+    let kind = |item: &Item<'_>| fields.kind(&FORKS, item, |kind, _| Some(kind));
+    if fields.item("forks").as_ref().and_then(kind) == Some("Plain") { Forks::Plain } else { Forks::Collar }
+}
 
 /// `atlas`.
 pub(super) static ATLAS: Record = Record {

@@ -281,6 +281,14 @@ pub enum LeafShape {
     Ash,
     /// A tuft of needles on a shoot.
     Pine,
+    /// Heart-shaped with a serrate margin, on long stalks.
+    Linden,
+    /// Triangular, on long stalks.
+    Poplar,
+    /// Broadly elliptic, doubly serrate.
+    Elm,
+    /// Small and narrow, entire.
+    Olive,
 }
 
 /// The maps of the bark.
@@ -317,6 +325,10 @@ pub enum BarkPattern {
     Plated,
     /// Nearly smooth, fine wrinkles.
     Smooth,
+    /// Long strips of fibres that run up the trunk.
+    Fibrous,
+    /// Rings around the trunk: scars of old fronds, or bands of lenticels.
+    Ringed,
 }
 
 /// Tubes.
@@ -328,6 +340,17 @@ pub struct MeshParams {
     pub error: f32,
     /// Height of one bark tile on the trunk, metres.
     pub bark_tile: f32,
+    /// How a branch leaves its parent.
+    pub forks: Forks,
+}
+
+/// How a branch leaves its parent's wood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Forks {
+    /// Through a collar that widens towards the parent: five more rings a branch.
+    Collar,
+    /// Straight out of it: the fewest triangles.
+    Plain,
 }
 
 /// A level of detail.
