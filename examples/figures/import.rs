@@ -83,7 +83,13 @@ fn surface_distance(wood: &Wood, found: &Skeletonized, height: f64) -> (f64, f64
 
 /// A plant's tubes.
 fn swept(plant: &Plant, sides: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let detail = TubeDetail { sides, error: plant.height() * 2e-4, min_radius: 0.0, bark_tile: 1.0 };
+    let detail = TubeDetail {
+        sides,
+        error: plant.height() * 2e-4,
+        min_radius: 0.0,
+        bark_tile: 1.0,
+        forks: treewright::preset::plan::Forks::Collar,
+    };
     let mesh = tubes(plant, &plant.pose(), &detail);
     (mesh.positions, mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())
 }
