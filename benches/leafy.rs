@@ -79,7 +79,12 @@ fn a_frame(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 20)]
 fn a_frame_with_its_mesh(bencher: Bencher<'_, '_>) {
     let family = family();
-    let detail = TubeDetail::full(&MeshParams { sides: 12, error: 0.004, bark_tile: 1.5 });
+    let detail = TubeDetail::full(&MeshParams {
+        sides: 12,
+        error: 0.004,
+        bark_tile: 1.5,
+        forks: treewright::preset::plan::Forks::Collar,
+    });
     bencher.bench(|| {
         let plant = family.blend(&morph(&family, 0, 1, 0.4));
         let posed = plant.pose();

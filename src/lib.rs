@@ -18,6 +18,7 @@ pub mod plant;
 pub mod preset;
 pub mod relate;
 pub mod select;
+pub mod sketch;
 pub mod source;
 #[cfg(feature = "cli")]
 pub mod watch;

@@ -12,6 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["source"],
     &["relate"],
     &["blend"],
+    &["sketch"],
     &["select"],
     &["dress"],
     &["mesh"],

@@ -11,7 +11,7 @@ use treewright::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood
 
 use crate::shells::shell;
 use crate::surface::Surface;
-use crate::trees::trees;
+use crate::trees::{Tree, trees};
 use crate::{Figure, data, root, seconds};
 
 /// Prints them.
@@ -19,7 +19,7 @@ pub(crate) fn print() {
     match data() {
         Some(data) => {
             for tree in trees(&data) {
-                one(&tree.name, &tree.wood, tree.up, tree.truth.as_ref());
+                one(&tree);
             }
             crate::foliage::print(&data);
         }
@@ -35,7 +35,8 @@ fn params(up: UpAxis, method: Method) -> SkeletonParams {
 }
 
 /// One mesh: against its truth where it has one, and its surface against the plant's.
-fn one(name: &str, wood: &Wood, up: UpAxis, truth: Option<&Plant>) {
+fn one(tree: &Tree) {
+    let (name, wood, up) = (&tree.name, &tree.wood, tree.up);
     let Ok(found) = skeletonize(wood, &params(up, Method::ByPiece)) else {
         Figure::new("import.stems", 0.0, "stems", format!("{name}: no plant")).goal(">= 1").print();
         return;
@@ -44,7 +45,7 @@ fn one(name: &str, wood: &Wood, up: UpAxis, truth: Option<&Plant>) {
     Figure::new("import.stems", stems as f64, "stems", format!("{name}, {} chains", found.plant.chains().len()))
         .goal("the real number")
         .print();
-    if let Some(truth) = truth {
+    if let Some(truth) = &tree.truth {
         agrees(&agreement(&found.plant, truth), name);
         if let Ok(slow) = skeletonize(wood, &params(up, Method::Contraction)) {
             agrees(&agreement(&slow.plant, truth), &format!("{name}, by contraction alone"));
@@ -55,9 +56,11 @@ fn one(name: &str, wood: &Wood, up: UpAxis, truth: Option<&Plant>) {
         let how = format!("{name}, by contraction alone, against what is found by rings where there are any");
         agrees(&agreement_at(&slow.plant, shift, &found.plant), &how);
     }
-    let (there, back) = surface_distance(wood, &found);
+    let corners = [tree.bounds.0, tree.bounds.1].map(|p| found.placement.point(p).y);
+    let height = f64::from((corners[1] - corners[0]).abs());
+    let (there, back) = surface_distance(wood, &found, height);
     for (value, way) in [(there, "wood to plant"), (back, "plant to wood")] {
-        let how = format!("{name}, mean over the surface, {way}, share of the height");
+        let how = format!("{name}, mean over the surface, {way}, share of the tree's height");
         Figure::new("import.surface_distance", value, "share", how).goal("<= 0.005").print();
     }
 }
@@ -69,9 +72,8 @@ fn agrees(a: &Agreement, how: &str) {
     Figure::new("import.chains_error", (a.chains - 1.0).abs(), "share", how).goal("<= 0.15").print();
 }
 
-/// Mean distance from the wood to the surface swept from the plant, and back, over the height.
-fn surface_distance(wood: &Wood, found: &Skeletonized) -> (f64, f64) {
-    let height = f64::from(found.plant.height());
+/// Mean distance from the wood to the surface swept from the plant, and back, over the tree's height.
+fn surface_distance(wood: &Wood, found: &Skeletonized, height: f64) -> (f64, f64) {
     let (swept, triangles) = swept(&found.plant, 16);
     let plant = Surface::new(&swept, &triangles);
     let placed: Vec<Vec3> = wood.positions.iter().map(|&p| found.placement.point(p)).collect();
@@ -81,7 +83,13 @@ fn surface_distance(wood: &Wood, found: &Skeletonized) -> (f64, f64) {
 
 /// A plant's tubes.
 fn swept(plant: &Plant, sides: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let detail = TubeDetail { sides, error: plant.height() * 2e-4, min_radius: 0.0, bark_tile: 1.0 };
+    let detail = TubeDetail {
+        sides,
+        error: plant.height() * 2e-4,
+        min_radius: 0.0,
+        bark_tile: 1.0,
+        forks: treewright::preset::plan::Forks::Collar,
+    };
     let mesh = tubes(plant, &plant.pose(), &detail);
     (mesh.positions, mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())
 }

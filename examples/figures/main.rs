@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`, `build`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `lod`, `build`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -15,6 +15,9 @@ mod formats;
 mod grow;
 mod import;
 mod line;
+mod lod;
+mod lod_asset;
+mod lod_speed;
 mod morph;
 mod plausibility;
 mod select;
@@ -93,13 +96,14 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 7] = [
+const TOPICS: [(&str, fn()); 8] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
     ("blend", blend::print),
     ("space", space::print),
     ("morph", morph::print),
+    ("lod", lod::print),
     ("build", build::print),
 ];
 

@@ -23,7 +23,8 @@ use crate::table_1::source;
 use crate::{Figure, data, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
-const MESH: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.5 };
+const MESH: MeshParams =
+    MeshParams { sides: 12, error: 0.004, bark_tile: 1.5, forks: treewright::preset::plan::Forks::Collar };
 
 /// Prints them.
 pub(crate) fn print() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use glam::Vec3;
 use treewright::plant::Plant;
 use treewright::preset::plan::{ImportParams, UpAxis};
 use treewright::source::foliage::{self, Overrides};
@@ -15,6 +16,8 @@ pub(crate) struct Tree {
     /// File name without its ending.
     pub(crate) name: String,
     pub(crate) wood: Wood,
+    /// Least and greatest corner of all that the file draws, leaves too.
+    pub(crate) bounds: (Vec3, Vec3),
     pub(crate) up: UpAxis,
     /// The true skeleton beside it.
     pub(crate) truth: Option<Plant>,
@@ -58,7 +61,9 @@ fn tree(data: &Path, path: &Path) -> Option<Tree> {
         let bytes = std::fs::read(data.join("skeleton").join(&file)).ok()?;
         Some(import(&bytes, &file, &ImportParams::default()).ok()?.plant)
     });
+    let drawn = scene.parts.iter().flat_map(|p| p.triangles.iter().flatten().map(|&v| p.positions[v as usize]));
+    let bounds = drawn.fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
     let parts = foliage::split(&scene, &files, &Overrides::default());
     let wood = Wood { positions: parts.wood_positions, triangles: parts.wood };
-    Some(Tree { name, up: scene.up.0, wood, truth })
+    Some(Tree { name, up: scene.up.0, wood, bounds, truth })
 }

@@ -98,8 +98,14 @@ mod tests {
     use super::*;
     use crate::base::Key;
 
-    const PATTERNS: [BarkPattern; 4] =
-        [BarkPattern::Furrowed, BarkPattern::Papery, BarkPattern::Plated, BarkPattern::Smooth];
+    const PATTERNS: [BarkPattern; 6] = [
+        BarkPattern::Furrowed,
+        BarkPattern::Papery,
+        BarkPattern::Plated,
+        BarkPattern::Smooth,
+        BarkPattern::Fibrous,
+        BarkPattern::Ringed,
+    ];
 
     fn difference(maps: &Maps, a: (u32, u32), b: (u32, u32)) -> i64 {
         let at = |(x, y): (u32, u32)| (y * maps.width + x) as usize;

@@ -2,7 +2,7 @@
 //!
 //! All coordinates are shares of the tile (u around the trunk, v along it) and every field repeats after one tile.
 //! Heights are shares of the pattern's own depth, tones multiply the colour. The patterns follow the forms that
-//! foresters tell apart (Vaucher 2003, "Tree Bark: A Color Guide"): furrowed, papery, plated, smooth.
+//! foresters tell apart (Vaucher 2003, "Tree Bark: A Color Guide"): furrowed, papery, plated, smooth, fibrous, ringed.
 
 use glam::Vec3;
 
@@ -59,6 +59,8 @@ impl Bark {
             BarkPattern::Papery => [(3, 3), (9, 14), (6, 22), (3, 4), (3, 5), (4, 50), (60, 110)],
             BarkPattern::Plated => [(4, 3), (15, 9), (6, 3), (14, 10), (3, 3), (20, 30), (60, 60)],
             BarkPattern::Smooth => [(3, 3), (9, 9), (11, 16), (2, 3), (3, 4), (8, 34), (90, 110)],
+            BarkPattern::Fibrous => [(5, 2), (18, 5), (22, 2), (40, 5), (3, 3), (120, 7), (200, 36)],
+            BarkPattern::Ringed => [(4, 4), (12, 12), (9, 24), (5, 18), (3, 4), (16, 30), (70, 120)],
         };
         let field = |name: &str, i: usize| Noise::new(seed.child(name), sizes[i].0, sizes[i].1);
         let [warp, curl] = [field("warp", 0), field("fine warp", 1)];
@@ -70,6 +72,8 @@ impl Bark {
             BarkPattern::Papery => (0.9, 0.5, 4, 2),
             BarkPattern::Plated => (0.9, 1.0, 3, 3),
             BarkPattern::Smooth => (0.9, 0.6, 4, 2),
+            BarkPattern::Fibrous => (0.95, 0.9, 2, 2),
+            BarkPattern::Ringed => (0.8, 0.7, 3, 2),
         };
         let others = match pattern {
             BarkPattern::Furrowed => [(broad.shifted(5), 4), (grain, 1), (fine, 0), (fine, 0)],
@@ -77,7 +81,8 @@ impl Bark {
                 [(curl.shifted(4), 3), (curl.shifted(2), 4), (fine.shifted(2), 1), (fine.shifted(1), 3)]
             }
             BarkPattern::Plated => [(curl.shifted(8), 2), (broad.shifted(9), 2), (curl.shifted(7), 3), (fine, 0)],
-            BarkPattern::Smooth => [(broad.shifted(3), 5), (fine, 0), (fine, 0), (fine, 0)],
+            BarkPattern::Smooth | BarkPattern::Fibrous => [(broad.shifted(3), 5), (fine, 0), (fine, 0), (fine, 0)],
+            BarkPattern::Ringed => [(curl.shifted(4), 3), (broad.shifted(2), 2), (fine, 0), (fine, 0)],
         };
         let sum = |field, octaves| if octaves == 1 { Octaves::single(field) } else { Octaves::new(field, octaves) };
         Self {
@@ -101,6 +106,8 @@ impl Bark {
             BarkPattern::Papery => 0.006,
             BarkPattern::Plated => 0.022,
             BarkPattern::Smooth => 0.004,
+            BarkPattern::Fibrous => 0.018,
+            BarkPattern::Ringed => 0.010,
         }
     }
 
@@ -111,6 +118,8 @@ impl Bark {
             BarkPattern::Papery => self.papery(v, size),
             BarkPattern::Plated => self.plated(v, size),
             BarkPattern::Smooth => self.smooth(v, size),
+            BarkPattern::Fibrous => self.fibrous(v, size),
+            BarkPattern::Ringed => self.ringed(v, size),
         }
     }
 
@@ -158,6 +167,57 @@ impl Bark {
             Spot { height, tone: hue * tone, rough: 0.93 - 0.06 * ridge + 0.03 * fine }
         };
         self.warped(v, size, 0.05, 0.011).map(spot).collect()
+    }
+
+    /// Strips of fibres, some of them loose, as on cedars and redwoods.
+    fn fibrous(&self, v: f32, size: usize) -> Vec<Spot> {
+        let (broad_row, fine_row, grey_row) =
+            (self.broad.row(v, size), self.fine.row(v, size), self.others[0].row(v, size));
+        let spot = |Place { i, x, y, .. }: Place| {
+            let (strip, border) = self.cells.bordered(x, y);
+            let gap = math::smoothstep(0.0, 0.2 + 0.08 * broad_row[i], border);
+            // Each strip is torn into narrower ones.
+            let (thread, thread_border) = self.small.bordered(x, y);
+            let torn = math::smoothstep(0.0, 0.14, thread_border);
+            let fibre = self.grain.at(x, y);
+            let fine = fine_row[i];
+            let lift = unit(strip.id, 1);
+            let height = gap * (0.5 + 0.25 * lift + 0.18 * torn + 0.10 * (unit(thread.id, 2) - 0.5))
+                + 0.22 * fibre * (0.4 + 0.6 * gap)
+                + 0.06 * fine;
+            let deep = mix(0.22, 1.0, math::smoothstep(0.0, 0.62, height));
+            let tone = deep * (1.0 + 0.42 * fibre + 0.2 * fine + 0.2 * (lift - 0.5)) * (0.84 + 0.16 * torn);
+            // Fresh fibres are red, old ones weather to grey.
+            let grey = math::smoothstep(-0.2, 0.6, grey_row[i] + 0.4 * (unit(thread.id, 3) - 0.5)) * gap;
+            let hue = Vec3::new(1.15, 0.95, 0.80).lerp(Vec3::new(0.95, 1.02, 1.06), 0.8 * grey);
+            Spot { height, tone: hue * tone, rough: 0.92 + 0.04 * fine }
+        };
+        self.warped(v, size, 0.035, 0.01).map(spot).collect()
+    }
+
+    /// Rings around the trunk, each a step, with short dashes between: palms and cherries.
+    fn ringed(&self, v: f32, size: usize) -> Vec<Spot> {
+        const RINGS: f32 = 12.0;
+        let (broad_row, fine_row, wave_row) =
+            (self.broad.row(v, size), self.fine.row(v, size), self.others[0].row(v, size));
+        let spot = |Place { i, x, y, .. }: Place| {
+            let at = (y + 0.012 * wave_row[i]) * RINGS;
+            let ring = at.floor();
+            let along = at - ring;
+            // A scar's lower lip is sharp, its upper edge runs out.
+            let lip = math::smoothstep(0.0, 0.06, along) * (1.0 - math::smoothstep(0.1, 0.85, along));
+            let line = 1.0 - math::smoothstep(0.0, 0.07, 0.5 - (along - 0.5).abs());
+            let fine = fine_row[i];
+            let grain = self.grain.at(x, y);
+            let dash = self.dash(self.cells.nearest(x, y), 0.5, 0.4, 0.2, 0.4 * fine + 0.2 * grain);
+            let broad = broad_row[i];
+            let height = 0.4 + 0.4 * lip - 0.25 * line + 0.12 * grain + 0.06 * fine + 0.15 * dash;
+            let tone = (1.0 + 0.16 * grain + 0.12 * fine + 0.16 * broad) * (1.0 - 0.45 * line) * (0.9 + 0.2 * lip);
+            let hue = Vec3::ONE.lerp(Vec3::new(0.62, 0.58, 0.54), 0.6 * dash);
+            let hue = hue.lerp(Vec3::new(0.90, 1.0, 0.86), 0.4 * math::smoothstep(0.0, 0.7, -broad));
+            Spot { height, tone: hue * tone, rough: 0.78 + 0.08 * fine + 0.08 * dash }
+        };
+        self.warped(v, size, 0.02, 0.008).map(spot).collect()
     }
 
     fn plated(&self, v: f32, size: usize) -> Vec<Spot> {

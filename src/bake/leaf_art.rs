@@ -237,6 +237,8 @@ impl Brush {
     /// Colour of the twig, linear.
     fn wood(&self) -> Vec3 {
         let base = match self.shape {
+            LeafShape::Linden | LeafShape::Elm => Vec3::new(0.090, 0.060, 0.045),
+            LeafShape::Poplar | LeafShape::Olive => Vec3::new(0.120, 0.105, 0.075),
             LeafShape::Oak | LeafShape::Ash => Vec3::new(0.105, 0.090, 0.062),
             LeafShape::Birch => Vec3::new(0.075, 0.042, 0.028),
             LeafShape::Beech => Vec3::new(0.085, 0.063, 0.045),
@@ -337,7 +339,7 @@ mod tests {
     use super::*;
     use crate::base::Key;
 
-    const SHAPES: [LeafShape; 7] = [
+    const SHAPES: [LeafShape; 11] = [
         LeafShape::Oak,
         LeafShape::Birch,
         LeafShape::Beech,
@@ -345,6 +347,10 @@ mod tests {
         LeafShape::Willow,
         LeafShape::Ash,
         LeafShape::Pine,
+        LeafShape::Linden,
+        LeafShape::Poplar,
+        LeafShape::Elm,
+        LeafShape::Olive,
     ];
     const GREEN: [f32; 3] = [0.061, 0.114, 0.021];
 

@@ -81,8 +81,7 @@ impl<'m> LeafMorph<'m> {
         let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
         let shapes: Vec<Shape> =
             self.outlines.par_iter().zip(&self.both).map(|(ends, both)| Shape::new(ends, *both, t, size)).collect();
-        let rows: Vec<Vec<([u8; 4], [u8; 3], [u8; 3])>> =
-            (0..height).into_par_iter().map(|y| self.row(&shapes, y, width, t)).collect();
+        let rows: Vec<Vec<Texel>> = (0..height).into_par_iter().map(|y| self.row(&shapes, y, width, t)).collect();
         let mut maps = Maps { width, height, color: Vec::new(), normal: Vec::new(), orm: Vec::new() };
         for (color, normal, orm) in rows.into_iter().flatten() {
             maps.color.push(color);
@@ -93,7 +92,7 @@ impl<'m> LeafMorph<'m> {
         maps
     }
 
-    fn row(&self, shapes: &[Shape], y: u32, width: u32, t: f32) -> Vec<([u8; 4], [u8; 3], [u8; 3])> {
+    fn row(&self, shapes: &[Shape], y: u32, width: u32, t: f32) -> Vec<Texel> {
         let mut row = vec![([0; 4], [128, 128, 255], [255, 200, 0]); width as usize];
         let mut covered = vec![0.0_f32; width as usize];
         let mut crossings = Vec::new();
@@ -263,6 +262,9 @@ fn nearest(place: Vec2, outlines: &[Vec<Vec2>]) -> Vec2 {
     let all = outlines.iter().flatten();
     all.min_by(|a, b| a.distance_squared(place).total_cmp(&b.distance_squared(place))).copied().unwrap_or(place)
 }
+
+/// A texel as it is stored: colour, normal, and occlusion, roughness and metalness.
+type Texel = ([u8; 4], [u8; 3], [u8; 3]);
 
 /// A texel in numbers.
 struct Sample {

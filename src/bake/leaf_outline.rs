@@ -59,6 +59,16 @@ pub(super) fn pinnate(shape: LeafShape) -> Pinnate {
         LeafShape::Ash => {
             form(0.17, 0.65, 0.95, 8.0, 0.8, 1.2, Margin::Serrate { coarse: 0.004, small: 0.006, fine: 2.0 })
         }
+        LeafShape::Linden => {
+            form(0.45, 0.34, 0.95, 7.0, 0.7, 0.1, Margin::Serrate { coarse: 0.016, small: 0.009, fine: 2.0 })
+        }
+        LeafShape::Poplar => {
+            form(0.46, 0.3, 1.3, 6.0, 0.6, 0.1, Margin::Serrate { coarse: 0.012, small: 0.008, fine: 2.0 })
+        }
+        LeafShape::Elm => {
+            form(0.31, 0.55, 0.8, 12.0, 0.9, 0.1, Margin::Serrate { coarse: 0.026, small: 0.012, fine: 2.0 })
+        }
+        LeafShape::Olive => form(0.11, 0.75, 0.8, 7.0, 0.6, 0.6, Margin::Entire(0.002)),
         LeafShape::Beech | LeafShape::Maple | LeafShape::Pine => {
             form(0.3, 0.62, 0.75, 8.0, 0.8, 0.25, Margin::Entire(0.008))
         }
@@ -96,7 +106,7 @@ pub(super) const PALMATE_VEINS: [Vec2; 2] = [Vec2::new(0.70, 0.50), Vec2::new(0.
 /// Points on each side of a pinnate blade: enough for its teeth or lobes at the size that sprays show it.
 const fn side_points(shape: LeafShape) -> usize {
     match shape {
-        LeafShape::Birch => 150,
+        LeafShape::Birch | LeafShape::Elm => 150,
         LeafShape::Willow | LeafShape::Ash => 60,
         _ => 96,
     }
@@ -199,8 +209,18 @@ fn palmate_side(seed: Seed) -> Vec<Vec2> {
 mod tests {
     use super::*;
 
-    const SHAPES: [LeafShape; 6] =
-        [LeafShape::Oak, LeafShape::Birch, LeafShape::Beech, LeafShape::Maple, LeafShape::Willow, LeafShape::Ash];
+    const SHAPES: [LeafShape; 10] = [
+        LeafShape::Oak,
+        LeafShape::Birch,
+        LeafShape::Beech,
+        LeafShape::Maple,
+        LeafShape::Willow,
+        LeafShape::Ash,
+        LeafShape::Linden,
+        LeafShape::Poplar,
+        LeafShape::Elm,
+        LeafShape::Olive,
+    ];
 
     #[test]
     fn outlines_stand_on_the_petiole_and_enclose_an_area_like_their_species() {
@@ -214,7 +234,7 @@ mod tests {
                 twice += p.x * q.y - q.x * p.y;
             }
             let area = 0.5 * twice;
-            let low = if shape == LeafShape::Willow { 0.06 } else { 0.18 };
+            let low = if [LeafShape::Willow, LeafShape::Olive].contains(&shape) { 0.06 } else { 0.18 };
             assert!(area > low && area < 0.75, "{shape:?}: {area}");
         }
     }

@@ -138,6 +138,10 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
         LeafShape::Willow => form(30, 1, 2.2, 0.06, [1.2, 0.5], 0.05, 0.9, 18),
         LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
+        LeafShape::Linden => form(7, 1, 2.5, 0.16, [1.2, 0.6], 0.4, 0.9, 2),
+        LeafShape::Poplar => form(8, 1, 2.6, 0.16, [1.1, 0.6], 0.55, 0.9, 2),
+        LeafShape::Elm => form(10, 1, 2.6, 0.14, [1.2, 0.7], 0.06, 0.8, 4),
+        LeafShape::Olive => form(12, 2, 2.3, 0.08, [1.0, 0.6], 0.08, 0.9, 8),
         LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
@@ -153,6 +157,8 @@ pub fn spray_span(shape: LeafShape) -> f32 {
         LeafShape::Beech => 3.2,
         LeafShape::Maple => 2.6,
         LeafShape::Willow => 2.4,
+        LeafShape::Linden | LeafShape::Poplar | LeafShape::Elm => 3.3,
+        LeafShape::Olive => 3.0,
         LeafShape::Ash | LeafShape::Pine => 1.0,
     }
 }

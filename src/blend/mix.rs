@@ -4,10 +4,16 @@
 //! every kin's tasks stood at a time of their own: so trees of the same weights differ as those of batches do.
 
 use crate::base::Seed;
-use crate::relate::{Family, Weights};
+use crate::relate::{Family, KinId, Weights};
+
+/// How far along a branch grows while buds come, a share of its growth: one at location `l` of a branch comes when that
+/// has grown to `YOUNG`·`l`, and both are full-grown together. With a degree for all that a limb bears, one at a tenth of
+/// its length bore its whole crown on it: a ball of leaves on the trunk.
+const YOUNG: f32 = 0.7;
 
 /// Every kin at the given shares of the sources, grown to the degree that the sources which have it amount to. So a
-/// branch that only a 30 % source has stands at 30 % of its length. Shares need not add up to 1; what is missing is 0.
+/// branch that only a 30 % source has stands at 30 % of its length, and bears what a branch so young does ([`YOUNG`]).
+/// Shares need not add up to 1; what is missing is 0.
 #[must_use]
 pub fn mix(family: &Family, shares: &[f32]) -> Weights {
     scattered(family, shares, 0.0, Seed::new(0))
@@ -46,10 +52,25 @@ pub fn scattered(family: &Family, shares: &[f32], scatter: f32, seed: Seed) -> W
         // Nothing at 0 and 1, most half way.
         let swing = 4.0 * held * (1.0 - held) * scatter * 0.5;
         let drawn = (held + swing * draw.child("degree").range(-1.0, 1.0)).clamp(0.0, 1.0);
-        let most = family.parent(kin).map_or(1.0, |parent| degrees[parent.index()]);
-        let degree = if scatter > 0.0 { drawn.min(most) } else { drawn };
+        let degree = family.parent(kin).map_or(drawn, |parent| {
+            let bearer = degrees[parent.index()];
+            let bud = YOUNG * location(family, kin, &clean);
+            drawn.min(if bearer < 1.0 { ((bearer - bud) / (1.0 - bud)).max(0.0) } else { 1.0 })
+        });
         degrees[kin.index()] = degree;
         weights.set(kin, &own, degree);
     }
     weights
+}
+
+/// Where a kin leaves its bearer on the mean of the sources that have it.
+fn location(family: &Family, kin: KinId, shares: &[f32]) -> f32 {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for (s, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+        if let Some(chain) = family.member(kin, s) {
+            sum += family.sources()[s].chain(chain).location * share;
+            weight += share;
+        }
+    }
+    if weight > 0.0 { (sum / weight).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -1,5 +1,7 @@
 //! Tests of batches: sequences of trees between two sources.
 
+use glam::Vec3;
+
 use super::*;
 use crate::base::{Seed, simplex_point};
 use crate::plant::{Plant, PlantStats};
@@ -220,6 +222,26 @@ fn a_mix_has_its_corners_and_scatter_keeps_them() {
         assert!(other != even && other != family.blend(&scattered(&family, &shares, 0.7, Seed::new(5))));
         assert_eq!(PlantStats::of(&other).topology_continuity, 1.0);
     }
+}
+
+#[test]
+fn a_young_limb_of_a_mix_bears_what_it_has_grown_past() {
+    let tree = |limb: bool| {
+        let mut builder = crate::plant::PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.05]);
+        builder.branch(stem, 0.9, &[Vec3::ZERO, Vec3::X], &[0.02, 0.01]);
+        if limb {
+            let limb = builder.branch(stem, 0.3, &[Vec3::ZERO, Vec3::Z * 2.0], &[0.04, 0.02]);
+            for k in 1..20 {
+                builder.branch(limb, k as f32 / 20.0, &[Vec3::ZERO, Vec3::Y * 0.5], &[0.01, 0.01]);
+            }
+        }
+        builder.finish().unwrap()
+    };
+    let family = nway_family(vec![tree(false), tree(true)], &EVEN).unwrap();
+    let twigs = |share: f32| family.blend(&mix(&family, &[1.0 - share, share])).chains().len() - 3;
+    assert!((2..=4).contains(&twigs(0.1)) && (13..=15).contains(&twigs(0.5)), "{} {}", twigs(0.1), twigs(0.5));
+    assert_eq!(twigs(0.99), 19);
 }
 
 #[test]

@@ -13,17 +13,17 @@ use super::trees::{self, Tree};
 use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::export::{
-    self, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
-    MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
+    self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
+    MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
 };
 use crate::lod::Level;
 use crate::mesh::TreeMesh;
 use crate::plant::PlantStats;
 use crate::preset::Plan;
-use crate::preset::plan::Lod;
+use crate::preset::plan::{Engine, Lod};
 
 /// The stages that pack and encode pictures, with their versions.
-const ATLAS: Stage = Stage("atlas", 1);
+const ATLAS: Stage = Stage("atlas", 2);
 const PNG: Stage = Stage("png", 1);
 
 /// Everything that the files of a set are made from.
@@ -71,6 +71,8 @@ pub(super) struct Placed {
     pub(super) packed: Arc<Packed>,
     /// By variant and level.
     meshes: Vec<Vec<TreeMesh>>,
+    /// By variant and level: where an impostor's sheet lies.
+    impostors: Vec<Vec<Option<ImpostorEntry>>>,
 }
 
 /// What an atlas that does not hold all is told as.
@@ -119,6 +121,7 @@ pub(super) fn place(
             Some(start)
         })
         .collect();
+    let impostors = trees.iter().zip(&starts).map(|(tree, start)| sheets(tree, atlas, shared as u32, *start)).collect();
     let meshes = trees
         .par_iter()
         .zip(starts)
@@ -135,7 +138,26 @@ pub(super) fn place(
             tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    Ok(Placed { packed, meshes })
+    Ok(Placed { packed, meshes, impostors })
+}
+
+/// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
+fn sheets(tree: &Tree, atlas: &Atlas, shared: u32, start: u32) -> Vec<Option<ImpostorEntry>> {
+    let (width, height) = (atlas.maps.width as f32, atlas.maps.height as f32);
+    let sheet = |level: &Level| {
+        let layout = level.impostor?;
+        let tile = *level.mesh.leaf.tiles.first()?;
+        let rect = atlas.rects.get((tile + if tile >= shared { start } else { 0 }) as usize)?;
+        Some(ImpostorEntry {
+            layout: "hemi-octahedral".to_owned(),
+            frames: layout.frames,
+            centre: layout.centre.to_array(),
+            radius: layout.radius,
+            uv_min: [rect.x as f32 / width, rect.y as f32 / height],
+            uv_max: [(rect.x + rect.width) as f32 / width, (rect.y + rect.height) as f32 / height],
+        })
+    };
+    tree.ladder.levels.iter().map(sheet).collect()
 }
 
 /// Gives a level the second UV set that the preset asks for.
@@ -172,7 +194,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
             names
                 .par_iter()
                 .enumerate()
-                .map(|(i, name)| glb(parts, placed, &materials, i, name))
+                .map(|(i, name)| engine_files(parts, placed, &materials, i, name))
                 .collect::<Result<Vec<_>, _>>()
         },
         || {
@@ -188,9 +210,9 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         },
     );
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    for (name, bytes) in names.iter().zip(glbs.map_err(|e| fail(&e))?) {
-        files.push((format!("{name}.glb"), bytes));
-    }
+    let glbs = glbs.map_err(|e| fail(&e))?;
+    let assets: Vec<Vec<AssetEntry>> = glbs.iter().map(|all| asset_entries(all)).collect();
+    files.extend(glbs.into_iter().flatten().flat_map(|(_, made)| made));
     files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
         let maps = maps?;
@@ -200,7 +222,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     }
     files.push((format!("{set}_contact.png"), sheet.map_err(|e| fail(&e))?));
     files.sort();
-    let manifest = manifest(parts, placed, &materials, &names, &files).map_err(|e| fail(&e))?;
+    let manifest = manifest(parts, placed, &materials, &names, (&files, &assets)).map_err(|e| fail(&e))?;
     files.push((manifest_name(set), manifest.into_bytes()));
     Ok(files)
 }
@@ -220,21 +242,46 @@ fn encoded(
     Ok(made.to_vec())
 }
 
-fn glb(
+/// The files of an engine, name and bytes.
+type EngineFiles = (Engine, Vec<(String, Vec<u8>)>);
+
+/// What the manifest says about a variant's files.
+fn asset_entries(all: &[EngineFiles]) -> Vec<AssetEntry> {
+    all.iter()
+        .map(|(engine, files)| AssetEntry {
+            engine: format!("{engine:?}"),
+            files: files.iter().map(|(name, _)| name.clone()).collect(),
+        })
+        .collect()
+}
+
+fn engine_files(
     parts: &SetParts<'_>,
     placed: &Placed,
     materials: &SetMaterials,
     variant: usize,
     name: &str,
-) -> Result<Vec<u8>, export::ExportError> {
+) -> Result<Vec<EngineFiles>, export::ExportError> {
     let levels: Vec<AssetLevel<'_>> = parts.trees[variant]
         .ladder
         .levels
         .iter()
-        .zip(&placed.meshes[variant])
-        .map(|(level, mesh)| AssetLevel { mesh, screen_coverage: level.screen_coverage })
+        .zip(placed.meshes[variant].iter().zip(&placed.impostors[variant]))
+        .map(|(level, (mesh, impostor))| AssetLevel {
+            mesh,
+            screen_coverage: level.screen_coverage,
+            impostor: impostor.as_ref(),
+        })
         .collect();
-    export::glb(&AssetIn { name, seed: parts.identities[variant].1.bits(), levels: &levels, materials })
+    let asset = AssetIn { name, seed: parts.identities[variant].1.bits(), levels: &levels, materials };
+    let plant = &*parts.trees[variant].plant;
+    let engines = &parts.plan.engines;
+    let capsules = if engines[..] == [Engine::Generic] {
+        Vec::new()
+    } else {
+        export::capsules(plant, &plant.pose(), &ColliderParams::default())
+    };
+    engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
 }
 
 /// Every variant at every level of detail.
@@ -261,6 +308,7 @@ fn kind(lod: &Lod) -> &'static str {
         Lod::Thinned { .. } => "Thinned",
         Lod::BillboardCloud { .. } => "BillboardCloud",
         Lod::CrossedQuads => "CrossedQuads",
+        Lod::Impostor { .. } => "Impostor",
     }
 }
 
@@ -269,7 +317,7 @@ fn manifest(
     placed: &Placed,
     materials: &SetMaterials,
     names: &[String],
-    files: &[(String, Vec<u8>)],
+    (files, assets): (&[(String, Vec<u8>)], &[Vec<AssetEntry>]),
 ) -> Result<String, serde_json::Error> {
     let plan = parts.plan;
     let size = |maps: &Maps| (maps.width, maps.height);
@@ -295,7 +343,7 @@ fn manifest(
         set: plan.name.clone(),
         key: parts.key.to_hex(),
         seed: plan.seed,
-        variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, i, name)).collect(),
+        variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, &assets[i], i, name)).collect(),
         clips: parts.clips.iter().map(|clip| clip.entry.clone()).collect(),
         textures,
         atlas: Some(AtlasEntry {
@@ -311,7 +359,13 @@ fn manifest(
     .to_json()
 }
 
-fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &str) -> VariantEntry {
+fn variant_entry(
+    parts: &SetParts<'_>,
+    placed: &Placed,
+    assets: &[AssetEntry],
+    variant: usize,
+    name: &str,
+) -> VariantEntry {
     let plant = &*parts.trees[variant].plant;
     let stats = PlantStats::of(plant);
     let meshes = &placed.meshes[variant];
@@ -321,7 +375,8 @@ fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &s
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes).enumerate();
     VariantEntry {
         name: name.to_owned(),
-        file: format!("{name}.glb"),
+        file: assets.iter().flat_map(|asset| &asset.files).next().cloned().unwrap_or_default(),
+        assets: if parts.plan.engines[..] == [Engine::Generic] { Vec::new() } else { assets.to_vec() },
         seed: parts.identities[variant].1.bits(),
         recipe: parts.identities[variant].0.clone(),
         bounds,
@@ -330,7 +385,12 @@ fn variant_entry(parts: &SetParts<'_>, placed: &Placed, variant: usize, name: &s
         topology_continuity: stats.topology_continuity,
         chains: stats.chains as u64,
         leaves: stats.leaves as u64,
-        levels: levels.map(|(i, (level, mesh))| level_entry(name, i, level, mesh, height)).collect(),
+        levels: levels
+            .map(|(i, (level, mesh))| LevelEntry {
+                impostor: placed.impostors[variant][i].clone(),
+                ..level_entry(name, i, level, mesh, height)
+            })
+            .collect(),
         capsules: export::capsules(plant, &plant.pose(), &ColliderParams::default()),
     }
 }
@@ -353,6 +413,8 @@ fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height:
             iou_worst: measured.worst_iou,
             coverage: measured.coverage,
             color: measured.color,
+            flip: measured.flip,
         }),
+        impostor: None,
     }
 }

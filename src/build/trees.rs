@@ -15,7 +15,7 @@ use crate::preset::plan::Variant;
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
-const LADDER: Stage = Stage("ladder", 2);
+const LADDER: Stage = Stage("ladder", 3);
 
 /// A tree of a set.
 #[derive(Clone, Debug)]

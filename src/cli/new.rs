@@ -35,7 +35,7 @@ const PRESET: &str = r#"// NAME: two young trees and four between them. Metres, 
     foliage: (leaf: "birch", density: 1.0),
 
     // From fine to coarse.
-    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads],
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
 
     atlas: (size: 2048),
 )

@@ -234,7 +234,7 @@ impl Build<'_> {
                 samplers: self.samplers,
             });
         }
-        self.writer.seal(clip.name, clip.seed, node)
+        self.writer.seal(clip.name, clip.seed, vec![node])
     }
 }
 

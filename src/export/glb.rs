@@ -20,6 +20,8 @@ use json::validation::Checked::Valid;
 use json::validation::USize64;
 use serde::Serialize;
 
+use super::ImpostorEntry;
+use super::packed::Cube;
 use crate::mesh::{Mesh, TreeMesh};
 
 /// File names of a material's maps, relative to the GLB, `/` between folders; not yet percent-encoded.
@@ -65,6 +67,8 @@ pub struct AssetLevel<'a> {
     /// The level is shown down to this share of the screen's height, 0..=1, less from level to level. Of the last level
     /// it is the cull point.
     pub screen_coverage: f32,
+    /// The layout of an impostor's sheet, told in the mesh's extras.
+    pub impostor: Option<&'a ImpostorEntry>,
 }
 
 /// A variant to be written.
@@ -147,15 +151,25 @@ pub fn level_name(name: &str, level: usize) -> String {
 ///
 /// See [`ExportError`]; the first thing that is wrong, in level order.
 pub fn glb(asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
+    write(asset, None)
+}
+
+/// As [`glb()`], quantized and packed.
+pub(super) fn web(asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
+    let levels = asset.levels.iter().flat_map(|l| [&l.mesh.bark, &l.mesh.leaf]);
+    write(asset, Some(Cube::around(levels.flat_map(|mesh| &mesh.positions).filter(|p| p.is_finite()))))
+}
+
+fn write(asset: &AssetIn<'_>, cube: Option<Cube>) -> Result<Vec<u8>, ExportError> {
     check_levels(asset)?;
-    let mut writer = Writer::new(asset.materials);
+    let mut writer = Writer { cube, ..Writer::new(asset.materials) };
     for (i, level) in asset.levels.iter().enumerate() {
-        writer.level(&level_name(asset.name, i), i, level.mesh)?;
+        writer.level(&level_name(asset.name, i), i, level)?;
     }
     writer.finish(asset)
 }
 
-fn check_levels(asset: &AssetIn<'_>) -> Result<(), ExportError> {
+pub(super) fn check_levels(asset: &AssetIn<'_>) -> Result<(), ExportError> {
     let name = || asset.name.to_owned();
     if asset.levels.is_empty() {
         return Err(ExportError::NoLevels { name: name() });
@@ -189,21 +203,36 @@ pub(super) struct Writer<'a> {
     /// Made on first use, so that no file names a material that it doesn't use.
     bark: Option<Index<json::Material>>,
     leaf: Option<Index<json::Material>>,
+    /// The cube that positions are quantized in; none where they stay as they are.
+    cube: Option<Cube>,
+    /// Bytes of the fallback buffer that packed views name.
+    pub(super) unpacked: usize,
 }
 
 impl<'a> Writer<'a> {
     pub(super) fn new(materials: &'a SetMaterials) -> Self {
-        Self { root: json::Root::default(), bin: Vec::new(), materials, bark: None, leaf: None }
+        Self {
+            root: json::Root::default(),
+            bin: Vec::new(),
+            materials,
+            bark: None,
+            leaf: None,
+            cube: None,
+            unpacked: 0,
+        }
     }
 
     /// Adds a level's mesh.
-    fn level(&mut self, name: &str, level: usize, tree: &TreeMesh) -> Result<(), ExportError> {
+    pub(super) fn level(&mut self, name: &str, level: usize, of: &AssetLevel<'_>) -> Result<(), ExportError> {
         let mut primitives = Vec::with_capacity(2);
-        for (part, suffix, mesh) in [(Part::Bark, "bark", &tree.bark), (Part::Leaf, "leaf", &tree.leaf)] {
-            let triangles =
-                proper_triangles(mesh).map_err(|what| ExportError::Mesh { name: format!("{name} {suffix}"), what })?;
+        for (part, suffix, mesh) in [(Part::Bark, "bark", &of.mesh.bark), (Part::Leaf, "leaf", &of.mesh.leaf)] {
+            let wrong = |what| ExportError::Mesh { name: format!("{name} {suffix}"), what };
+            let triangles = proper_triangles(mesh).map_err(wrong)?;
             if !triangles.is_empty() {
-                primitives.push(self.primitive(part, mesh, &triangles));
+                primitives.push(match self.cube {
+                    Some(cube) => self.packed_primitive(part, mesh, triangles, cube).map_err(wrong)?,
+                    None => self.primitive(part, mesh, &triangles),
+                });
             }
         }
         if primitives.is_empty() {
@@ -211,7 +240,7 @@ impl<'a> Writer<'a> {
         }
         self.root.meshes.push(json::Mesh {
             extensions: None,
-            extras: None,
+            extras: of.impostor.and_then(|impostor| raw(&serde_json::json!({ "impostor": impostor }))),
             name: Some(name.to_owned()),
             primitives,
             weights: None,
@@ -298,9 +327,7 @@ impl<'a> Writer<'a> {
 
     /// Appends bytes to the binary chunk, from a multiple of four on.
     fn view(&mut self, bytes: impl Iterator<Item = u8>, target: json::buffer::Target) -> Index<json::buffer::View> {
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        let start = self.bin.len();
-        self.bin.extend(bytes);
+        let start = self.append(bytes);
         self.root.push(json::buffer::View {
             buffer: Index::new(0),
             byte_length: USize64::from(self.bin.len() - start),
@@ -310,6 +337,42 @@ impl<'a> Writer<'a> {
             target: Some(Valid(target)),
             extensions: None,
             extras: None,
+        })
+    }
+
+    /// Appends bytes to the binary chunk, from a multiple of four on; gives back where they start.
+    pub(super) fn append(&mut self, bytes: impl Iterator<Item = u8>) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let start = self.bin.len();
+        self.bin.extend(bytes);
+        start
+    }
+
+    /// A mesh of positions and triangles only, without a material.
+    pub(super) fn plain_mesh(&mut self, name: &str, points: &[Vec3], triangles: &[u32]) -> Index<json::Mesh> {
+        use json::accessor::{ComponentType, Type};
+        let (low, high) = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+        let view = self.vertex_view(points.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes));
+        let positions = self.accessor(view, points.len(), ComponentType::F32, Type::Vec3);
+        let accessor = &mut self.root.accessors[positions.value()];
+        accessor.min = Some(serde_json::json!(low.to_array()));
+        accessor.max = Some(serde_json::json!(high.to_array()));
+        let view = self.index_view(triangles.iter().flat_map(|i| i.to_le_bytes()));
+        let indices = self.accessor(view, triangles.len(), ComponentType::U32, Type::Scalar);
+        self.root.push(json::Mesh {
+            extensions: None,
+            extras: None,
+            name: Some(name.to_owned()),
+            primitives: vec![json::mesh::Primitive {
+                attributes: [(Valid(json::mesh::Semantic::Positions), positions)].into(),
+                extensions: None,
+                extras: None,
+                indices: Some(indices),
+                material: None,
+                mode: Valid(json::mesh::Mode::Triangles),
+                targets: None,
+            }],
+            weights: None,
         })
     }
 
@@ -336,7 +399,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    fn material(&mut self, part: Part) -> Index<json::Material> {
+    pub(super) fn material(&mut self, part: Part) -> Index<json::Material> {
         let made = if part == Part::Bark { self.bark } else { self.leaf };
         if let Some(index) = made {
             return index;
@@ -388,6 +451,8 @@ impl<'a> Writer<'a> {
             material.alpha_mode = Valid(json::material::AlphaMode::Mask);
             material.alpha_cutoff = Some(json::material::AlphaCutoff(crate::bake::ALPHA_CUTOFF));
             material.double_sided = true;
+            // The blue channel holds the depth of impostors.
+            material.pbr_metallic_roughness.metallic_factor = json::material::StrengthFactor(0.0);
         }
         let index = self.root.push(material);
         if part == Part::Bark {
@@ -418,6 +483,8 @@ impl<'a> Writer<'a> {
             self.root.nodes.push(json::Node {
                 mesh: Some(Index::new(level as u32)),
                 name: Some(name),
+                scale: self.cube.map(|cube| [cube.edge; 3]),
+                translation: self.cube.map(|cube| cube.low.to_array()),
                 ..Default::default()
             });
         }
@@ -431,17 +498,12 @@ impl<'a> Writer<'a> {
             root.extras = raw(&Coverage { coverage });
             self.root.extensions_used.push("MSFT_lod".to_owned());
         }
-        self.seal(asset.name, asset.seed, Index::new(0))
+        self.seal(asset.name, asset.seed, vec![Index::new(0)])
     }
 
-    /// Adds the scene with its root node and packs both chunks.
-    pub(super) fn seal(mut self, name: &str, seed: u64, node: Index<json::Node>) -> Result<Vec<u8>, ExportError> {
-        self.root.scenes.push(json::Scene {
-            extensions: None,
-            extras: None,
-            name: Some(name.to_owned()),
-            nodes: vec![node],
-        });
+    /// Adds the scene with its root nodes and packs both chunks.
+    pub(super) fn seal(mut self, name: &str, seed: u64, nodes: Vec<Index<json::Node>>) -> Result<Vec<u8>, ExportError> {
+        self.root.scenes.push(json::Scene { extensions: None, extras: None, name: Some(name.to_owned()), nodes });
         self.root.scene = Some(Index::new(0));
         self.root.asset = json::Asset {
             generator: Some(concat!("Treewright ", env!("CARGO_PKG_VERSION")).to_owned()),
@@ -456,6 +518,22 @@ impl<'a> Writer<'a> {
             extensions: None,
             extras: None,
         });
+        if self.unpacked > 0 {
+            let mut extensions = json::extensions::buffer::Buffer::default();
+            let fallback = serde_json::json!({ "fallback": true });
+            extensions.others.insert("EXT_meshopt_compression".to_owned(), fallback);
+            self.root.buffers.push(json::Buffer {
+                byte_length: USize64::from(self.unpacked),
+                name: None,
+                uri: None,
+                extensions: Some(extensions),
+                extras: None,
+            });
+            for extension in ["KHR_mesh_quantization", "EXT_meshopt_compression"] {
+                self.root.extensions_used.push(extension.to_owned());
+                self.root.extensions_required.push(extension.to_owned());
+            }
+        }
         let too_large = || ExportError::TooLarge { name: name.to_owned() };
         let text = json::serialize::to_vec(&self.root).map_err(|_| too_large())?;
         container(text, &self.bin).ok_or_else(too_large)
@@ -477,7 +555,7 @@ struct AssetExtras<'a> {
     seed: u64,
 }
 
-fn raw(value: &impl Serialize) -> json::Extras {
+pub(super) fn raw(value: &impl Serialize) -> json::Extras {
     serde_json::to_string(value).and_then(json::extras::RawValue::from_string).ok()
 }
 
@@ -536,7 +614,7 @@ pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
 }
 
 /// `v` at unit length; `otherwise` when it has no direction. Vectors that are units but for rounding stay as they are.
-fn unit(v: Vec3, otherwise: Vec3) -> Vec3 {
+pub(super) fn unit(v: Vec3, otherwise: Vec3) -> Vec3 {
     if (v.length_squared() - 1.0).abs() < 1e-5 { v } else { v.try_normalize().unwrap_or(otherwise) }
 }
 

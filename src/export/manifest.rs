@@ -51,6 +51,15 @@ pub struct FileEntry {
     pub blake3: String,
 }
 
+/// A variant's files for an engine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AssetEntry {
+    /// `Generic`, `Godot`, `Unity`, `Unreal`, `Bevy` or `Web`.
+    pub engine: String,
+    /// Relative to the manifest; what is loaded first in front.
+    pub files: Vec<String>,
+}
+
 /// An animated file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipEntry {
@@ -75,8 +84,11 @@ pub struct ClipEntry {
 pub struct VariantEntry {
     /// Its name, also of the root node.
     pub name: String,
-    /// Its GLB, relative to the manifest.
+    /// Its GLB, relative to the manifest; the first where there are several.
     pub file: String,
+    /// Its files for each engine; empty where the set is written for `Generic` alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assets: Vec<AssetEntry>,
     /// Seed of its own randomness.
     pub seed: u64,
     /// How it was made: the preset's words and the weights that were used.
@@ -123,7 +135,7 @@ impl Bounds {
 pub struct LevelEntry {
     /// Name of its mesh.
     pub mesh: String,
-    /// `Full`, `Thinned`, `BillboardCloud` or `CrossedQuads`.
+    /// `Full`, `Thinned`, `BillboardCloud`, `CrossedQuads` or `Impostor`.
     pub kind: String,
     /// Triangles of both primitives.
     pub triangles: u64,
@@ -139,6 +151,28 @@ pub struct LevelEntry {
     pub switch_distance: f32,
     /// Against the first level at the size where this level takes over; none for the first.
     pub measured: Option<MeasuredErrors>,
+    /// The layout of an impostor's sheet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impostor: Option<ImpostorEntry>,
+}
+
+/// How a hemi-octahedral impostor's sheet is laid out: a square of `frames × frames` pictures in the atlas. Frame (i, j),
+/// counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
+/// `2 (i, j) / (frames − 1) − 1`. The same stands in the extras of the level's mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImpostorEntry {
+    /// Always `hemi-octahedral`.
+    pub layout: String,
+    /// Pictures along an edge.
+    pub frames: u32,
+    /// Middle of what each picture shows, metres from the tree's origin.
+    pub centre: [f32; 3],
+    /// Half the edge of what each picture shows, metres; also the reach of the depth in the ORM map's blue channel.
+    pub radius: f32,
+    /// Upper left corner of the sheet in the atlas.
+    pub uv_min: [f32; 2],
+    /// Lower right corner.
+    pub uv_max: [f32; 2],
 }
 
 /// What was measured of a level against the first, over views on a sphere.
@@ -156,6 +190,9 @@ pub struct MeasuredErrors {
     pub coverage: f32,
     /// Distance of the mean colours, sRGB with 1 for white, the mean of the views.
     pub color: f32,
+    /// FLIP of the pictures before a sky (Andersson et al. 2020), 0..=1, the mean of the views.
+    #[serde(default)]
+    pub flip: f32,
 }
 
 /// A texture file.
@@ -246,11 +283,14 @@ mod tests {
                 iou_worst: 0.88,
                 coverage: 1.02,
                 color: 0.01,
+                flip: 0.03,
             }),
+            impostor: None,
         };
         let variant = VariantEntry {
             name: "oak_001".into(),
             file: "oak_001.glb".into(),
+            assets: Vec::new(),
             seed: u64::MAX,
             recipe: serde_json::json!({"blend": ["a", "b"]}),
             bounds: Bounds::of([glam::Vec3::ONE, glam::Vec3::ZERO]).unwrap(),

@@ -8,8 +8,10 @@ mod clip;
 mod collider;
 mod glb;
 mod manifest;
+mod packed;
 mod plot;
 mod png;
+mod profile;
 #[cfg(test)]
 mod tests;
 
@@ -17,8 +19,9 @@ pub use clip::{ClipIn, ClipLeaves, clip_glb};
 pub use collider::{Capsule, ColliderParams, capsules};
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
 pub use manifest::{
-    AtlasEntry, Bounds, ClipEntry, FileEntry, LevelEntry, MANIFEST_FORMAT, Manifest, MeasuredErrors, TextureEntry,
-    VariantEntry, switch_distance,
+    AssetEntry, AtlasEntry, Bounds, ClipEntry, FileEntry, ImpostorEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
+    MeasuredErrors, TextureEntry, VariantEntry, switch_distance,
 };
 pub use plot::{Curve, plot};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};
+pub use profile::engine_files;

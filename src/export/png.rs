@@ -62,16 +62,15 @@ pub fn encode_maps(maps: &Maps, color: PngKind) -> Result<EncodedMaps, ExportErr
     encode_maps_by(maps, color, &encode)
 }
 
+/// Encodes bytes of so many by so many pixels of a kind.
+type Encode<'a, E> = dyn Fn(&[u8], u32, u32, PngKind) -> Result<Vec<u8>, E> + Sync + 'a;
+
 /// As [`encode_maps`], by something that does what [`encode`] does: a cache in front of it.
 ///
 /// # Errors
 ///
 /// Those of `encode`.
-pub fn encode_maps_by<E: Send>(
-    maps: &Maps,
-    color: PngKind,
-    encode: &(dyn Fn(&[u8], u32, u32, PngKind) -> Result<Vec<u8>, E> + Sync),
-) -> Result<EncodedMaps, E> {
+pub fn encode_maps_by<E: Send>(maps: &Maps, color: PngKind, encode: &Encode<'_, E>) -> Result<EncodedMaps, E> {
     let (width, height) = (maps.width, maps.height);
     let (color, (normal, orm)) = rayon::join(
         || match color {

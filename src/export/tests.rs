@@ -29,8 +29,11 @@ fn tree(bark: usize, leaf: usize) -> TreeMesh {
 
 fn write(trees: &[TreeMesh]) -> Result<Vec<u8>, ExportError> {
     let share = |i: usize| 0.5 / (1 + i * i) as f32;
-    let levels: Vec<_> =
-        trees.iter().enumerate().map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i) }).collect();
+    let levels: Vec<_> = trees
+        .iter()
+        .enumerate()
+        .map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i), impostor: None })
+        .collect();
     let materials = SetMaterials::of("two words");
     glb(&AssetIn { name: "oak_001", seed: 41, levels: &levels, materials: &materials })
 }

@@ -15,9 +15,9 @@ use super::thin::append;
 use super::twigs::thin_wood;
 use crate::bake::{Maps, Picture};
 use crate::base::Seed;
-use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes};
+use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes_in};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::MeshParams;
+use crate::preset::plan::{Forks, MeshParams};
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
@@ -32,7 +32,7 @@ const VISIBLE: f32 = 0.0025;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
 /// Rounds in search of the alpha's gain.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 4;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,15 +56,16 @@ pub(super) struct Scene<'a> {
     pub(super) light: &'a CrownLight,
 }
 
-/// A cloud as a level's mesh, tiles counted from `first_tile` on, and its pictures.
-pub(super) fn cloud(
-    scene: &Scene<'_>,
-    params: CloudParams,
-    wardrobe: &Wardrobe,
-    first_tile: u32,
-    reference: &Reference,
-    seed: Seed,
-) -> (TreeMesh, Vec<Maps>) {
+/// A cloud: its mesh, its cards, and the gain of their alpha.
+pub(super) struct Cloud {
+    /// Tiles counted from the first on.
+    pub(super) tree: TreeMesh,
+    cards: Vec<Card>,
+    gain: f32,
+}
+
+/// A cloud as a level's mesh, tiles counted from `first_tile` on, its alpha yet to be settled.
+pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe, first_tile: u32, seed: Seed) -> Cloud {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let (low, high) = bounds(scene.full);
     let (mut bark, min_radius) = limbs(scene, thickest, high.y - low.y);
@@ -75,46 +76,69 @@ pub(super) fn cloud(
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
     let contents = sort_out(scene, &planes, &homes, &unit_of, min_radius);
     let cards = bake(scene, &planes, &contents, params, wardrobe);
-
-    // The whole tree covers what it should when the cards' gain is right.
     let mut leaf = Mesh::default();
     for (k, card) in cards.iter().enumerate() {
         append(&mut leaf, &card.mesh, first_tile + k as u32);
     }
-    let tree = TreeMesh { bark, leaf };
-    let (mut gain, mut best) = (1.0_f32, (f32::INFINITY, 1.0_f32));
-    let mut before: Option<(f32, f32)> = None;
-    let mut dressed = wardrobe.clone();
-    let kept = dressed.leaves.len();
-    for _ in 0..ROUNDS {
-        dressed.leaves.truncate(kept);
-        dressed.leaves.extend(cards.par_iter().map(|c| Picture::new(&c.draft(gain))).collect::<Vec<_>>());
-        let coverage = reference.coverage(&tree, &dressed);
-        let off = (coverage - 1.0).abs();
-        if off < best.0 {
-            best = (off, gain);
+    Cloud { tree: TreeMesh { bark, leaf }, cards, gain: 1.0 }
+}
+
+impl Cloud {
+    /// Sets the gain so that the whole tree covers at the reference's size what the full one does: secant steps.
+    pub(super) fn settle(&mut self, reference: &Reference, wardrobe: &Wardrobe) {
+        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain));
+        let mut before: Option<(f32, f32)> = None;
+        let mut dressed = wardrobe.clone();
+        let kept = dressed.leaves.len();
+        for _ in 0..ROUNDS {
+            dressed.leaves.truncate(kept);
+            dressed.leaves.extend(self.drafts(gain));
+            let coverage = reference.coverage(&self.tree, &dressed);
+            let off = (coverage - 1.0).abs();
+            if off < best.0 {
+                best = (off, gain);
+            }
+            if off < 0.006 || self.cards.is_empty() {
+                break;
+            }
+            // Cards hide each other, so the first guess of the slope is less than one.
+            let slope = match before {
+                Some((g, c)) if (gain - g).abs() > 1e-3 => ((coverage - c) / (gain - g)).clamp(0.1, 2.0),
+                _ => 0.5,
+            };
+            before = Some((gain, coverage));
+            gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
-        if off < 0.01 || cards.is_empty() {
-            break;
-        }
-        // Cards hide each other, so the first guess of the slope is less than one.
-        let slope = match before {
-            Some((g, c)) if (gain - g).abs() > 1e-3 => ((coverage - c) / (gain - g)).clamp(0.1, 2.0),
-            _ => 0.5,
-        };
-        before = Some((gain, coverage));
-        gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
+        self.gain = best.1;
     }
-    let tiles = cards.par_iter().map(|c| c.finish(best.1)).collect();
-    (tree, tiles)
+
+    /// The cards' pictures as they are now, with colour under the alpha only.
+    pub(super) fn pictures(&self) -> Vec<Picture> {
+        self.drafts(self.gain)
+    }
+
+    fn drafts(&self, gain: f32) -> Vec<Picture> {
+        self.cards.par_iter().map(|c| Picture::new(&c.draft(gain))).collect()
+    }
+
+    /// The finished pictures.
+    pub(super) fn tiles(&self) -> Vec<Maps> {
+        self.cards.par_iter().map(|c| c.finish(self.gain)).collect()
+    }
 }
 
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
 /// radius of the thinnest.
 fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
     let at = |min_radius: f32| {
-        let detail = TubeDetail { sides: 6, error: height * 0.006, min_radius, bark_tile: scene.params.bark_tile };
-        tubes(scene.plant, scene.posed, &detail)
+        let detail = TubeDetail {
+            sides: 6,
+            error: height * 0.006,
+            min_radius,
+            bark_tile: scene.params.bark_tile,
+            forks: Forks::Plain,
+        };
+        tubes_in(scene.plant, scene.posed, scene.light, &detail)
     };
     let fits = |mesh: &Mesh| mesh.indices.len() <= LIMBS * 3;
     let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);

@@ -1,20 +1,22 @@
 //! The ladder: every level of a tree, and where each takes over.
 //!
 //! A level takes over at the largest of some sizes at which its silhouette agrees with the full tree's as well as its
-//! kind must (IoU of silhouettes drawn at that very size); where it never does, at the smallest. Sizes are shares of the
+//! kind must (IoU of silhouettes drawn at that very size); where it never does, where it agrees best. Sizes are shares of the
 //! screen's height that the tree's height covers, on a screen of [`SCREEN`] lines.
 
 use std::collections::BTreeMap;
 
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
+use super::cloud::{CARD_TEXELS, Cloud, CloudParams, Scene, cloud};
 use super::crossed::crossed_quads;
-use super::measure::{Measured, Reference, Wardrobe};
+use super::impostor::{Impostor, impostor};
+use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
-use crate::bake::{Maps, Picture};
+use crate::bake::{Maps, Picture, View};
 use crate::base::Seed;
-use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards, tubes};
+use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
 use crate::preset::plan::{Lod, MeshParams};
 
@@ -47,8 +49,10 @@ pub struct Level {
     /// Smallest height of the tree, as a share of the screen's, at which the level is still shown: below it the next
     /// takes over (`MSFT_screencoverage`); for the last level the point where it is culled. Falls from level to level.
     pub screen_coverage: f32,
-    /// Against the full level, at the size at which it takes over.
+    /// Against the full level, at the size at which it takes over; of an impostor as its shader shows it.
     pub measured: Measured,
+    /// How the sheet of an impostor is laid out; it is the one tile of the level's mesh.
+    pub impostor: Option<Impostor>,
 }
 
 /// Builds all levels of a dressed plant, with card pictures of [`CARD_TEXELS`].
@@ -73,7 +77,7 @@ pub fn ladder_with(
 ) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let full = full_level(plant, &posed, mesh);
+    let full = full_level(plant, &posed, &light, mesh);
     let leaf_of = leaf_of_triangles(plant, &posed);
     let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &leaf_of, light: &light };
     let mut wardrobe = Wardrobe::new(leaf_art, bark);
@@ -84,27 +88,73 @@ pub fn ladder_with(
     let mut above = 1.0_f32;
     for (i, lod) in lods.iter().enumerate() {
         let first_tile = (leaf_art.len() + tiles.len()) as u32;
-        let (made, pictures) = match *lod {
-            Lod::Full => (full.clone(), Vec::new()),
-            Lod::Thinned { triangles } => (thinned(&scene, triangles, seed.child("thin")), Vec::new()),
-            Lod::BillboardCloud { cards } => {
+        let mut layout = None;
+        let (made, pictures, (size, measured)) = match *lod {
+            Lod::Full => (full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
+            Lod::Thinned { triangles } => {
+                let at = |grown: f32| thinned(&scene, triangles, grown, seed.child("thin"));
+                let mut made = at(1.0);
+                // Fewer, larger leaves hide each other less or more: once more, by what is covered half way down.
                 let sizes = sizes(lod, above);
                 let reference = references.at(sizes[sizes.len() / 2], &full, &wardrobe);
-                let params = CloudParams { cards, texels };
-                cloud(&scene, params, &wardrobe, first_tile, reference, seed.child("cloud"))
+                let covered = reference.coverage(&made, &wardrobe);
+                if (covered - 1.0).abs() > 0.008 {
+                    made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
+                }
+                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
+                    reference.measure_from(&|_| made.clone(), &wardrobe, Asked::Silhouette)
+                });
+                let measured = references.at(at, &full, &wardrobe).measure(&made, &wardrobe);
+                (made, Vec::new(), (at, measured))
             }
-            Lod::CrossedQuads => crossed_quads(&scene, texels, &wardrobe, first_tile),
+            Lod::BillboardCloud { cards } => {
+                let params = CloudParams { cards, texels };
+                let mut made = cloud(&scene, params, &wardrobe, first_tile, seed.child("cloud"));
+                let with = |made: &Cloud| {
+                    let mut dressed = wardrobe.clone();
+                    dressed.leaves.extend(made.pictures());
+                    dressed
+                };
+                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
+                    made.settle(reference, &wardrobe);
+                    reference.measure_from(&|_| made.tree.clone(), &with(&made), Asked::Silhouette)
+                });
+                let reference = references.at(at, &full, &wardrobe);
+                made.settle(reference, &wardrobe);
+                let measured = reference.measure(&made.tree, &with(&made));
+                let tiles = made.tiles();
+                (made.tree, tiles, (at, measured))
+            }
+            Lod::CrossedQuads => {
+                let (made, pictures) = crossed_quads(&scene, texels, &wardrobe, first_tile);
+                let mut dressed = wardrobe.clone();
+                dressed.leaves.extend(pictures.iter().map(Picture::new));
+                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
+                    reference.measure_from(&|_| made.clone(), &dressed, Asked::Silhouette)
+                });
+                let measured = references.at(at, &full, &wardrobe).measure(&made, &dressed);
+                (made, pictures, (at, measured))
+            }
+            Lod::Impostor { frames } => {
+                let (of, made, sheet) = impostor(&scene, frames, &wardrobe, first_tile);
+                layout = Some(of);
+                let mut dressed = wardrobe.clone();
+                dressed.leaves.push(Picture::new(&sheet));
+                let whole = (Vec2::ZERO, Vec2::ONE);
+                let seen = |view: &View| TreeMesh {
+                    leaf: of.seen_from(view.frame, &sheet, whole, first_tile),
+                    ..TreeMesh::default()
+                };
+                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
+                    reference.measure_from(&seen, &dressed, Asked::Silhouette)
+                });
+                let measured = references.at(at, &full, &wardrobe).measure_from(&seen, &dressed, Asked::All);
+                (made, vec![sheet], (at, measured))
+            }
         };
         wardrobe.leaves.extend(pictures.iter().map(Picture::new));
         tiles.extend(pictures);
-        let measured = match lod {
-            Lod::Full => Measured::same(SCREEN as u32),
-            _ => {
-                let (size, measured) = takes_over(lod, above, [&made, &full], &wardrobe, &mut references);
-                above = size;
-                measured
-            }
-        };
+        above = size;
         if i > 0 {
             levels[i - 1].screen_coverage = above;
         }
@@ -115,15 +165,30 @@ pub fn ladder_with(
             triangles,
             screen_coverage: CULL.min(above * 0.5),
             measured,
+            impostor: layout,
         });
     }
     Ladder { levels, tiles }
 }
 
+/// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
+/// made while somebody waits; a few milliseconds a tree.
+#[must_use]
+pub fn mesh_levels(plant: &Plant, mesh: &MeshParams, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
+    let posed = plant.pose();
+    let light = CrownLight::of(plant, &posed);
+    let full = full_level(plant, &posed, &light, mesh);
+    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light };
+    let coarse: Vec<TreeMesh> = shares.iter().map(|&share| thinned(&scene, share, 1.0, seed.child("thin"))).collect();
+    let mut levels = vec![full];
+    levels.extend(coarse);
+    levels
+}
+
 /// The finest mesh.
-fn full_level(plant: &Plant, posed: &crate::plant::Posed, params: &MeshParams) -> TreeMesh {
-    let mut bark = tubes(plant, posed, &TubeDetail::full(params));
-    let mut leaf = leaf_cards(plant, posed, &all_cards(plant), CardShape::Folded);
+fn full_level(plant: &Plant, posed: &crate::plant::Posed, light: &CrownLight, params: &MeshParams) -> TreeMesh {
+    let mut bark = tubes_in(plant, posed, light, &TubeDetail::full(params));
+    let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), CardShape::Folded);
     // An error only says that a mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);
     let _ = add_tangents(&mut leaf);
@@ -153,10 +218,7 @@ struct References {
 impl References {
     fn at(&mut self, size: f32, full: &TreeMesh, wardrobe: &Wardrobe) -> &Reference {
         let pixels = (size * SCREEN + 0.5) as u32;
-        self.drawn.entry(pixels).or_insert_with(|| {
-            let views = if pixels > 110 { VIEWS / 2 } else { VIEWS };
-            Reference::new(full, wardrobe, pixels, views)
-        })
+        self.drawn.entry(pixels).or_insert_with(|| Reference::new(full, wardrobe, pixels, VIEWS))
     }
 }
 
@@ -164,41 +226,42 @@ impl References {
 fn sizes(lod: &Lod, above: f32) -> Vec<f32> {
     let all: &[f32] = match lod {
         Lod::Full => &[1.0],
-        Lod::Thinned { .. } => &[0.25, 0.12],
-        Lod::BillboardCloud { .. } => &[0.1, 0.05],
-        Lod::CrossedQuads => &[0.035, 0.025],
+        Lod::Thinned { .. } => &[0.25, 0.16, 0.11],
+        Lod::BillboardCloud { .. } => &[0.09, 0.065, 0.045],
+        Lod::CrossedQuads | Lod::Impostor { .. } => &[0.037, 0.03, 0.024],
     };
-    let below: Vec<f32> = all.iter().copied().filter(|s| *s < above * 0.8).collect();
-    if below.is_empty() { vec![above * 0.6] } else { below }
+    let below: Vec<f32> = all.iter().copied().filter(|s| *s < above * 0.9).collect();
+    if below.is_empty() { vec![above * 0.75] } else { below }
 }
 
-/// The IoU that a kind must reach where it takes over.
-const fn bound(lod: &Lod) -> f32 {
-    match lod {
-        Lod::Full => 1.0,
-        Lod::Thinned { .. } => 0.9,
-        Lod::BillboardCloud { .. } => 0.88,
-        Lod::CrossedQuads => 0.8,
-    }
+/// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the
+/// ladder are few; the bounds leave a margin for those between them.
+fn agrees(lod: &Lod, measured: &Measured) -> f32 {
+    let (mean, worst) = if *lod == Lod::CrossedQuads { (0.8, 0.5) } else { (0.908, 0.862) };
+    (measured.iou - mean).min(measured.worst_iou - worst)
 }
 
-/// The largest size at which `[level, full]` agree well enough, and what was measured there.
+/// The largest size at which a level and the full one agree well enough; where they never do, the one at which they agree
+/// best: small pictures are not always more alike, since outlines are longer there for what they hold.
 fn takes_over(
     lod: &Lod,
     above: f32,
-    [level, full]: [&TreeMesh; 2],
-    wardrobe: &Wardrobe,
+    full: &TreeMesh,
     references: &mut References,
-) -> (f32, Measured) {
-    let mut last = (above, Measured::same(0));
+    wardrobe: &Wardrobe,
+    mut measure: impl FnMut(&Reference) -> Measured,
+) -> f32 {
+    let mut best = (f32::NEG_INFINITY, above);
     for size in sizes(lod, above) {
-        let measured = references.at(size, full, wardrobe).measure(level, wardrobe);
-        last = (size, measured);
-        if measured.iou >= bound(lod) {
+        let better = agrees(lod, &measure(references.at(size, full, wardrobe)));
+        if better > best.0 {
+            best = (better, size);
+        }
+        if better >= 0.0 {
             break;
         }
     }
-    last
+    best.1
 }
 
 #[cfg(test)]
@@ -208,8 +271,9 @@ mod tests {
     use super::*;
     use crate::base::Rotation;
     use crate::plant::{Leaf, PlantBuilder};
+    use crate::preset::plan::Forks;
 
-    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0 };
+    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar };
 
     fn lods() -> Vec<Lod> {
         vec![Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

@@ -1,20 +1,25 @@
 //! How far a level of detail is from the full tree, as it is seen at a given size.
 //!
-//! Views stand on a ring, every other one looking down a little. Both trees are drawn with alpha test and supersampling;
-//! a pixel belongs to the silhouette when at least half of its samples do. The intersection of the two silhouettes over
-//! their union is the IoU; the coverage ratio compares sums of coverage, which is what popping of brightness follows;
-//! colour is compared by the mean of the lit pixels.
+//! Views stand on the upper part of a sphere, from level to [`STEEPEST`], evenly by area (a golden spiral). Both trees are
+//! drawn with alpha test and supersampling; a pixel belongs to the silhouette when at least half of its samples do. The
+//! intersection of the two silhouettes over their union is the IoU; the coverage ratio compares sums of coverage, which is
+//! what popping of brightness follows; colour is compared by the mean of the lit pixels, and FLIP compares the pictures
+//! before a sky.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::flip::flip;
 use crate::bake::{Light, Maps, Picture, Repeat, Shading, Surface, Target, View, rasterize};
 use crate::base::{Frame, math};
 use crate::mesh::{Mesh, TreeMesh};
 
-/// Elevation of every other view, radians.
-const LOOK_DOWN: f32 = 0.3;
+/// Sine of the elevation of the steepest view: 45 degrees. At the size at which the second level takes over, that is a
+/// viewer a hundred metres above the ground.
+const STEEPEST: f32 = std::f32::consts::FRAC_1_SQRT_2;
+/// The sky behind the trees when pictures are compared, linear light.
+const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
 
 /// The pictures that the levels of one tree wear.
 #[derive(Clone, Debug)]
@@ -57,14 +62,25 @@ pub struct Measured {
     pub coverage: f32,
     /// Distance of the mean colours, sRGB with 1 for white, mean of the views.
     pub color: f32,
+    /// FLIP of the pictures, frame and sky included, mean of the views; 0 where it was not asked for.
+    pub flip: f32,
 }
 
 impl Measured {
     /// A tree against itself.
     #[must_use]
     pub const fn same(pixels: u32) -> Self {
-        Self { pixels, views: 0, iou: 1.0, worst_iou: 1.0, coverage: 1.0, color: 0.0 }
+        Self { pixels, views: 0, iou: 1.0, worst_iou: 1.0, coverage: 1.0, color: 0.0, flip: 0.0 }
     }
+}
+
+/// What is to be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Silhouettes and coverage; colour and FLIP stay zero.
+    Silhouette,
+    /// Everything.
+    All,
 }
 
 /// The full tree, drawn from all views at one size.
@@ -84,23 +100,26 @@ impl Reference {
         let centre = (low + high) * 0.5;
         let half = (high - low).max(Vec3::splat(1e-3)) * 0.5;
         let radius = (half.x * half.x + half.z * half.z).sqrt();
-        let (sin, cos) = math::sin_cos(LOOK_DOWN);
+        // A tenth of room for what a level adds; the steepest view sees most of the crown's breadth.
         let per_metre = pixels.max(1) as f32 / (2.0 * half.y);
-        // The same frame for all: a tenth of room for what a level adds.
         let wide = radius * 1.1;
-        let tall = (half.y * cos + radius * sin).max(half.y) * 1.1;
+        let tall = (half.y + radius * STEEPEST).max(half.y) * 1.1;
         let size = |half: f32| (2.0 * half * per_metre).ceil().clamp(1.0, 2048.0) as u32;
         let (width, height) = (size(wide), size(tall));
-        let views: Vec<View> = (0..views.max(1))
+        let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+        let count = views.max(1);
+        let views: Vec<View> = (0..count)
             .map(|i| {
-                // A little off the axes, where crossed quads would stand edge on.
-                let azimuth = std::f32::consts::TAU * (i as f32 + 0.27) / views.max(1) as f32;
-                let mut view =
-                    View::level(azimuth, centre, 0.5 * width as f32 / per_metre, 0.5 * height as f32 / per_metre);
-                if i % 2 == 1 {
-                    let Frame { x, y, z } = view.frame;
-                    view.frame = Frame { x, y: y * cos - z * sin, z: z * cos + y * sin };
-                }
+                let sin = STEEPEST * (i as f32 + 0.5) / count as f32;
+                let cos = (1.0 - sin * sin).sqrt();
+                let mut view = View::level(
+                    golden * (i as f32 + 0.27),
+                    centre,
+                    0.5 * width as f32 / per_metre,
+                    0.5 * height as f32 / per_metre,
+                );
+                let Frame { x, y, z } = view.frame;
+                view.frame = Frame { x, y: y * cos - z * sin, z: z * cos + y * sin };
                 view
             })
             .collect();
@@ -126,15 +145,45 @@ impl Reference {
         ratios.sum::<f32>() / self.targets.len() as f32
     }
 
-    /// Compares a level with the full tree.
+    /// Compares a level with the full tree, FLIP included.
     #[must_use]
     pub fn measure(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
+        self.measure_from(&|_| tree.clone(), wardrobe, Asked::All)
+    }
+
+    /// As [`Reference::measure`], of a level that may turn to the viewer: `seen` is what a view shows.
+    #[must_use]
+    pub fn measure_from(
+        &self,
+        seen: &(dyn Fn(&View) -> TreeMesh + Sync),
+        wardrobe: &Wardrobe,
+        asked: Asked,
+    ) -> Measured {
         let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
-        let drawn = self.draw(tree, wardrobe, (first.width, first.height), &Shading::Lit(Light::DAY));
+        let shading = if asked == Asked::All { Shading::Lit(Light::DAY) } else { Shading::Nothing };
+        let drawn: Vec<Target> = self
+            .views
+            .par_iter()
+            .map(|view| {
+                let surfaces = seen(view);
+                rasterize(&wardrobe.dressed(&surfaces), view, first.width, first.height, self.samples, &shading)
+            })
+            .collect();
+        let measured = self.compare(&drawn);
+        if asked == Asked::Silhouette {
+            return Measured { color: 0.0, ..measured };
+        }
+        let flips: Vec<f32> = (self.targets.par_iter().zip(&drawn))
+            .map(|(a, b)| flip(&before_sky(a), &before_sky(b), a.width as usize))
+            .collect();
+        Measured { flip: flips.iter().sum::<f32>() / flips.len() as f32, ..measured }
+    }
+
+    fn compare(&self, drawn: &[Target]) -> Measured {
         let count = self.targets.len() as f32;
-        let mut sum =
-            Measured { pixels: self.pixels, views: count as u32, iou: 0.0, worst_iou: 1.0, coverage: 0.0, color: 0.0 };
-        for (a, b) in self.targets.iter().zip(&drawn) {
+        let same = Measured::same(self.pixels);
+        let mut sum = Measured { views: self.targets.len() as u32, iou: 0.0, coverage: 0.0, ..same };
+        for (a, b) in self.targets.iter().zip(drawn) {
             let iou = silhouette_iou(a, b);
             sum.iou += iou / count;
             sum.worst_iou = sum.worst_iou.min(iou);
@@ -143,6 +192,11 @@ impl Reference {
         }
         sum
     }
+}
+
+/// A picture over the sky.
+fn before_sky(target: &Target) -> Vec<Vec3> {
+    target.color.iter().zip(&target.coverage).map(|(&c, &w)| SKY * (1.0 - w) + c * w).collect()
 }
 
 /// Of the pixels that are half covered or more.

@@ -1,4 +1,4 @@
-//! Levels of detail: from the whole tree to two crossed quads, each measured against the first.
+//! Levels of detail: from the whole tree to an impostor or two crossed quads, each measured against the first.
 //!
 //! Bark is meshed again from the chains at every level; leaves are thinned, then baked to cards. Where a level takes
 //! over is measured, not guessed: see [`ladder`].
@@ -6,6 +6,8 @@
 mod bake_card;
 mod cloud;
 mod crossed;
+mod flip;
+mod impostor;
 mod ladder;
 mod measure;
 mod outline;
@@ -14,5 +16,7 @@ mod thin;
 mod twigs;
 
 pub use cloud::{CARD_TEXELS, CloudParams};
-pub use ladder::{CULL, Ladder, Level, ladder, ladder_with};
-pub use measure::{Measured, Reference, Wardrobe};
+pub use flip::flip;
+pub use impostor::Impostor;
+pub use ladder::{CULL, Ladder, Level, ladder, ladder_with, mesh_levels};
+pub use measure::{Asked, Measured, Reference, Wardrobe};

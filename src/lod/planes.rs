@@ -23,7 +23,7 @@ const SPARE: f32 = 1.25;
 /// λ as a share of the square of the distance between planes.
 const FACING: f32 = 0.3;
 /// How much planes lean, at most: sine of the elevation of their normals.
-const LEAN: f32 = 0.55;
+const LEAN: f32 = 0.8;
 
 /// Leaves that stay together.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards, tubes};
+use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -24,8 +24,8 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
     mesh.indices.extend(part.indices.iter().map(|i| i + first));
 }
 
-/// A level of about `share` of the full level's triangles.
-pub(super) fn thinned(scene: &Scene<'_>, share: f32, seed: Seed) -> TreeMesh {
+/// A level of about `share` of the full level's triangles; its leaves are as large as the area asks for, times `grown`.
+pub(super) fn thinned(scene: &Scene<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
     let share = share.clamp(0.0, 1.0);
     let total = count(&scene.full.bark) + count(&scene.full.leaf);
@@ -41,13 +41,13 @@ pub(super) fn thinned(scene: &Scene<'_>, share: f32, seed: Seed) -> TreeMesh {
     let shape = if room >= folded * 4 / 5 { CardShape::Folded } else { CardShape::Flat };
     let all = if shape == CardShape::Folded { folded } else { leaves.len() * shape.triangles() };
     let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
-    let mut leaf = leaf_cards(scene.plant, scene.posed, &kept(scene, count, seed), shape);
+    let mut leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), shape);
     let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
 
 /// The first `count` leaves in the fixed order, enlarged.
-fn kept(scene: &Scene<'_>, count: usize, seed: Seed) -> Vec<LeafCard> {
+fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
     let leaves = scene.plant.leaves();
     let mut order: Vec<usize> = (0..leaves.len()).collect();
     order.sort_by_key(|&i| (seed.at(i as u64).bits(), i));
@@ -57,7 +57,7 @@ fn kept(scene: &Scene<'_>, count: usize, seed: Seed) -> Vec<LeafCard> {
     let area = |i: &usize| f64::from(leaves[*i].size) * f64::from(leaves[*i].size) * f64::from(leaves[*i].form.width());
     let all: f64 = (0..leaves.len()).map(|i| area(&i)).sum();
     let left: f64 = order.iter().map(area).sum();
-    let scale = if left > 0.0 { ((all / left).sqrt() as f32).clamp(1.0, LARGEST) } else { 1.0 };
+    let scale = if left > 0.0 { ((all / left).sqrt() as f32 * grown).clamp(0.8, LARGEST) } else { 1.0 };
     order.into_iter().map(|leaf| LeafCard { leaf, scale }).collect()
 }
 
@@ -71,8 +71,9 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
             error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
             min_radius: thickest * 0.35 * coarse * coarse,
             bark_tile: params.bark_tile,
+            forks: params.forks,
         };
-        tubes(scene.plant, scene.posed, &detail)
+        tubes_in(scene.plant, scene.posed, scene.light, &detail)
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     let mut best: Option<Mesh> = None;

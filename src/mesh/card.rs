@@ -64,7 +64,12 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
 /// doesn't have, gives nothing. Linear in cards.
 #[must_use]
 pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: CardShape) -> Mesh {
-    let light = CrownLight::of(plant, posed);
+    leaf_cards_in(plant, posed, &CrownLight::of(plant, posed), leaves, shape)
+}
+
+/// As [`leaf_cards`], where the crown's light is known.
+#[must_use]
+pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &[LeafCard], shape: CardShape) -> Mesh {
     let mut mesh = Mesh::default();
     let fold = math::sin_cos(FOLD);
     // Cards that rounding would crush have no area.

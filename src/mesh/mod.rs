@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bulk;
 
-pub use card::{CardShape, LeafCard, all_cards, leaf_cards};
+pub use card::{CardShape, LeafCard, all_cards, leaf_cards, leaf_cards_in};
 pub use check::problems;
 pub use crown_light::CrownLight;
 pub use gate::{MeshError, check_indices, optimize};
@@ -27,7 +27,7 @@ pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 #[cfg(feature = "lightmap")]
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;
-pub use tube::{TubeDetail, tubes};
+pub use tube::{TubeDetail, tubes, tubes_in};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use crate::base::math;
+use crate::preset::plan::Forks;
 
 /// Candidate rings that are thinned together; the ring between two windows always stays.
 const WINDOW: usize = 96;
@@ -44,6 +45,8 @@ pub(super) enum Base {
         axis: Vec3,
         /// The parent's radius there, metres.
         parent: f32,
+        /// With a collar or without.
+        forks: Forks,
     },
     /// A stem on the ground: how much wider than the wood it is at the very bottom, as a share.
     Ground {
@@ -144,14 +147,17 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> V
     let mut stops: Vec<f32> = Vec::new();
     // (where the widening is full, how fast it fades, how wide, widest at the axis)
     let (full, fade, wide, most) = match base {
-        Base::Fork { axis, parent } => {
+        Base::Fork { axis, parent, forks } => {
             let surface = emergence(fine, axis, parent).min(total * 0.6);
-            let wide = (0.36 * own).min((parent * 0.96 - own).max(0.0));
+            let wide = match forks {
+                Forks::Collar => (0.36 * own).min((parent * 0.96 - own).max(0.0)),
+                Forks::Plain => 0.0,
+            };
             let fade = (own * 2.2).min((total - surface) * 0.5).max(apart);
             // A collar that moves the surface by less than the bound is not worth its rings.
             if wide > error * 0.5 {
                 stops.extend([surface * 0.55, surface, surface + fade * 0.45, surface + fade, surface + fade * 2.0]);
-            } else {
+            } else if forks == Forks::Collar {
                 stops.push(surface);
             }
             (surface, fade, wide, (parent * 0.92).max(own.min(parent)))

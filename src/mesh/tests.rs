@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use super::*;
 use crate::base::{Rotation, Seed};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
+use crate::preset::plan::Forks;
 
 /// A random plant: crooked chains of any thickness, some points doubled, some radii zero, and leaves.
 fn plant(seed: u64, wild: bool) -> Plant {
@@ -44,7 +45,8 @@ fn plant(seed: u64, wild: bool) -> Plant {
     builder.finish().unwrap()
 }
 
-const DETAIL: TubeDetail = TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7 };
+const DETAIL: TubeDetail =
+    TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar };
 
 #[test]
 fn meshes_of_random_plants_are_sound() {

@@ -14,7 +14,7 @@ use super::sides::sides;
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
 use crate::plant::{ChainId, Plant, Posed};
-use crate::preset::plan::MeshParams;
+use crate::preset::plan::{Forks, MeshParams};
 
 /// How far the texture's scale along a branch follows its radius, as a factor of the scale on the thickest wood.
 const STRETCH: f32 = 4.0;
@@ -37,13 +37,21 @@ pub struct TubeDetail {
     pub min_radius: f32,
     /// Edge of one bark tile on the trunk, metres.
     pub bark_tile: f32,
+    /// How branches leave their parents.
+    pub forks: Forks,
 }
 
 impl TubeDetail {
     /// The finest level of a preset.
     #[must_use]
     pub fn full(params: &MeshParams) -> Self {
-        Self { sides: params.sides, error: params.error, min_radius: 0.0, bark_tile: params.bark_tile }
+        Self {
+            sides: params.sides,
+            error: params.error,
+            min_radius: 0.0,
+            bark_tile: params.bark_tile,
+            forks: params.forks,
+        }
     }
 }
 
@@ -51,7 +59,12 @@ impl TubeDetail {
 /// [`add_tangents`](super::add_tangents).
 #[must_use]
 pub fn tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> Mesh {
-    let light = CrownLight::of(plant, posed);
+    tubes_in(plant, posed, &CrownLight::of(plant, posed), detail)
+}
+
+/// As [`tubes`], where the crown's light is known.
+#[must_use]
+pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeDetail) -> Mesh {
     let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let reach = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element()));
     // Below this, coordinates of 24 bits can't tell the corners of a ring apart.
@@ -63,7 +76,7 @@ pub fn tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> Mesh {
         kept[id.index()] = thick && plant.chain(id).parent.is_none_or(|p| kept[p.index()]);
     }
     let ids: Vec<ChainId> = plant.chain_ids().filter(|id| kept[id.index()]).collect();
-    let scene = Scene { plant, posed, detail, light: &light, thickest, thinnest };
+    let scene = Scene { plant, posed, detail, light, thickest, thinnest };
     let parts: Vec<Mesh> = ids
         .par_chunks(64)
         .map(|ids| {
@@ -113,6 +126,7 @@ impl Scene<'_> {
             Some(parent) => Base::Fork {
                 axis: self.posed.frame(parent, chain.location).y,
                 parent: self.posed.curve(self.plant, parent).value(self.plant.radii(parent), f64::from(chain.location)),
+                forks: self.detail.forks,
             },
             None => Base::Ground { flare: flare(points, radii) },
         };

@@ -1,14 +1,15 @@
 //! The trunk support weight (2017 CAVW, 7; after the pipe model of Shinozaki et al. 1964): how much of a tree the trunk
 //! that bears most of it bears.
 //!
-//! A stem bears, just below where branches begin, all the wood and leaves above. Stems that lie in one another are one trunk as
+//! A stem bears at its root all the wood and leaves of it and of its branches. Stems that lie in one another are one trunk as
 //! far as their cross-sections overlap: a stem bears, beside its own, the share of every other's load that the lens of
-//! both discs has of the smaller disc, as a mean over its clear bole, from the ground up to there. So a trunk that opens
-//! into several stems hands its load over as they part, and not at once because they count as several. The heaviest
-//! stem's load over the tree's whole weight is the figure, 0..=1.
+//! both discs has of the smaller disc, as a mean over its clear bole, from the ground up to where branches begin. So a
+//! trunk that opens into several stems hands its load over as they part, and not at once because they count as several. The
+//! heaviest stem's load over the tree's whole weight is the figure: 1 for a single trunk.
 //!
-//! Rejected: the overlap just below the lowest branch alone; a trunk that opens there first would have handed over all it
-//! bears while most of its bole is still one.
+//! Rejected: the overlap at the ground, where the rods of a shrub stand in one another; that just below the lowest branch
+//! alone, as a trunk that opens there first would have handed over all it bears while most of its bole is still one; the
+//! load above the bole instead of that at the root, which rose and fell on the way with the weight of boles.
 //!
 //! Wood weighs [`WOOD`], leaves [`LEAF`]; a leaf card's area is its length times its width.
 
@@ -26,10 +27,6 @@ const LEAF: f64 = 0.1;
 const LOWEST: f64 = 0.1;
 /// Places along its clear bole at which a stem is compared with the others.
 const BOLE: u32 = 8;
-/// Over how much of its stem, to both sides, a branch hands over its load, as a share of the stem's length: a place that
-/// moves past a branch must not lose all of it at once.
-const FORK: f32 = 0.04;
-
 /// What the trunk that bears most bears, as a share of the plant's weight, 0..=1; 0 for a plant without weight.
 ///
 /// Linear in points and leaves, and quadratic in stems up to 256 of them, beyond which each bears its own.
@@ -47,27 +44,25 @@ pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) ->
         return 0.0;
     }
     let stems: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none()).collect();
-    let at = f64::from((loads.lowest() - FORK).max(0.0));
+    let bole = f64::from(loads.lowest());
     let mut heaviest = 0.0_f64;
     for &id in &stems {
         let own = posed.curve(plant, id);
-        let bole: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
+        let places: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
             .map(|k| {
-                let t = at * (f64::from(k) + 0.5) / f64::from(BOLE);
+                let t = bole * (f64::from(k) + 0.5) / f64::from(BOLE);
                 (own.point(t), posed.frame(id, t as f32).y, own.value(plant.radii(id), t))
             })
             .collect();
-        let mut load = loads.above(id, at);
+        let mut load = loads.on[id.index()];
         for &other in stems.iter().filter(|&&other| other != id && stems.len() <= 256) {
             let curve = posed.curve(plant, other);
             let parameters = curve.parameters();
-            for &(place, axis, radius) in &bole {
+            let shares = places.iter().map(|&(place, axis, radius)| {
                 let (t, off) = crossing(posed.chain(plant, other), &parameters, place, axis);
-                let share = overlap(radius, curve.value(plant.radii(other), t), off) / BOLE as f32;
-                if share > 0.0 {
-                    load += loads.above(other, t.max(at)) * f64::from(share);
-                }
-            }
+                overlap(radius, curve.value(plant.radii(other), t), off) / BOLE as f32
+            });
+            load += loads.on[other.index()] * f64::from(shares.sum::<f32>());
         }
         heaviest = heaviest.max(load);
     }
@@ -77,15 +72,15 @@ pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) ->
 /// What weighs where.
 struct Loads {
     whole: f64,
-    /// For each stem from where to where along it a weight stands, and the weight.
-    on: Vec<Vec<(f64, f64, f64)>>,
+    /// What each stem bears, itself with it; by chain.
+    on: Vec<f64>,
     /// Where on its stem each branch hands over how much.
     branches: Vec<(f32, f64)>,
 }
 
 impl Loads {
     fn of(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> Self {
-        let mut loads = Self { whole: 0.0, on: vec![Vec::new(); plant.chains().len()], branches: Vec::new() };
+        let mut loads = Self { whole: 0.0, on: vec![0.0; plant.chains().len()], branches: Vec::new() };
         // The stem of each chain, and where what it bears leaves that.
         let mut foot: Vec<(usize, f32)> = Vec::with_capacity(plant.chains().len());
         for id in plant.chain_ids() {
@@ -96,39 +91,28 @@ impl Loads {
                 Some(parent) => foot[parent.index()],
             });
             let (points, radii) = (posed.chain(plant, id), plant.radii(id));
-            let parameters = posed.curve(plant, id).parameters();
-            for i in 1..points.len() {
-                let (r, q) = (f64::from(radii[i - 1]), f64::from(radii[i]));
-                let length = f64::from(points[i].distance(points[i - 1]));
-                let volume = length * std::f64::consts::PI * (r * r + r * q + q * q) / 3.0;
-                let weight = volume * WOOD * f64::from(count(id));
-                let (stem, at) = foot[id.index()];
-                match chain.parent {
-                    None => loads.add(stem, parameters[i - 1], parameters[i], weight),
-                    Some(_) => {
-                        loads.branches.push((at, weight));
-                        loads.fork(stem, at, weight);
-                    }
-                }
+            let mut volume = 0.0;
+            for (p, r) in points.windows(2).zip(radii.windows(2)) {
+                let (r, q) = (f64::from(r[0]), f64::from(r[1]));
+                volume += f64::from(p[0].distance(p[1])) * std::f64::consts::PI * (r * r + r * q + q * q) / 3.0;
+            }
+            let weight = volume * WOOD * f64::from(count(id));
+            let (stem, at) = foot[id.index()];
+            loads.add(stem, weight);
+            if chain.parent.is_some() {
+                loads.branches.push((at, weight));
             }
         }
         for leaf in plant.leaves() {
             let area = f64::from(leaf.size) * f64::from(leaf.size) * f64::from(leaf.form.width());
-            let (stem, at) = foot[leaf.chain.index()];
-            let at = if plant.chain(leaf.chain).parent.is_none() { leaf.location } else { at };
-            loads.fork(stem, at, area * LEAF * f64::from(count(leaf.chain)));
+            loads.add(foot[leaf.chain.index()].0, area * LEAF * f64::from(count(leaf.chain)));
         }
         loads
     }
 
-    fn add(&mut self, stem: usize, low: f64, high: f64, weight: f64) {
+    fn add(&mut self, stem: usize, weight: f64) {
         self.whole += weight;
-        self.on[stem].push((low, high, weight));
-    }
-
-    /// What a branch or leaf hands over, about where it leaves.
-    fn fork(&mut self, stem: usize, at: f32, weight: f64) {
-        self.add(stem, f64::from(at - FORK), f64::from(at + FORK), weight);
+        self.on[stem] += weight;
     }
 
     /// Where the stems' branches begin: the mean place of the [`LOWEST`] of what they weigh; 0 without branches. By
@@ -148,19 +132,6 @@ impl Loads {
             left -= share;
         }
         (sum / wanted) as f32
-    }
-
-    /// What stands above a place of a stem.
-    fn above(&self, stem: ChainId, at: f64) -> f64 {
-        let share = |(low, high, weight): &(f64, f64, f64)| {
-            let share = if high > low {
-                ((high - at) / (high - low)).clamp(0.0, 1.0)
-            } else {
-                f64::from(u8::from(*high >= at))
-            };
-            weight * share
-        };
-        self.on[stem.index()].iter().map(share).sum()
     }
 }
 
@@ -213,10 +184,9 @@ mod tests {
     }
 
     #[test]
-    fn a_trunk_bears_what_is_above_its_lowest_branch() {
-        // Half of its own four metres and the branch's two, of six.
+    fn a_single_trunk_bears_all() {
         let plant = stems(1, 0.0);
-        assert!((trunk_support(&plant, &plant.pose()) - (4.0 + 4.0 * FORK) / 6.0).abs() < 1e-5);
+        assert_eq!(trunk_support(&plant, &plant.pose()), 1.0);
     }
 
     #[test]
@@ -225,9 +195,20 @@ mod tests {
             let plant = stems(3, apart);
             trunk_support(&plant, &plant.pose())
         };
-        assert!((share(0.0) - (4.0 + 4.0 * FORK) / 6.0).abs() < 1e-5);
-        assert!((share(1.0) - (4.0 + 4.0 * FORK) / 18.0).abs() < 1e-5);
+        assert!((share(0.0) - 1.0).abs() < 1e-6);
+        assert!((share(1.0) - 1.0 / 3.0).abs() < 1e-6);
         assert!(share(0.05) < share(0.02) && share(0.05) > share(0.15));
+    }
+
+    #[test]
+    fn the_heaviest_stem_counts_and_leaves_weigh() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0], &[0.1, 0.1]);
+        builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::Y], &[0.1, 0.1]);
+        let plant = builder.finish().unwrap();
+        assert!((trunk_support(&plant, &plant.pose()) - 0.75).abs() < 1e-6);
+        let half = trunk_support_by(&plant, &plant.pose(), &|id| if id.index() == 0 { 0.5 } else { 1.0 });
+        assert!((half - 0.6).abs() < 1e-6);
     }
 
     #[test]

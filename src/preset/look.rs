@@ -22,31 +22,40 @@ struct LeafKind {
     /// Length of a twig, metres.
     twig: f32,
     color: &'static str,
+    /// Colour before it falls; empty for what stays green.
+    autumn: &'static str,
     bark: BarkPattern,
 }
 
-pub(super) const LEAF_NAMES: &[&str] = &["oak", "birch", "beech", "maple", "willow", "ash", "pine"];
+pub(super) const LEAF_NAMES: &[&str] =
+    &["oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive"];
 
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
-static LEAVES: [LeafKind; 7] = [
-    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", bark: BarkPattern::Papery },
-    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", bark: BarkPattern::Smooth },
-    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", bark: BarkPattern::Plated },
+static LEAVES: [LeafKind; 11] = [
+    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: "#8a5a22", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: "#c9a02c", bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: "#a8622a", bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: "#b8451f", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: "#b3a03a", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: "#b09a35", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: "", bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Linden, size: 0.12, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: "#c2a030", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Poplar, size: 0.10, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: "#cda52e", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Elm,    size: 0.11, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: "#b08c2c", bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Olive,  size: 0.07, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: "", bark: BarkPattern::Plated },
 ];
 
-const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth"];
+const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
 
 /// In the order of [`BARK_NAMES`]: the pattern and its colour.
-static BARKS: [(BarkPattern, &str); 4] = [
+static BARKS: [(BarkPattern, &str); 6] = [
     (BarkPattern::Furrowed, "#6b5a48"),
     (BarkPattern::Papery, "#d9d4c7"),
     (BarkPattern::Plated, "#7d5a42"),
     (BarkPattern::Smooth, "#8a8378"),
+    (BarkPattern::Fibrous, "#7a5340"),
+    (BarkPattern::Ringed, "#8b7a68"),
 ];
 
 const BY_LEAF: Default = Default::Else("as the leaf");
@@ -62,6 +71,12 @@ pub(super) static FOLIAGE: Record = Record {
             kind: Kind::WordOrChoice(LEAF_NAMES, &LEAF_FILES),
             default: Default::Else("those that sources bring; \"oak\" for the rest"),
             about: "a leaf made by Treewright, pictures of your own, or a source's leaves, for all leaves of the set",
+        },
+        Field {
+            name: "season",
+            kind: Kind::Choice(&SEASONS),
+            default: Default::Is("Summer"),
+            about: "colour of made leaves where `color` is not given, and how many of all leaves there are",
         },
         Field {
             name: "density",
@@ -121,6 +136,59 @@ pub(super) static FOLIAGE: Record = Record {
         Field { name: "resolution", kind: PIXELS, default: Default::Is("256"), about: "edge of a made leaf's picture" },
     ],
 };
+
+static SEASONS: Choice = Choice {
+    title: "Seasons",
+    kinds: &[
+        KindOf { name: "Spring", form: Form::Plain, about: "light green, four fifths of the leaves" },
+        KindOf { name: "Summer", form: Form::Plain, about: "as the leaf" },
+        KindOf { name: "Autumn", form: Form::Plain, about: "the leaf's autumn colour, three fifths of the leaves" },
+        KindOf { name: "Winter", form: Form::Plain, about: "no leaves but those of evergreens" },
+    ],
+};
+
+/// A time of the year.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Season {
+    Spring,
+    Summer,
+    Autumn,
+    Winter,
+}
+
+impl Season {
+    fn of(fields: &Reader<'_, '_>) -> Self {
+        let kind = |item: &super::reader::Item<'_>| fields.kind(&SEASONS, item, |kind, _| Some(kind));
+        match fields.item("season").as_ref().and_then(kind) {
+            Some("Spring") => Self::Spring,
+            Some("Autumn") => Self::Autumn,
+            Some("Winter") => Self::Winter,
+            _ => Self::Summer,
+        }
+    }
+
+    /// Share of the leaves that hang; `evergreen` leaves do not fall.
+    const fn share(self, evergreen: bool) -> f32 {
+        match self {
+            _ if evergreen => 1.0,
+            Self::Spring => 0.8,
+            Self::Summer => 1.0,
+            Self::Autumn => 0.6,
+            Self::Winter => 0.0,
+        }
+    }
+
+    /// The colour of a leaf, linear.
+    fn color(self, leaf: &LeafKind) -> Option<[f32; 3]> {
+        let summer = linear(leaf.color)?;
+        Some(match self {
+            Self::Autumn if !leaf.autumn.is_empty() => linear(leaf.autumn)?,
+            // Young leaves are lighter and yellower.
+            Self::Spring => [summer[0] * 1.5, summer[1] * 1.35, summer[2] * 1.1].map(|c| c.min(1.0)),
+            _ => summer,
+        })
+    }
+}
 
 static LEAF_FILES: Choice = Choice {
     title: "Leaf pictures",
@@ -219,7 +287,7 @@ pub(super) fn describe_leaves() -> String {
     );
     let named = |pattern| BARKS.iter().zip(BARK_NAMES).find(|(bark, _)| bark.0 == pattern).map_or("", |(_, name)| name);
     for (leaf, name) in LEAVES.iter().zip(LEAF_NAMES) {
-        let LeafKind { shape: _, size, angle, droop, twig, color, bark } = leaf;
+        let LeafKind { shape: _, size, angle, droop, twig, color, autumn: _, bark } = leaf;
         out.push_str(&format!("| {name} | {size} | {angle} | {droop} | {twig} | `{color}` | {} |\n", named(*bark)));
     }
     out.push_str("\n| bark | color |\n|---|---|\n");
@@ -255,10 +323,11 @@ pub(super) struct Foliage {
 
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf. `names` are the sources'.
 pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<Foliage> {
+    let season = Season::of(fields);
     let made = |leaf: &LeafKind| {
         Some(LeafArt::Made {
             shape: leaf.shape,
-            color: fields.color("color").or(linear(leaf.color))?,
+            color: fields.color("color").or(season.color(leaf))?,
             variation: fields.number("variation"),
             size: fields.count("resolution"),
         })
@@ -283,7 +352,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
     };
     let is_made = matches!(art, LeafArt::Made { .. });
     let dress = DressParams {
-        density: fields.number("density"),
+        density: fields.number("density") * season.share(is_made && leaf.autumn.is_empty()),
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_spread: fields.number("spread"),

@@ -1,6 +1,6 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
-use super::plan::{AtlasParams, Lod};
+use super::plan::{AtlasParams, Engine, Forks, Lod};
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -22,6 +22,12 @@ pub(super) static MESH: Record = Record {
             about: "largest distance between a tube and the smooth branch; twigs may stray 2.5 times as far",
         },
         Field {
+            name: "forks",
+            kind: Kind::Choice(&FORKS),
+            default: Default::Is("Collar"),
+            about: "how a branch leaves its parent",
+        },
+        Field {
             name: "lightmap",
             kind: Kind::Integer { low: 0, high: 8192, unit: "texels" },
             default: Default::Is("0"),
@@ -29,6 +35,20 @@ pub(super) static MESH: Record = Record {
         },
     ],
 };
+
+static FORKS: Choice = Choice {
+    title: "Forks",
+    kinds: &[
+        KindOf { name: "Collar", form: Form::Plain, about: "through a collar that widens towards the parent" },
+        KindOf { name: "Plain", form: Form::Plain, about: "straight out of it: fewer triangles" },
+    ],
+};
+
+/// How branches leave their parents, of `mesh`.
+pub(super) fn forks(fields: &Reader<'_, '_>) -> Forks {
+    let kind = |item: &Item<'_>| fields.kind(&FORKS, item, |kind, _| Some(kind));
+    if fields.item("forks").as_ref().and_then(kind) == Some("Plain") { Forks::Plain } else { Forks::Collar }
+}
 
 /// `atlas`.
 pub(super) static ATLAS: Record = Record {
@@ -62,6 +82,11 @@ pub(super) static LODS: Choice = Choice {
             about: "leaves and thin branches as textured cards",
         },
         KindOf { name: "CrossedQuads", form: Form::Plain, about: "two crossed quads; the last level" },
+        KindOf {
+            name: "Impostor",
+            form: Form::Fields(&IMPOSTOR),
+            about: "a hemi-octahedral sheet of views, on crossed quads where there is no shader for it; the last level",
+        },
     ],
 };
 
@@ -87,14 +112,53 @@ static CLOUD: Record = Record {
     }],
 };
 
+static IMPOSTOR: Record = Record {
+    title: "Impostor",
+    about: "The tree from all sides in one square of the atlas: colour with alpha, normals, and depth in the blue channel \
+            of the occlusion map. `extras` of the level's mesh tell the layout.",
+    fields: &[Field {
+        name: "frames",
+        kind: Kind::Integer { low: 4, high: 24, unit: "views" },
+        default: Default::Is("12"),
+        about: "along an edge of the sheet; each is 40 texels wide",
+    }],
+};
+
 /// The engine profiles.
 pub(super) static ENGINES: Choice = Choice {
     title: "Engines",
-    kinds: &[KindOf {
-        name: "Generic",
-        form: Form::Plain,
-        about: "glTF 2.0 with MSFT_lod, for any engine that reads it",
-    }],
+    kinds: &[
+        KindOf {
+            name: "Generic",
+            form: Form::Plain,
+            about: "`NAME.glb`: glTF 2.0 with MSFT_lod, for any engine that reads it",
+        },
+        KindOf {
+            name: "Godot",
+            form: Form::Plain,
+            about: "`NAME.godot.glb`: levels side by side as `NAME_LOD0`…, colliders by `-convcolonly`",
+        },
+        KindOf {
+            name: "Unity",
+            form: Form::Plain,
+            about: "`NAME.unity.glb`: levels side by side as `NAME_LOD0`…, colliders in a file beside it",
+        },
+        KindOf {
+            name: "Unreal",
+            form: Form::Plain,
+            about: "`NAME_LOD0.unreal.glb`…: a file for each level, colliders as `UCX_NAME_LOD0_00`…",
+        },
+        KindOf {
+            name: "Bevy",
+            form: Form::Plain,
+            about: "`NAME.bevy.glb`: levels side by side with `visibility_range` in their extras, colliders in a file beside it",
+        },
+        KindOf {
+            name: "Web",
+            form: Form::Plain,
+            about: "`NAME.web.glb`: as Generic, quantized and packed by meshoptimizer",
+        },
+    ],
 };
 
 /// The ladder: `Full` first, then ever coarser.
@@ -107,6 +171,7 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<Lod> {
                 "Full" => Lod::Full,
                 "Thinned" => Lod::Thinned { triangles: fields.number("triangles") },
                 "BillboardCloud" => Lod::BillboardCloud { cards: fields.count("cards") },
+                "Impostor" => Lod::Impostor { frames: fields.count("frames") },
                 _ => Lod::CrossedQuads,
             })
         });
@@ -124,7 +189,7 @@ fn order(set: &Reader<'_, '_>, before: Option<&Lod>, level: &Lod, item: &Item<'_
         Lod::Full => 0,
         Lod::Thinned { .. } => 1,
         Lod::BillboardCloud { .. } => 2,
-        Lod::CrossedQuads => 3,
+        Lod::CrossedQuads | Lod::Impostor { .. } => 3,
     };
     match (before, level) {
         (None, Lod::Full) => {}
@@ -136,11 +201,14 @@ fn order(set: &Reader<'_, '_>, before: Option<&Lod>, level: &Lod, item: &Item<'_
         (Some(Lod::BillboardCloud { cards: before }), Lod::BillboardCloud { cards }) if cards >= before => {
             fault("has no fewer cards than the level before it", "go from fine to coarse");
         }
-        (Some(Lod::CrossedQuads), Lod::CrossedQuads) => {
-            fault("CrossedQuads is the last level only", "leave it out here")
+        (Some(Lod::CrossedQuads | Lod::Impostor { .. }), Lod::CrossedQuads | Lod::Impostor { .. }) => {
+            fault("comes after the last level", "leave one of the two out")
         }
         (Some(before), level) if rank(before) > rank(level) => {
-            fault("is finer than the level before it", "the order is Full, Thinned, BillboardCloud, CrossedQuads");
+            fault(
+                "is finer than the level before it",
+                "the order is Full, Thinned, BillboardCloud, then CrossedQuads or Impostor",
+            );
         }
         _ => {}
     }
@@ -156,8 +224,8 @@ pub(super) fn atlas(fields: &Reader<'_, '_>) -> AtlasParams {
     AtlasParams { size, gutter: fields.count("gutter") }
 }
 
-/// Checks the engines: there is one profile so far, so the plan holds nothing of it.
-pub(super) fn engines(set: &Reader<'_, '_>) {
+/// The engines, in the order of [`Engine`].
+pub(super) fn engines(set: &Reader<'_, '_>) -> Vec<Engine> {
     let mut named = Vec::new();
     for item in set.list("engines") {
         if let Some(engine) = set.kind(&ENGINES, &item, |engine, _| Some(engine)) {
@@ -167,4 +235,18 @@ pub(super) fn engines(set: &Reader<'_, '_>) {
             named.push(engine);
         }
     }
+    let mut engines: Vec<Engine> = named
+        .into_iter()
+        .map(|name| match name {
+            "Godot" => Engine::Godot,
+            "Unity" => Engine::Unity,
+            "Unreal" => Engine::Unreal,
+            "Bevy" => Engine::Bevy,
+            "Web" => Engine::Web,
+            _ => Engine::Generic,
+        })
+        .collect();
+    engines.sort_unstable();
+    engines.dedup();
+    if engines.is_empty() { vec![Engine::Generic] } else { engines }
 }

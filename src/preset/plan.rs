@@ -61,6 +61,30 @@ pub struct Plan {
     pub lods: Vec<Lod>,
     /// The set's atlas.
     pub atlas: AtlasParams,
+    /// Whom the files are written for; not written where it is `Generic` alone, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "is_generic")]
+    pub engines: Vec<Engine>,
+}
+
+/// An engine that files are written for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum Engine {
+    /// glTF 2.0 with `MSFT_lod`.
+    Generic,
+    /// Godot 4.
+    Godot,
+    /// Unity, by UnityGLTF or glTFast.
+    Unity,
+    /// Unreal, by Interchange.
+    Unreal,
+    /// Bevy.
+    Bevy,
+    /// three.js and Babylon.js: quantized and packed.
+    Web,
+}
+
+fn is_generic(engines: &[Engine]) -> bool {
+    engines == [Engine::Generic]
 }
 
 /// A named source.
@@ -257,6 +281,14 @@ pub enum LeafShape {
     Ash,
     /// A tuft of needles on a shoot.
     Pine,
+    /// Heart-shaped with a serrate margin, on long stalks.
+    Linden,
+    /// Triangular, on long stalks.
+    Poplar,
+    /// Broadly elliptic, doubly serrate.
+    Elm,
+    /// Small and narrow, entire.
+    Olive,
 }
 
 /// The maps of the bark.
@@ -293,6 +325,10 @@ pub enum BarkPattern {
     Plated,
     /// Nearly smooth, fine wrinkles.
     Smooth,
+    /// Long strips of fibres that run up the trunk.
+    Fibrous,
+    /// Rings around the trunk: scars of old fronds, or bands of lenticels.
+    Ringed,
 }
 
 /// Tubes.
@@ -304,6 +340,17 @@ pub struct MeshParams {
     pub error: f32,
     /// Height of one bark tile on the trunk, metres.
     pub bark_tile: f32,
+    /// How a branch leaves its parent.
+    pub forks: Forks,
+}
+
+/// How a branch leaves its parent's wood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Forks {
+    /// Through a collar that widens towards the parent: five more rings a branch.
+    Collar,
+    /// Straight out of it: the fewest triangles.
+    Plain,
 }
 
 /// A level of detail.
@@ -323,6 +370,11 @@ pub enum Lod {
     },
     /// Two crossed quads.
     CrossedQuads,
+    /// A sheet of views for a hemi-octahedral impostor, on crossed quads where an engine has no shader for it.
+    Impostor {
+        /// Views along an edge of the sheet, 4..=24.
+        frames: u32,
+    },
 }
 
 /// The set's atlas.

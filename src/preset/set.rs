@@ -63,7 +63,7 @@ pub(super) static SET: Record = Record {
         Field {
             name: "lods",
             kind: Kind::ListOf { choice: &LODS, low: 1, high: 8 },
-            default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads]"),
+            default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor]"),
             about: "levels of detail, from fine to coarse",
         },
         Field {
@@ -120,7 +120,7 @@ static GROW: Record = Record {
             name: "height",
             kind: HEIGHT,
             default: Default::Else("as the species or scan"),
-            about: "height of this tree",
+            about: "height of this tree; its wood is as thick for it as the species'",
         },
         Field {
             name: "parts",
@@ -312,11 +312,13 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
-    let mesh = set.group("mesh", |fields| (fields.count("sides"), fields.number("error"), fields.count("lightmap")));
+    let mesh = set.group("mesh", |fields| {
+        (fields.count("sides"), fields.number("error"), output::forks(fields), fields.count("lightmap"))
+    });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
-    output::engines(set);
-    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, lightmap)) = (foliage?, bark?, mesh?);
+    let engines = output::engines(set);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, forks, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -331,10 +333,11 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, error, bark_tile },
+        mesh: MeshParams { sides, error, bark_tile, forks },
         lightmap,
         lods,
         atlas: atlas?,
+        engines,
     })
 }
 
@@ -445,7 +448,9 @@ fn one_tree(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<Gro
     let item = fields.item("species")?;
     let species = files.get(&path, &item, fields.report())?;
     let height = if fields.has("height") { height } else { species.height };
-    Some(GrowParams { seed, height, ..species })
+    // A smaller tree is the same tree, not one with the trunk of the larger.
+    let tip_radius = species.tip_radius * (height / species.height);
+    Some(GrowParams { seed, height, tip_radius, ..species })
 }
 
 /// The trees of a list; none when one of them is wrong.

@@ -247,11 +247,11 @@ impl Blender<'_> {
                     builder.leaf(Leaf { chain, size, offset, ..between });
                 }
                 _ => {
-                    for s in 0..2 {
+                    for (s, share) in shares.iter().enumerate().take(2) {
                         let shows = pair.shows[s] || fed == Feed::Several;
-                        if pair.leaves[s] != NONE && shares[s] > 0.0 && shows {
+                        if pair.leaves[s] != NONE && *share > 0.0 && shows {
                             let own = *leaf(s);
-                            let (size, offset) = (own.size * (shares[s] * degree).sqrt(), own.offset * degree);
+                            let (size, offset) = (own.size * (share * degree).sqrt(), own.offset * degree);
                             builder.leaf(Leaf { chain, size, offset, slot: pair.slot, ..own });
                         }
                     }

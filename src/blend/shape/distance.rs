@@ -85,7 +85,10 @@ pub fn distance(a: &Plant, b: &Plant, how: &Comparison) -> Result<f64, FamilyErr
 
 /// The plant without leaves, of unit size.
 fn relative(plant: &Plant) -> Plant {
-    let square = |id| f64::from(Curve::new(plant.points(id)).length()).powi(2);
+    let square = |id| {
+        let length = f64::from(Curve::new(plant.points(id)).length());
+        length * length
+    };
     let size = plant.chain_ids().map(square).sum::<f64>().sqrt();
     if !(size > 0.0 && size.is_finite()) {
         return plant.clone().without_leaves();

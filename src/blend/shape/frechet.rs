@@ -31,6 +31,9 @@ pub fn frechet_mean(points: &[TreePoint], weights: &[f64], rounds: usize) -> Opt
 /// The weighted sum of squared distances from a point: what the mean makes least.
 #[must_use]
 pub fn variance(mean: &TreePoint, points: &[TreePoint], weights: &[f64]) -> f64 {
-    let square = |p: &TreePoint| TreeGeodesic::new(mean, p).length().powi(2);
+    let square = |p: &TreePoint| {
+        let length = TreeGeodesic::new(mean, p).length();
+        length * length
+    };
     points.iter().zip(weights).map(|(p, w)| square(p) * w).sum()
 }

@@ -82,7 +82,7 @@ impl Store {
         match read(&file, key) {
             Some(bytes) => {
                 // A folder that can't be written forgets when entries were used.
-                let _ = file.set_modified(SystemTime::now());
+                let _ = file.set_modified(clock());
                 Found::Whole(bytes)
             }
             None => {
@@ -126,7 +126,7 @@ impl Store {
     pub(super) fn trim(&self) -> Result<(), CacheError> {
         let mut entries = entries(&self.folder)?;
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
-        let now = SystemTime::now();
+        let now = clock();
         for part in entries.iter().filter(|entry| entry.is_part) {
             if now.duration_since(part.used).is_ok_and(|age| age > STALE) {
                 let _ = fs::remove_file(&part.path);
@@ -147,6 +147,12 @@ impl Store {
         }
         Ok(())
     }
+}
+
+/// Now. When entries were used is all that clocks decide here: what is evicted, never what is built.
+#[expect(clippy::disallowed_methods, reason = "what was used longest ago is evicted first")]
+fn clock() -> SystemTime {
+    SystemTime::now()
 }
 
 /// The payload of an entry; none when it is not the whole entry of this key.

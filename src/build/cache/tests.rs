@@ -162,12 +162,13 @@ fn who_changes_what_is_kept_raises_the_layout() {
         triangles: 1,
         screen_coverage: 0.5,
         measured: Measured { views: 3, ..Measured::same(9) },
+        impostor: None,
     };
     let ladder = Ladder { levels: vec![level], tiles: vec![maps.clone()] };
     let forms = [form(&plant), form(&ladder), form(&maps)];
     // Changed? Then raise LAYOUT, and put the new forms here.
     assert_eq!(
         (LAYOUT, forms.each_ref().map(String::as_str)),
-        (1, ["ba0bb323493e3d8d", "3fd02814faa463c2", "7239ee1e4e7b9e5b"])
+        (2, ["ba0bb323493e3d8d", "3fd02814faa463c2", "7239ee1e4e7b9e5b"])
     );
 }

@@ -23,12 +23,12 @@ const SPELLED_OUT: &str = r##"(
         ),
     ],
     foliage: (
-        leaf: "oak", density: 1.0, most: 20000, size: 0.14, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
+        leaf: "oak", season: Summer, density: 1.0, most: 20000, size: 0.14, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
         color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
-    mesh: (sides: 12, error: 0.01, lightmap: 0),
-    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), CrossedQuads],
+    mesh: (sides: 12, error: 0.01, forks: Collar, lightmap: 0),
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
     atlas: (size: 2048, gutter: 8),
     engines: [Generic],
 )"##;

@@ -1,0 +1,219 @@
+//! Levels of detail of the shipped sets, read back from their files and measured against LOD0 by the rasterizer.
+
+use std::collections::BTreeMap;
+
+use treewright::bake::{self, View};
+use treewright::build::pipeline::{make_set, read_inputs, set_key};
+use treewright::build::{Cache, find_presets, load_preset};
+use treewright::lod::{Asked, Measured, Reference};
+use treewright::mesh::{Mesh, TreeMesh};
+
+use crate::lod_asset::{Set, read};
+use crate::{Figure, root};
+
+/// Views of a measurement.
+const VIEWS: u32 = 32;
+/// Lines of the screen that sizes are shares of.
+const SCREEN: f32 = 1080.0;
+
+/// What was measured of all levels of one kind.
+#[derive(Default)]
+struct Kind {
+    measured: Vec<(String, Measured)>,
+    /// Triangles of the level and of the full one.
+    triangles: Vec<(u64, u64)>,
+    /// Triangles of cards.
+    leaf_triangles: Vec<u64>,
+}
+
+pub(crate) fn print() {
+    let presets = find_presets(&[root().join("presets")]).expect("presets are shipped");
+    let only = std::env::var("LOD_SETS").unwrap_or_default();
+    let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
+    for preset in &presets {
+        let name = preset.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if !only.is_empty() && !only.split(',').any(|o| o == name) {
+            continue;
+        }
+        let loaded = load_preset(preset).expect("the preset is good");
+        let inputs = read_inputs(&loaded).expect("its files are there");
+        let key = set_key(&loaded.plan, &inputs);
+        let files = make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds");
+        let set = read(&files);
+        levels(&name, &set, &mut kinds);
+        if name == "avenue" {
+            simplifier(&set);
+        }
+        atlas(&name, &set);
+    }
+    for (kind, all) in &kinds {
+        total(kind, all);
+    }
+    crate::lod_speed::print();
+}
+
+/// Every level of every variant of a set.
+fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
+    let mut of_set: BTreeMap<(usize, String), Vec<Measured>> = BTreeMap::new();
+    for (v, levels) in set.variants.iter().enumerate() {
+        let told = |i: usize| &set.manifest["variants"][v]["levels"][i];
+        for i in 1..levels.len() {
+            let kind = told(i)["kind"].as_str().unwrap_or("").to_owned();
+            let pixels = (levels[i - 1].1 * SCREEN + 0.5) as u32;
+            let reference = Reference::new(&levels[0].0, &set.wardrobe, pixels, VIEWS);
+            let layout = set.impostors[v].filter(|_| kind == "Impostor");
+            let seen = |view: &View| match layout {
+                // As its shader shows it.
+                Some((layout, [low, high])) => {
+                    let leaf = layout.seen_from(view.frame, &set.leaf, (low, high), 0);
+                    TreeMesh { leaf, ..TreeMesh::default() }
+                }
+                None => levels[i].0.clone(),
+            };
+            let measured = reference.measure_from(&seen, &set.wardrobe, Asked::All);
+            of_set.entry((i, kind.clone())).or_default().push(measured);
+            let entry = kinds.entry(kind).or_default();
+            entry.measured.push((format!("{set_name} {} LOD{i}", v + 1), measured));
+            let triangles = |i: usize| told(i)["triangles"].as_u64().unwrap_or(0);
+            entry.triangles.push((triangles(i), triangles(0)));
+            entry.leaf_triangles.push(told(i)["leaf_triangles"].as_u64().unwrap_or(0));
+        }
+    }
+    for ((level, kind), all) in of_set {
+        let s = Summary::of(all.iter());
+        let how = format!(
+            "{kind}, {} variants at {} pixels, {VIEWS} views: worst {:.3}, coverage {:.3} to {:.3}, FLIP {:.3}, colour {:.3}",
+            all.len(),
+            s.pixels,
+            s.worst,
+            s.coverage.0,
+            s.coverage.1,
+            s.flip,
+            s.color
+        );
+        Figure::new(format!("lod.{set_name}.lod{level}_iou"), s.iou, "share", how).goal(">= 0.90").print();
+    }
+}
+
+/// What a user would do instead: LOD0 simplified to the triangles of LOD1 by meshoptimizer alone, seen from the same views
+/// at the same size.
+fn simplifier(set: &Set) {
+    let area = |mesh: &Mesh| -> f64 {
+        let corner = |i: u32| mesh.positions[i as usize];
+        mesh.indices
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|&[a, b, c]| f64::from((corner(b) - corner(a)).cross(corner(c) - corner(a)).length()) * 0.5)
+            .sum()
+    };
+    for (v, levels) in set.variants.iter().enumerate().take(3) {
+        let (full, ours) = (&levels[0].0, &levels[1].0);
+        let pixels = (levels[0].1 * SCREEN + 0.5) as u32;
+        let to = |mesh: &Mesh, like: &Mesh| {
+            let points: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+            let options = meshopt::SimplifyOptions::None;
+            let indices = meshopt::simplify_decoder(&mesh.indices, &points, like.indices.len(), 1.0, options, None);
+            Mesh { indices, ..mesh.clone() }
+        };
+        let theirs = TreeMesh { bark: to(&full.bark, &ours.bark), leaf: to(&full.leaf, &ours.leaf) };
+        let reference = Reference::new(full, &set.wardrobe, pixels, VIEWS);
+        for (who, tree) in [("ladder", ours), ("simplifier", &theirs)] {
+            let m = reference.measure(tree, &set.wardrobe);
+            let triangles = (tree.bark.indices.len() + tree.leaf.indices.len()) / 3;
+            let how = format!(
+                "avenue {}, {triangles} triangles at {pixels} pixels: worst {:.3}, coverage {:.3}, FLIP {:.3}, leaf area \
+                 {:.3} of LOD0's",
+                v + 1,
+                m.worst_iou,
+                m.coverage,
+                m.flip,
+                area(&tree.leaf) / area(&full.leaf)
+            );
+            Figure::new(format!("lod.against.{who}_iou"), f64::from(m.iou), "share", how).print();
+        }
+    }
+}
+
+/// Extremes and means of some measurements.
+struct Summary {
+    pixels: String,
+    iou: f64,
+    worst: f64,
+    coverage: (f64, f64),
+    flip: f64,
+    color: f64,
+}
+
+impl Summary {
+    fn of<'a>(all: impl Iterator<Item = &'a Measured> + Clone) -> Self {
+        let count = all.clone().count().max(1) as f64;
+        let mean = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).sum::<f64>() / count;
+        let least = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).fold(f64::INFINITY, f64::min);
+        let most = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).fold(0.0, f64::max);
+        let (low, high) = (least(|m| m.pixels as f32), most(|m| m.pixels as f32));
+        Self {
+            pixels: format!("{low} to {high}"),
+            iou: mean(|m| m.iou),
+            worst: least(|m| m.worst_iou),
+            coverage: (least(|m| m.coverage), most(|m| m.coverage)),
+            flip: most(|m| m.flip),
+            color: most(|m| m.color),
+        }
+    }
+}
+
+fn total(kind: &str, all: &Kind) {
+    let s = Summary::of(all.measured.iter().map(|m| &m.1));
+    let how = |what: &str| {
+        format!(
+            "{} levels of shipped sets, {VIEWS} views each at {} pixels, against LOD0; {what}",
+            all.measured.len(),
+            s.pixels
+        )
+    };
+    let worst = |score: fn(&Measured) -> f32| {
+        all.measured.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1))).map_or("", |m| m.0.as_str())
+    };
+    let failing = all
+        .measured
+        .iter()
+        .filter(|(_, m)| m.iou < 0.9 || m.worst_iou < 0.85 || (m.coverage - 1.0).abs() > 0.03 || m.flip > 0.1)
+        .count();
+    let name = |what: &str| format!("lod.{kind}.{what}");
+    Figure::new(name("iou_mean"), s.iou, "share", how("mean")).goal(">= 0.90").print();
+    Figure::new(name("iou_worst"), s.worst, "share", how(&format!("worst view, of {}", worst(|m| -m.worst_iou))))
+        .goal(">= 0.85")
+        .print();
+    Figure::new(name("coverage_least"), s.coverage.0, "ratio", how(worst(|m| -m.coverage))).goal(">= 0.97").print();
+    Figure::new(name("coverage_most"), s.coverage.1, "ratio", how(worst(|m| m.coverage))).goal("<= 1.03").print();
+    Figure::new(name("flip"), s.flip, "FLIP", how(&format!("worst level's mean, of {}", worst(|m| m.flip))))
+        .goal("<= 0.10")
+        .print();
+    Figure::new(name("color"), s.color, "sRGB distance", how(worst(|m| m.color))).print();
+    Figure::new(name("misses"), failing as f64, "levels", how("levels that miss one of the goals above"))
+        .goal("0")
+        .print();
+    let share = all.triangles.iter().map(|&(t, full)| t as f64 / full.max(1) as f64).fold(0.0, f64::max);
+    Figure::new(name("triangles_share"), share, "share", "largest share of LOD0's triangles").print();
+    let most = all.leaf_triangles.iter().copied().max().unwrap_or(0);
+    Figure::new(name("leaf_triangles"), most as f64, "triangles", "most triangles of leaves or cards").print();
+}
+
+/// Packing and alpha of a set's atlas.
+fn atlas(name: &str, set: &Set) {
+    let told = &set.manifest["atlas"];
+    let value = |field: &str| told[field].as_f64().unwrap_or(0.0);
+    let how = format!("{} pictures at scale {:.2}", value("pictures"), value("scale"));
+    Figure::new(format!("lod.{name}.atlas_utilisation"), value("utilisation"), "share", how).goal(">= 0.75").print();
+    let coverage = bake::coverage(&set.leaf, 5);
+    let off = coverage.iter().map(|c| f64::from((c / coverage[0].max(1e-6) - 1.0).abs())).fold(0.0, f64::max);
+    Figure::new(
+        format!("lod.{name}.alpha_per_mip"),
+        off,
+        "share",
+        format!("worst of four box-filtered mips against level 0: {coverage:.3?}"),
+    )
+    .goal("<= 0.02")
+    .print();
+}

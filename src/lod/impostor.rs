@@ -1,0 +1,238 @@
+//! The last level for engines with a shader for it: a hemi-octahedral impostor (Ryan Brucks 2018, after Cigolle et al.
+//! 2014, "A survey of efficient representations for independent unit vectors").
+//!
+//! The whole tree is drawn from `frames × frames` directions of the upper half sphere, laid out in a square sheet: frame
+//! (i, j), counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
+//! `2 (i, j) / (frames − 1) − 1`. Colour has alpha, normals are relative to the frame (x right, y up, z to the viewer),
+//! and the blue channel of the occlusion-roughness map holds depth: 255 is the near side of the bounding sphere, 0 its far
+//! side (the leaf material's metallic factor is zero, so that nothing shines).
+//!
+//! The four corners of the square are level views from ±x and ±z. The level's mesh is two crossed rectangles, back to
+//! back, that wear those corners: where there is no shader they are shown as they are.
+//!
+//! Limits: parallax between frames is left to the shader, by depth; it is measured as one shows it that moves the texels of
+//! the nearest frame to their depth ([`Impostor::seen_from`]).
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::cloud::Scene;
+use super::measure::{Wardrobe, bounds};
+use crate::bake::{ALPHA_CUTOFF, Maps, Shading, Target, View, dilate, rasterize, srgb_byte};
+use crate::base::Frame;
+use crate::mesh::{Mesh, TreeMesh, add_tangents};
+
+/// Texels along a frame's edge.
+const TEXELS: u32 = 40;
+/// Samples along a texel's edge.
+const SAMPLES: u32 = 3;
+/// Room around the bounding sphere, so that neighbouring frames do not mix in the first mip.
+const ROOM: f32 = 1.07;
+/// How far baked normals are drawn to the frame's own, as on cards.
+const FACING: f32 = 0.6;
+/// Distance of a rectangle from its plane, as a share of the sphere's radius.
+const APART: f32 = 0.01;
+/// Roughness of leaves, of 255.
+const ROUGHNESS: u8 = 200;
+
+/// How a sheet of views is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Impostor {
+    /// Frames along an edge of the sheet, 2..=32.
+    pub frames: u32,
+    /// Middle of what each frame shows, metres.
+    pub centre: Vec3,
+    /// Half the width and height of what each frame shows, metres.
+    pub radius: f32,
+}
+
+impl Impostor {
+    /// The frame, as (column, row), that is seen from nearest to a direction (unit, towards the viewer). Directions from
+    /// below take the frame at the horizon.
+    #[must_use]
+    pub fn nearest(&self, direction: Vec3) -> (u32, u32) {
+        let d = Vec3::new(direction.x, direction.y.max(0.0), direction.z);
+        let d = d / (d.x.abs() + d.y + d.z.abs()).max(1e-9);
+        let last = self.frames.saturating_sub(1) as f32;
+        let at = |v: f32| ((v * 0.5 + 0.5) * last + 0.5).clamp(0.0, last) as u32;
+        (at(d.x + d.z), at(d.z - d.x))
+    }
+
+    /// The axes of a frame: `z` points to its viewer, `y` up in the picture.
+    #[must_use]
+    pub fn axes(&self, (column, row): (u32, u32)) -> Frame {
+        let last = self.frames.saturating_sub(1).max(1) as f32;
+        let at = Vec2::new(column as f32, row as f32) / last * 2.0 - 1.0;
+        let flat = Vec2::new(at.x - at.y, at.x + at.y) * 0.5;
+        let z = Vec3::new(flat.x, (1.0 - flat.x.abs() - flat.y.abs()).max(0.0), flat.y).normalize_or(Vec3::Y);
+        // Straight from above no way is up.
+        let x = Vec3::Y.cross(z).try_normalize().unwrap_or(Vec3::X);
+        Frame { x, y: z.cross(x), z }
+    }
+
+    /// The rectangle in the sheet (0..=1, v down) that a frame takes: its upper left corner and its edge.
+    fn rect(&self, (column, row): (u32, u32)) -> (Vec2, f32) {
+        let edge = 1.0 / self.frames.max(1) as f32;
+        (Vec2::new(column as f32, row as f32) * edge, edge)
+    }
+
+    /// What a shader that uses depth shows a viewer with the axes `viewer`: each solid texel of the nearest frame as a
+    /// square at its own depth, turned to the viewer. `sheet` holds the sheet between the corners `low` and `high`
+    /// (0..=1, v down); `tiles` are all `tile`. At most two triangles a texel of a frame.
+    #[must_use]
+    pub fn seen_from(&self, viewer: Frame, sheet: &Maps, (low, high): (Vec2, Vec2), tile: u32) -> Mesh {
+        let frame = self.nearest(viewer.z);
+        let (axes, (corner, edge)) = (self.axes(frame), self.rect(frame));
+        let size = Vec2::new(sheet.width as f32, sheet.height as f32);
+        let corners = [corner, corner + edge].map(|at| (low + at * (high - low)) * size);
+        let whole = corners[1] - corners[0];
+        let mut mesh = Mesh::default();
+        let ends = |a: f32, b: f32, most: u32| (a.max(0.0) as u32, ((b + 0.5) as u32).min(most));
+        let ((x0, x1), (y0, y1)) =
+            (ends(corners[0].x + 0.5, corners[1].x, sheet.width), ends(corners[0].y + 0.5, corners[1].y, sheet.height));
+        let half = self.radius / whole * 1.02;
+        for (y, x) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))) {
+            let texel = (y * sheet.width + x) as usize;
+            let (Some(color), Some(orm)) = (sheet.color.get(texel), sheet.orm.get(texel)) else { continue };
+            if f32::from(color[3]) < ALPHA_CUTOFF * 255.0 {
+                continue;
+            }
+            let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            let at = (middle - corners[0]) / whole * 2.0 - 1.0;
+            let deep = f32::from(orm[2]) / 127.5 - 1.0;
+            let centre = self.centre + (axes.x * at.x - axes.y * at.y + axes.z * deep) * self.radius;
+            let first = mesh.positions.len() as u32;
+            for (across, up) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                mesh.positions.push(centre + viewer.x * (half.x * across) + viewer.y * (half.y * up));
+                mesh.normals.push(axes.z);
+                mesh.tangents.push([axes.x.x, axes.x.y, axes.x.z, 1.0]);
+                mesh.uvs.push(middle / size);
+                mesh.occlusion.push(255);
+                mesh.tiles.push(tile);
+            }
+            mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+        }
+        mesh
+    }
+
+    /// Adds a part of a frame, `low` to `high` of -1..=1, as a rectangle.
+    fn add(&self, frame: (u32, u32), low: Vec2, high: Vec2, apart: f32, tile: u32, mesh: &mut Mesh) {
+        let (axes, (corner, edge)) = (self.axes(frame), self.rect(frame));
+        let first = mesh.positions.len() as u32;
+        for at in [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)] {
+            let on = axes.x * at.x + axes.y * at.y + axes.z * apart;
+            mesh.positions.push(self.centre + on * self.radius);
+            mesh.normals.push(axes.z);
+            mesh.uvs.push(corner + Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * edge);
+            mesh.occlusion.push(255);
+            mesh.tiles.push(tile);
+        }
+        mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+    }
+}
+
+/// The impostor's layout, the mesh for engines without a shader for it, and its sheet, which is tile `tile`.
+pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile: u32) -> (Impostor, TreeMesh, Maps) {
+    let frames = frames.clamp(2, 32);
+    let (low, high) = bounds(scene.full);
+    let centre = (low + high) * 0.5;
+    let points = || scene.full.bark.positions.iter().chain(&scene.full.leaf.positions);
+    let far = points().map(|p| p.distance_squared(centre)).filter(|d| d.is_finite()).fold(0.0_f32, f32::max).sqrt();
+    let layout = Impostor { frames, centre, radius: (far * ROOM).max(1e-3) };
+    let surfaces = wardrobe.dressed(scene.full);
+    let drawn: Vec<(Target, Frame)> = (0..frames * frames)
+        .into_par_iter()
+        .map(|i| {
+            let axes = layout.axes((i % frames, i / frames));
+            let view = View::new(axes, centre, layout.radius, layout.radius);
+            (rasterize(&surfaces, &view, TEXELS, TEXELS, SAMPLES, &Shading::Albedo), axes)
+        })
+        .collect();
+    let edge = frames * TEXELS;
+    let count = (edge * edge) as usize;
+    let mut maps = Maps {
+        width: edge,
+        height: edge,
+        color: vec![[0; 4]; count],
+        normal: vec![[128, 128, 255]; count],
+        orm: vec![[255, ROUGHNESS, 0]; count],
+    };
+    for (i, (target, axes)) in drawn.iter().enumerate() {
+        let (column, row) = (i as u32 % frames * TEXELS, i as u32 / frames * TEXELS);
+        let scale = solid_scale(target);
+        for (k, &coverage) in target.coverage.iter().enumerate() {
+            if coverage <= 0.0 {
+                continue;
+            }
+            let at = ((row + k as u32 / TEXELS) * edge + column + k as u32 % TEXELS) as usize;
+            let c = target.color[k];
+            let alpha = (coverage * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
+            maps.color[at] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), alpha];
+            let n = axes.to_local(target.normal[k]) + Vec3::Z * FACING;
+            let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
+            maps.normal[at] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
+            let depth = (0.5 + 0.5 * target.depth[k] / layout.radius).clamp(0.0, 1.0);
+            let open = (target.occlusion[k].clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+            maps.orm[at] = [open, ROUGHNESS, (depth * 255.0 + 0.5) as u8];
+        }
+    }
+    dilate(&mut maps);
+    let mut leaf = Mesh::default();
+    let last = frames - 1;
+    for frame in [(0, 0), (last, 0), (0, last), (last, last)] {
+        let axes = layout.axes(frame);
+        let (mut least, mut most) = (Vec2::splat(1.0), Vec2::splat(-1.0));
+        for p in points() {
+            let p = Vec2::new(axes.x.dot(*p - centre), axes.y.dot(*p - centre)) / layout.radius;
+            (least, most) = (least.min(p), most.max(p));
+        }
+        if least.cmplt(most).all() {
+            layout.add(frame, least, most, APART, tile, &mut leaf);
+        }
+    }
+    let _ = add_tangents(&mut leaf);
+    (layout, TreeMesh { bark: Mesh::default(), leaf }, maps)
+}
+
+/// What coverage is multiplied by so that as many texels pass the alpha test at 0.5 as the tree covers.
+fn solid_scale(target: &Target) -> f32 {
+    let mut ranked: Vec<f32> = target.coverage.iter().copied().filter(|c| *c > 0.0).collect();
+    ranked.sort_by(|a, b| b.total_cmp(a));
+    let wanted = target.coverage.iter().sum::<f32>() + 0.5;
+    let threshold = ranked.get((wanted as usize).saturating_sub(1).min(ranked.len().saturating_sub(1)));
+    // A little past the threshold, which itself must pass after rounding to bytes.
+    0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+
+    #[test]
+    fn a_frame_is_the_nearest_to_its_own_direction_and_corners_are_level() {
+        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0 };
+        for i in 0..144 {
+            let frame = (i % 12, i / 12);
+            let axes = layout.axes(frame);
+            assert_eq!(layout.nearest(axes.z), frame);
+            assert!(axes.x.cross(axes.y).distance(axes.z) < 1e-5 && axes.z.y >= 0.0);
+        }
+        let corners = [(0, 0), (11, 0), (0, 11), (11, 11)].map(|c| layout.axes(c).z);
+        for way in [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z] {
+            assert_eq!(corners.iter().filter(|c| c.distance(way) < 1e-6).count(), 1, "{corners:?}");
+        }
+    }
+
+    #[test]
+    fn no_direction_is_far_from_its_frame() {
+        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0 };
+        for i in 0..500 {
+            let mut d = Seed::new(4).at(i).direction();
+            d.y = d.y.abs();
+            let off = layout.axes(layout.nearest(d)).z.dot(d);
+            assert!(off > 0.985, "{d} {off}");
+        }
+    }
+}

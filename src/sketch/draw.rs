@@ -1,0 +1,331 @@
+//! From sketches to a deformation: cages moved, lobes spread over what is drawn, branches bent after them, what lies
+//! outside pruned; and the tree at any time on the way.
+//!
+//! In-betweens are straight ways of points (2018, 5.3: the transformation is interpolated), so their silhouettes lie near
+//! the interpolated ones. A sketch that is the crown's own silhouette changes nothing: lobes spread as far as the
+//! sketch differs from it.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::bound::{Chart, Sketcher, ViewKind};
+use super::fill::{Basin, Freedom};
+use super::fit::{Fitted, SketchSize, placed, placed_beside};
+use super::frame::ViewPlane;
+use super::outline::{hull, replaced, resampled};
+use super::prune;
+use super::region::{Fill, Region};
+use super::svg::{Drawing, SketchError};
+use crate::base::{Frame, math};
+use crate::plant::{Chain, ChainId, Curve, Leaf, Plant, PlantBuilder, STATIONS, frame_at};
+
+/// Mean way of a silhouette's places, over the crown's size, from which lobes spread freely.
+const CHANGED: f32 = 0.03;
+/// Cells along the longest edge on which lobes spread, without detail and for all of it.
+const CELLS: (f32, f32) = (40.0, 64.0);
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Sketch<'d> {
+    /// From the front, or what is revolved.
+    pub front: &'d Drawing,
+    /// From the side, where the sketcher has that view.
+    pub side: Option<&'d Drawing>,
+    /// How large it is.
+    pub size: SketchSize,
+    /// How lobes follow it.
+    pub method: Method,
+}
+
+/// How lobes follow a sketch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// By the multiscale cage tree, spread over what is drawn, pruned outside of it.
+    Adaptive,
+    /// By the cage tree alone: the paper's baseline (5.3).
+    Baseline,
+    /// By one cage, the crown's silhouette: what the paper compares with (Fig. 12).
+    OneCage,
+}
+
+/// A deformation that shapes a plant's crown.
+#[derive(Clone, Debug)]
+pub struct Sketched<'s> {
+    sketcher: &'s Sketcher,
+    shift: Vec<Vec3>,
+    wilts: Vec<bool>,
+    /// What is drawn, in the plane of each view, metres.
+    pub targets: Vec<Region>,
+    /// For each view the outline of the crown as it was, and what becomes of each of its places.
+    pub outlines: Vec<(Vec<Vec2>, Vec<Vec2>)>,
+}
+
+impl Sketcher {
+    /// Finds the deformation for a sketch.
+    ///
+    /// # Errors
+    ///
+    /// When an open line is drawn where closed shapes are needed, or nothing is.
+    pub fn draw(&self, sketch: &Sketch<'_>) -> Result<Sketched<'_>, SketchError> {
+        let round = self.views.kind == ViewKind::Revolved;
+        let (target, ring) = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
+        let mut targets = vec![target];
+        let mut rings = vec![ring];
+        if let (Some(chart), Some(side)) = (self.charts.get(1), sketch.side) {
+            let front = targets[0].bounds();
+            let (target, ring) = self.target(chart, side, sketch.size, Some(front), false)?;
+            targets.push(target);
+            rings.push(ring);
+        }
+        let chart = &self.charts[0];
+        let adaptive = sketch.method == Method::Adaptive;
+        let vertices = chart.cages.moved(&rings[0]);
+        let mut seen = match sketch.method {
+            Method::OneCage => chart.handles_by_root(&rings[0]),
+            _ => chart.handles(&vertices),
+        };
+        let weights: Vec<f32> = self.spread(chart);
+        if adaptive {
+            self.fill(chart, &rings[0], &targets[0], &mut seen, &weights, Freedom::Plane);
+        }
+        let depth = self.depth(chart, &targets[0], targets.len());
+        let mut told: Vec<Vec3> = self
+            .handles
+            .iter()
+            .zip(&seen)
+            .zip(&chart.seen)
+            .map(|((handle, is), was)| chart.plane.lifted(handle.position, *is - *was) + depth(handle.position))
+            .collect();
+        let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &targets[0]) } else { Vec::new() };
+        wilts.resize(self.plant.chains().len(), false);
+        if let (Some(chart), Some(ring), Some(target)) = (self.charts.get(1), rings.get(1), targets.get(1)) {
+            let vertices = chart.cages.moved(ring);
+            let by =
+                if sketch.method == Method::OneCage { chart.handles_by_root(ring) } else { chart.handles(&vertices) };
+            // Heights are the front's; the side says how deep the crown is there.
+            let mut seen: Vec<Vec2> =
+                by.iter().zip(&self.handles).zip(&told).map(|((p, h), d)| Vec2::new(p.x, h.position.y + d.y)).collect();
+            if adaptive {
+                self.fill(chart, ring, target, &mut seen, &weights, Freedom::Level);
+                let outside = prune::pruned(self, chart, &vertices, target);
+                wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
+            }
+            for ((told, handle), (is, was)) in told.iter_mut().zip(&self.handles).zip(seen.iter().zip(&chart.seen)) {
+                *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
+            }
+        }
+        let shift = self.spines.moved(&self.positions, &told);
+        let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
+        Ok(Sketched { sketcher: self, shift, wilts, targets, outlines })
+    }
+
+    /// What is drawn in a view's plane, and the root cage for it.
+    fn target(
+        &self,
+        chart: &Chart,
+        drawing: &Drawing,
+        size: SketchSize,
+        front: Option<[Vec2; 2]>,
+        round: bool,
+    ) -> Result<(Region, Vec<Vec2>), SketchError> {
+        let stem = self.plant.chains().first().map_or(Vec3::ZERO, |c| c.origin);
+        let foot = Vec2::new(if round { 0.0 } else { chart.plane.seen(stem).x }, stem.y);
+        let fitted = Fitted { outline: &chart.outline, area: chart.area, foot, height: self.height };
+        let count = chart.root.len();
+        if drawing.is_open() {
+            if round || front.is_some() {
+                return Err(SketchError::Open);
+            }
+            let line = placed(drawing, size, &fitted, false).line(&drawing.open);
+            let ring = replaced(&chart.outline, &line);
+            let region = Region::of(std::slice::from_ref(&ring), Fill::NonZero);
+            if region.area() <= chart.area * 1e-3 {
+                return Err(SketchError::Empty);
+            }
+            let ring = resampled(region.outline(), count);
+            return Ok((region, ring));
+        }
+        let placing = match front {
+            Some(front) => placed_beside(drawing, front, size, &fitted),
+            None => placed(drawing, size, &fitted, round),
+        };
+        let region = placing.region(&drawing.crown);
+        let region = if round { region.mirrored() } else { region };
+        if region.area().is_nan() || region.area() <= 0.0 {
+            return Err(SketchError::Empty);
+        }
+        // Pieces that don't touch share what lies round them all.
+        let outline = if region.largest() < region.area() * 0.9 {
+            hull(&region.rings().concat())
+        } else {
+            region.outline().to_vec()
+        };
+        Ok((region, resampled(&outline, count)))
+    }
+
+    /// How much each handle covers.
+    fn spread(&self, chart: &Chart) -> Vec<f32> {
+        let reach = self.size * 0.1;
+        let of = |(handle, seen): (&super::spine::Handle, &Vec2)| match chart.plane {
+            // A ring far from the axis is longer.
+            ViewPlane::Round { .. } => handle.weight / (seen.x + reach),
+            ViewPlane::From { .. } => handle.weight,
+        };
+        self.handles.iter().zip(&chart.seen).map(of).collect()
+    }
+
+    fn fill(
+        &self,
+        chart: &Chart,
+        ring: &[Vec2],
+        target: &Region,
+        seen: &mut [Vec2],
+        weights: &[f32],
+        freedom: Freedom,
+    ) {
+        let way = ring.iter().zip(&chart.root).map(|(a, b)| a.distance(*b)).sum::<f32>() / ring.len().max(1) as f32;
+        let share = math::smoothstep(0.0, CHANGED * self.size, way);
+        if share <= 1e-6 {
+            return;
+        }
+        let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
+        let basin = Basin::new(target, self.reach * 0.9, cells as usize);
+        let mut spread = seen.to_vec();
+        basin.fill(&mut spread, weights, freedom);
+        let round = matches!(chart.plane, ViewPlane::Round { .. });
+        for (seen, to) in seen.iter_mut().zip(spread) {
+            let to = if round { Vec2::new(to.x.max(0.0), to.y) } else { to };
+            *seen = seen.lerp(to, share);
+        }
+    }
+
+    /// How depth follows a single view: as much as the crown grows in it.
+    fn depth(&self, chart: &Chart, target: &Region, views: usize) -> impl Fn(Vec3) -> Vec3 + use<> {
+        let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2, 4.0);
+        let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
+        let plane = chart.plane;
+        move |p| match plane {
+            ViewPlane::From { right } if views == 1 => {
+                let away = right.cross(Vec3::Y);
+                away * (away.dot(p - middle) * (scale - 1.0))
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+impl Sketched<'_> {
+    /// How many branches wilt, and how many there are.
+    #[must_use]
+    pub fn wilting(&self) -> (usize, usize) {
+        (self.wilts.iter().filter(|w| **w).count(), self.wilts.len())
+    }
+
+    /// For each branch that stays: how much longer it gets; how far it turns, radians; and how much further than its
+    /// neighbours do, parent and next siblings, radians.
+    #[must_use]
+    pub fn strains(&self) -> Vec<[f32; 3]> {
+        let strains = self.sketcher.spines.strains(&self.sketcher.positions, &self.shift);
+        let turns: Vec<f32> = strains.iter().map(|s| s.1).collect();
+        let beyond = |i: usize| {
+            let most = self.sketcher.spines.most_of_neighbours(i, &turns);
+            most.map_or(0.0, |most| (turns[i] - most).max(0.0))
+        };
+        let stay = (0..strains.len()).filter(|i| !self.wilts[*i]);
+        stay.map(|i| [strains[i].0, strains[i].1, beyond(i)]).collect()
+    }
+
+    /// The tree at a time 0..=1: at 0 the plant as it was, at 1 as sketched, without what wilts.
+    #[must_use]
+    pub fn at(&self, t: f32) -> Plant {
+        if t.is_nan() || t <= 0.0 {
+            return (*self.sketcher.plant).clone();
+        }
+        self.made(t.min(1.0), t >= 1.0)
+    }
+
+    /// The tree at a time, with all branches and leaves it ever has: those that have wilted are as good as without size.
+    #[must_use]
+    pub fn key(&self, t: f32) -> Plant {
+        self.made(t.clamp(0.0, 1.0), false)
+    }
+
+    fn made(&self, t: f32, finished: bool) -> Plant {
+        let Sketcher { plant, positions, spines, leaves, .. } = self.sketcher;
+        let places: Vec<Vec3> =
+            positions.par_iter().zip(&self.shift).with_min_len(4096).map(|(p, d)| *p + *d * t).collect();
+        let left = (1.0 - t).max(1e-4);
+        let mut bears = vec![false; plant.chains().len()];
+        plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
+        // Where on the bent axis each point lies, 0..=1; base and whole length for each chain.
+        let arc = arc_shares(plant, &places);
+        let on = |(i, f): (u32, f32)| {
+            let (a, b) = (arc[i as usize], arc.get(i as usize + 1).copied().unwrap_or(1.0));
+            (if f == 0.0 { a } else { a + (b - a) * f }).clamp(0.0, 1.0)
+        };
+        let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(plant.chains().len());
+        let mut builder = PlantBuilder::reusing(
+            Plant::default(),
+            plant.chains().len(),
+            plant.all_points().len(),
+            plant.leaves().len(),
+        );
+        let mut named: Vec<Option<ChainId>> = Vec::with_capacity(plant.chains().len());
+        let (mut local, mut radii) = (Vec::new(), Vec::new());
+        let nothing = [Frame::WORLD; STATIONS + 1];
+        for id in plant.chain_ids() {
+            let i = id.index();
+            let Chain { origin, parent, .. } = *plant.chain(id);
+            let wilts = self.wilts[i];
+            if wilts && finished {
+                frames.push(nothing);
+                named.push(None);
+                continue;
+            }
+            let location = spines.base(i).map_or(0.0, on);
+            let frame = parent.map_or(Frame::WORLD, |p| frame_at(&frames[p.index()], location));
+            let own = &places[plant.span(id)];
+            let size = if wilts { left } else { 1.0 };
+            local.clear();
+            local.extend(own.iter().map(|p| frame.to_local(*p - own[0]) * size));
+            radii.clear();
+            radii.extend(plant.radii(id).iter().map(|r| r * size));
+            frames.push(if bears[i] { Curve::new(&local).frames(frame) } else { nothing });
+            let parent = parent.and_then(|p| named[p.index()]);
+            named.push(Some(builder.chain(parent, location, origin, &local, &radii)));
+        }
+        for (leaf, place) in plant.leaves().iter().zip(leaves) {
+            if let Some(chain) = named[leaf.chain.index()] {
+                let size = if self.wilts[leaf.chain.index()] { left } else { 1.0 };
+                builder.leaf(Leaf {
+                    chain,
+                    location: on(*place),
+                    size: leaf.size * size,
+                    offset: leaf.offset * size,
+                    ..*leaf
+                });
+            }
+        }
+        builder.finish_trusted()
+    }
+}
+
+/// For each point its share of its chain's length, 0..=1.
+fn arc_shares(plant: &Plant, places: &[Vec3]) -> Vec<f32> {
+    let mut arc = vec![0.0_f32; places.len()];
+    for id in plant.chain_ids() {
+        let span = plant.span(id);
+        let mut length = 0.0_f64;
+        for i in span.clone().skip(1) {
+            length += f64::from(places[i].distance(places[i - 1]));
+            arc[i] = length as f32;
+        }
+        if length > 0.0 {
+            arc[span.clone()].iter_mut().for_each(|a| *a = (f64::from(*a) / length) as f32);
+        } else {
+            let last = span.len().max(2) - 1;
+            arc[span].iter_mut().enumerate().for_each(|(k, a)| *a = k as f32 / last as f32);
+        }
+    }
+    arc
+}

@@ -1,0 +1,33 @@
+//! Sketching: a crown takes the shape that a designer draws (Wang et al. 2018, Sketch-based Shape-preserving Tree
+//! Animations).
+//!
+//! [`Drawing`] reads an SVG; [`Sketcher::bind`] binds a plant to the cages of its lobes, once; [`Sketcher::draw`] finds the
+//! deformation for a sketch, and [`Sketched::at`] gives the tree at any time on the way there. Past the paper: front and
+//! side at once, outlines that are revolved, a setting for detail, and lobes that fill all of a sketch, with its holes.
+
+mod bound;
+mod cages;
+mod crown;
+mod draw;
+mod fill;
+mod fit;
+mod frame;
+mod laplace;
+mod mean_value;
+mod outline;
+mod prune;
+mod raster;
+mod region;
+mod spine;
+mod svg;
+#[cfg(test)]
+mod tests;
+
+pub use bound::{SketchViews, Sketcher, ViewKind};
+pub use crown::{crown_outline, crown_silhouette, overlap};
+pub use draw::{Method, Sketch, Sketched};
+pub use fit::SketchSize;
+pub use mean_value::mean_value;
+pub use outline::discrete_frechet;
+pub use region::{Fill, Region};
+pub use svg::{Drawing, SketchError};

@@ -1,0 +1,99 @@
+//! Branches whose lobes fall outside of a sketch wilt (2018, 5.4.2).
+//!
+//! From coarse to fine: a cage is clipped with the sketch, and of several pieces the largest counts. Less than
+//! [`LEAST`] of its area left prunes it with all cages below; nearly all of it left ends the test; else its children are
+//! tested. Cages clear of the outline are judged by its distance, so that only those that cross it are clipped.
+//!
+//! Stems never wilt, and where a sketch would take most of a crown, nothing does: it is then far from the tree, and a
+//! bare pole is not what was meant.
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::bound::{Chart, Sketcher};
+use super::raster::{Grid, Mask};
+use super::region::{Fill, Region};
+
+/// Share of a cage's area inside the sketch below which it is pruned.
+const LEAST: f32 = 0.3;
+/// Share from which it counts as all inside.
+const WHOLE: f32 = 0.98;
+/// Most of a crown's foliage that may wilt.
+const MOST: f32 = 0.5;
+/// Cells along the sketch for the quick test.
+const CELLS: usize = 96;
+
+/// Which chains wilt when the cages of a view have these vertices.
+pub(super) fn pruned(sketcher: &Sketcher, chart: &Chart, vertices: &[Vec2], target: &Region) -> Vec<bool> {
+    let plant = &sketcher.plant;
+    let count = chart.cages.len();
+    let shares: Vec<f32> = shares(chart, vertices, target);
+    #[derive(Clone, Copy, PartialEq)]
+    enum State {
+        Pruned,
+        Whole,
+        Tested,
+    }
+    let mut states = vec![State::Tested; count];
+    for cage in 1..count {
+        let above = states[chart.cages.parent(cage as u32) as usize];
+        states[cage] = match above {
+            State::Tested if shares[cage] < LEAST => State::Pruned,
+            State::Tested if shares[cage] >= WHOLE => State::Whole,
+            state => state,
+        };
+    }
+    let mut wilts = vec![false; plant.chains().len()];
+    let (mut lost, mut all) = (0.0_f32, 0.0_f32);
+    for id in plant.chain_ids() {
+        wilts[id.index()] = match plant.chain(id).parent {
+            None => false,
+            Some(parent) => {
+                let own = chart.cages.outer(id);
+                // A small lobe shares its parent's cage, and that one's inner lobe says nothing of it.
+                let of_its_own = own != chart.cages.outer(parent);
+                wilts[parent.index()] || (of_its_own && own != 0 && states[own as usize] == State::Pruned)
+            }
+        };
+    }
+    for handle in &sketcher.handles {
+        all += handle.weight;
+        lost += if wilts[handle.chain.index()] { handle.weight } else { 0.0 };
+    }
+    if lost > all * MOST { vec![false; wilts.len()] } else { wilts }
+}
+
+/// For each cage the share of its area that the largest piece inside the sketch has.
+fn shares(chart: &Chart, vertices: &[Vec2], target: &Region) -> Vec<f32> {
+    let bounds = target.bounds();
+    let size = (bounds[1] - bounds[0]).max_element();
+    let grid = Grid::over(bounds, CELLS, size * 0.02);
+    let mask = Mask::of_region(target, grid);
+    let inside = mask.depths();
+    let outside = Mask { grid, inside: mask.inside.iter().map(|i| !i).collect() }.depths();
+    let edge = grid.origin + Vec2::new(grid.width as f32, grid.height as f32) * grid.cell;
+    (0..chart.cages.len() as u32)
+        .into_par_iter()
+        .with_min_len(64)
+        .map(|cage| {
+            let ring = chart.cages.ring(cage, vertices);
+            if cage == 0 {
+                return 1.0;
+            }
+            let middle = ring.iter().fold(Vec2::ZERO, |s, p| s + *p) / ring.len().max(1) as f32;
+            let radius = ring.iter().map(|p| p.distance(middle)).fold(0.0, f32::max) / grid.cell + 1.5;
+            let (x, y) = grid.cell_of(middle);
+            let i = y * grid.width + x;
+            let beyond = (middle - middle.clamp(grid.origin, edge)).length() / grid.cell;
+            if beyond == 0.0 && inside[i] > radius {
+                return 1.0;
+            }
+            if beyond + outside[i] > radius + 1.5 && beyond > radius || (beyond == 0.0 && outside[i] > radius) {
+                return 0.0;
+            }
+            let region = Region::of(&[ring.to_vec()], Fill::NonZero);
+            let area = region.area();
+            if area > 0.0 { region.intersection(target).largest() / area } else { 1.0 }
+        })
+        .collect()
+}

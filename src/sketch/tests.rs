@@ -1,0 +1,159 @@
+//! Promises of sketching as a whole: on plants of any kind, with drawings of any kind.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::base::{Rotation, Seed};
+use crate::plant::{Leaf, Plant, PlantBuilder, PlantStats};
+use crate::relate::random_plant::{Oddity, random_plant};
+
+fn drawing(body: &str) -> Drawing {
+    let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 10 10\">{body}</svg>");
+    Drawing::read(text.as_bytes()).unwrap()
+}
+
+/// A tree with a ball of leaves, which limbs and twigs bear.
+fn ball(leaves_a_twig: u64) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let up: Vec<Vec3> = (0..=8).map(|i| Vec3::Y * i as f32 * 0.75).collect();
+    let stem = builder.stem(Vec3::ZERO, &up, &[0.2, 0.19, 0.18, 0.17, 0.15, 0.12, 0.09, 0.06, 0.03]);
+    for i in 0..40_u64 {
+        let seed = Seed::new(7).at(i);
+        let location = 0.45 + 0.5 * seed.at(1).unit();
+        let way = seed.direction() * Vec3::new(1.0, 0.8, 1.0);
+        let tip = Vec3::Y * 4.3 + way.normalize() * (1.0 + seed.at(2).unit()) - Vec3::Y * 6.0 * location;
+        let limb = builder.branch(stem, location, &[Vec3::ZERO, tip * 0.5, tip], &[0.05, 0.03, 0.01]);
+        for k in 0..8 {
+            let seed = seed.child("twig").at(k);
+            let twig = seed.direction() * 0.4;
+            let twig = builder.branch(limb, 0.3 + 0.7 * seed.at(1).unit(), &[Vec3::ZERO, twig], &[0.01, 0.003]);
+            for l in 0..leaves_a_twig {
+                builder.leaf(Leaf::new(twig, l as f32 / 4.0, Rotation::about(Vec3::X, l as f32), 0.25, 0));
+            }
+        }
+    }
+    builder.finish().unwrap()
+}
+
+const HEART: &str = "<path d='M5 9L1 5C-1 2 3 -1 5 2.5C7 -1 11 2 9 5Z'/>";
+const TRIANGLE: &str = "<path d='M0 10L5 0L10 10Z'/>";
+const FRONT: SketchViews = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
+
+fn sketch(front: &Drawing) -> Sketch<'_> {
+    Sketch { front, side: None, size: SketchSize::Crown, method: Method::Adaptive }
+}
+
+/// How far the silhouette from an azimuth is the target.
+fn likeness(plant: &Plant, azimuth: f32, target: &Region) -> f32 {
+    overlap(&crown_silhouette(plant, azimuth, 0.03), target)
+}
+
+#[test]
+fn a_ball_takes_the_shape_of_a_heart_and_of_a_triangle_better_than_by_one_cage() {
+    let sketcher = Sketcher::bind(Arc::new(ball(4)), FRONT).unwrap();
+    for body in [HEART, TRIANGLE] {
+        let drawn = drawing(body);
+        let adaptive = sketcher.draw(&sketch(&drawn)).unwrap();
+        let one = sketcher.draw(&Sketch { method: Method::OneCage, ..sketch(&drawn) }).unwrap();
+        let (good, poor) =
+            (likeness(&adaptive.at(1.0), 0.0, &adaptive.targets[0]), likeness(&one.at(1.0), 0.0, &one.targets[0]));
+        assert!(good > 0.8 && good > poor, "{good} {poor}");
+    }
+}
+
+#[test]
+fn drawing_the_crown_s_own_silhouette_changes_nothing() {
+    let plant = ball(4);
+    let outline = crown_outline(&plant, 0.0);
+    let path: Vec<String> =
+        outline.iter().map(|p| format!("{} {}", p.x * 100.0 + 500.0, 1000.0 - p.y * 100.0)).collect();
+    let drawn = drawing(&format!("<path d='M{}Z'/>", path.join("L")));
+    let sketcher = Sketcher::bind(Arc::new(plant.clone()), FRONT).unwrap();
+    let made = sketcher.draw(&sketch(&drawn)).unwrap().at(1.0);
+    let (was, is) = (plant.pose(), made.pose());
+    let far = was.positions().iter().zip(is.positions()).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(far <= 1e-4 * plant.height(), "{far}");
+    assert_eq!(plant.leaves().len(), made.leaves().len());
+}
+
+#[test]
+fn at_the_start_nothing_has_moved_and_on_the_way_all_hangs_together() {
+    let plant = ball(3);
+    let sketcher = Sketcher::bind(Arc::new(plant.clone()), FRONT).unwrap();
+    let drawn = drawing(HEART);
+    let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+    assert!(sketched.at(0.0) == plant);
+    for step in 1..=8 {
+        let made = sketched.at(step as f32 / 8.0);
+        assert_eq!(PlantStats::of(&made).topology_continuity, 1.0);
+    }
+    // Keys have all that there ever is, in one order.
+    let keys = [0.0, 0.5, 1.0].map(|t| sketched.key(t));
+    assert!(keys.iter().all(|k| k.chains().len() == plant.chains().len() && k.leaves().len() == plant.leaves().len()));
+    for [stretch, turn, beyond] in sketched.strains() {
+        assert!(stretch <= 2.5 && turn <= 1.6 && beyond <= 0.35, "{stretch} {turn} {beyond}");
+    }
+}
+
+#[test]
+fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
+    let plant = Arc::new(ball(4));
+    let (heart, triangle) = (drawing(HEART), drawing(TRIANGLE));
+    let views = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
+    let sketcher = Sketcher::bind(plant.clone(), views).unwrap();
+    let both = Sketch { side: Some(&triangle), ..sketch(&heart) };
+    let sketched = sketcher.draw(&both).unwrap();
+    let made = sketched.at(1.0);
+    let quarter = std::f32::consts::FRAC_PI_2;
+    assert!(likeness(&made, 0.0, &sketched.targets[0]) > 0.75);
+    assert!(likeness(&made, quarter, &sketched.targets[1]) > 0.7);
+    let sketcher = Sketcher::bind(plant, SketchViews { kind: ViewKind::Revolved, ..FRONT }).unwrap();
+    let sketched = sketcher.draw(&sketch(&triangle)).unwrap();
+    let made = sketched.at(1.0);
+    for k in 0..4 {
+        let target = sketched.targets[0].moved(Vec2::ONE, Vec2::ZERO);
+        let found = crown_silhouette(&made, k as f32 * 0.8, 0.03);
+        let [low, high] = found.bounds();
+        let centred = found.moved(Vec2::ONE, Vec2::new(-(low.x + high.x) * 0.5, 0.0));
+        assert!(overlap(&centred, &target) > 0.7, "{k}");
+    }
+}
+
+#[test]
+fn any_plant_with_any_drawing_gives_a_sound_plant_or_an_error() {
+    let bodies = [
+        HEART,
+        "<path fill='none' stroke='#000' d='M1 5C1 1 9 1 9 5'/>",
+        "<path d='M0 0L10 10V0L0 10Z'/>",
+        "<rect width='10' height='0.001'/>",
+        "<circle cx='2' cy='2' r='1'/><circle cx='8' cy='8' r='2'/>",
+        "<path fill-rule='evenodd' d='M0 0H10V10H0Z M4 4H6V6H4Z'/>",
+        "<g id='trunk'><rect x='4' y='6' width='2' height='4'/></g><circle cx='5' cy='3' r='3'/>",
+    ];
+    let mut plants: Vec<Plant> =
+        (0..6).map(|i| random_plant(Seed::new(i), 20, if i < 3 { Oddity::Wild } else { Oddity::Tame })).collect();
+    let mut one = PlantBuilder::new();
+    one.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0], &[0.1, 0.0]);
+    plants.push(one.finish().unwrap());
+    let mut flat = PlantBuilder::new();
+    flat.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::ZERO], &[0.1, 0.0]);
+    plants.push(flat.finish().unwrap());
+    for plant in plants {
+        let plant = Arc::new(plant);
+        for kind in [ViewKind::Front, ViewKind::FrontAndSide, ViewKind::Revolved] {
+            let Ok(sketcher) = Sketcher::bind(plant.clone(), SketchViews { kind, ..FRONT }) else { continue };
+            for body in bodies {
+                let drawn = drawing(body);
+                for size in [SketchSize::Crown, SketchSize::Stretched, SketchSize::Metres(30.0)] {
+                    let Ok(sketched) = sketcher.draw(&Sketch { side: Some(&drawn), size, ..sketch(&drawn) }) else {
+                        continue;
+                    };
+                    let made = sketched.at(1.0);
+                    assert!(PlantBuilder::from_plant(made).finish().is_ok());
+                }
+            }
+        }
+    }
+}
