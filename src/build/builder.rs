@@ -245,7 +245,7 @@ fn ready(
     let mut names = Names::default();
     let mut good = Vec::new();
     for (preset, ready) in presets.iter().zip(all) {
-        let claimed = ready.map_err(|(diagnostics, world)| (diagnostics, world.reads())).and_then(|ready| {
+        let claimed = ready.map_err(|failure| (failure.0, failure.1.reads())).and_then(|ready| {
             let set = match &ready {
                 Ready::Current { entry, .. } => &entry.set,
                 Ready::Loaded { loaded, .. } => &loaded.plan.name,
