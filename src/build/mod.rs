@@ -4,7 +4,7 @@
 //! through a [`World`], makes the files of the set ([`pipeline::make_set`]) and commits them as one
 //! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
 //! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
-//! reading a file ([`index`]).
+//! reading a file (`index`).
 
 mod assets;
 mod blends;

@@ -1,6 +1,6 @@
 //! Sets of files that land whole or not at all.
 //!
-//! Where the file system can, the set's folder is swapped for a new one in a single step ([`exchange`]), so that a reader
+//! Where the file system can, the set's folder is swapped for a new one in a single step (`exchange`), so that a reader
 //! sees the complete old set or the complete new one at any moment, also after a kill.
 //!
 //! Elsewhere new and changed files are first written beside their targets under names of their own

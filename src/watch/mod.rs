@@ -8,7 +8,7 @@
 //! is that young is compared again.
 //!
 //! When the system watches no more folders for us (Linux limits how many a user may), or not at all, the files are
-//! looked at every half second instead ([`poll`]), and [`Event::Polling`] says so. The same can be asked for, since
+//! looked at every half second instead (`poll`), and [`Event::Polling`] says so. The same can be asked for, since
 //! network drives and some virtual machines' shared folders tell of no change that others make.
 
 mod poll;

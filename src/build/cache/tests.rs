@@ -70,6 +70,7 @@ fn a_damaged_entry_is_made_again_and_told_once() {
 }
 
 #[test]
+#[expect(clippy::disallowed_methods, reason = "makes entries old")]
 fn what_was_used_longest_ago_goes_first_and_nothing_of_others() {
     let folder = tempfile::tempdir().unwrap();
     let options = CacheOptions { limit: 1000, ..options(folder.path()) };
