@@ -110,8 +110,10 @@ fn a_reader_that_stops_early_is_no_panic() {
 
 #[test]
 fn the_schema_that_is_printed_is_the_documented_one() {
-    let shipped = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/preset/schema.md")).unwrap();
-    assert_eq!(says(Path::new("."), &["schema"]), shipped);
+    for (file, arguments) in [("schema.md", &["schema"][..]), ("schema.json", &["schema", "json"])] {
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/preset").join(file);
+        assert_eq!(says(Path::new("."), arguments), fs::read_to_string(shipped).unwrap());
+    }
 }
 
 #[test]

@@ -165,6 +165,15 @@ fn hostile_presets_are_errors_that_name_file_and_place() {
         }
         assert!(said.len() < 4000, "{name}: too much is said");
     }
+    // A scan out of the project, where that is not wanted.
+    let elsewhere = tempfile::tempdir().unwrap();
+    fs::write(elsewhere.path().join("tree.swc"), tiny::SCAN).unwrap();
+    let climbing = format!("../{}/tree.swc", elsewhere.path().file_name().unwrap().to_string_lossy());
+    fs::write(at("climbing.ron"), import(&climbing)).unwrap();
+    builds(project.path(), &["build", "climbing.ron", "--out", "alone"]);
+    let said = fails(project.path(), &["build", "climbing.ron", "--out", "other", "--root", "."]);
+    assert!(said.contains("climbing.ron:4:") && said.contains("outside of the project"), "{said}");
+    fs::remove_file(at("climbing.ron")).unwrap();
     // All at once: every error is told, and the good preset among them is built.
     let said = fails(project.path(), &["build", ".", "--keep-going", "--out", "out"]);
     for (name, _, parts) in &cases {

@@ -4,6 +4,7 @@
 //! drawn a second time beside themselves, small: as a player will see them.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::Maps;
 use super::letters::{ADVANCE, HEIGHT, rows as letter_rows};
@@ -88,26 +89,32 @@ pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet 
         (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
         tree.1 + HEAD + 3 * MARGIN,
     );
+    // Drawing is nearly all of the work; the drawings of a row are made side by side, not all at once for their memory.
+    let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
+    let draw = |(c, shown): (usize, &SheetColumn<'_>)| {
+        let surfaces = [
+            Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
+            Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
+        ];
+        let shading = Shading::Lit(Light::DAY);
+        let large = rasterize(&surfaces, &view, tree.0, tree.1, SAMPLES, &shading);
+        let little = (c > 0).then(|| rasterize(&surfaces, &view, small.0, small.1, SAMPLES + 1, &shading));
+        (large, little)
+    };
     let mut canvas = Canvas::new(cell.0 * columns, cell.1 * count);
     for (r, row) in rows.iter().take(count as usize).enumerate() {
         let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
         canvas.band(ground, (r as u32 + 1) * cell.1);
         let text = r as u32 * cell.1 + MARGIN / 2;
         canvas.write(MARGIN, text, &row.label, cell.0 * columns);
-        for (c, shown) in row.columns.iter().take(columns as usize).enumerate() {
+        let shown = &row.columns[..row.columns.len().min(columns as usize)];
+        let drawn: Vec<(Target, Option<Target>)> = shown.par_iter().enumerate().map(draw).collect();
+        for (c, (shown, (large, little))) in shown.iter().zip(drawn).enumerate() {
             let left = c as u32 * cell.0;
             canvas.write(left + MARGIN, text + LETTER * HEIGHT + 6, &shown.label, cell.0 - MARGIN);
-            let surfaces = [
-                Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
-                Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
-            ];
-            let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
-            let shading = Shading::Lit(Light::DAY);
-            let drawn = rasterize(&surfaces, &view, tree.0, tree.1, SAMPLES, &shading);
-            canvas.lay(&drawn, left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1));
-            if c > 0 {
-                let drawn = rasterize(&surfaces, &view, small.0, small.1, SAMPLES + 1, &shading);
-                canvas.lay(&drawn, (left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
+            canvas.lay(&large, left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1));
+            if let Some(little) = little {
+                canvas.lay(&little, (left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
             }
         }
     }

@@ -52,7 +52,7 @@ impl Builder {
         let out = &self.options.out;
         let trusts = !self.options.force && self.options.shard.is_none();
         let index = if trusts { Index::read(out) } else { Index::default() };
-        let (sets, mut failed) = ready(presets, self.options.limits.file, |preset| index.current(out, preset));
+        let (sets, mut failed) = ready(presets, &self.options.limits, |preset| index.current(out, preset));
         let mut entries = Vec::new();
         for ready in sets {
             if !failed.diagnostics.is_empty() && !self.options.keep_going {
@@ -92,7 +92,7 @@ impl Builder {
     ///
     /// All errors of all presets.
     pub fn status(&self, presets: &[PathBuf]) -> Result<Vec<SetStatus>, BuildError> {
-        let (sets, mut failed) = read(presets, self.options.limits.file);
+        let (sets, mut failed) = read(presets, &self.options.limits);
         let mut found = Vec::new();
         for loaded in &sets {
             match self.status_of(loaded) {
@@ -187,7 +187,7 @@ impl Builder {
 pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
     let cache = Cache::of_parts(given)
         .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
-    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), Limits::default().file);
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), &Limits::default());
     let Some(loaded) = sets.first() else { return Err(failed) };
     let made = pipeline::read_inputs(loaded)
         .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
@@ -220,8 +220,8 @@ impl Ready {
 }
 
 /// Reads all presets side by side: the good ones, no two of one name, and what is wrong with the others.
-pub(super) fn read(presets: &[PathBuf], most: u64) -> (Vec<Loaded>, BuildError) {
-    let (sets, failed) = ready(presets, most, |_| None);
+pub(super) fn read(presets: &[PathBuf], limits: &Limits) -> (Vec<Loaded>, BuildError) {
+    let (sets, failed) = ready(presets, limits, |_| None);
     let loaded = |ready| match ready {
         Ready::Loaded { loaded, .. } => Some(*loaded),
         Ready::Current { .. } => None,
@@ -232,12 +232,12 @@ pub(super) fn read(presets: &[PathBuf], most: u64) -> (Vec<Loaded>, BuildError) 
 /// As [`read`], without reading those that are known to be current; the flag of `current` says that its stamps changed.
 fn ready(
     presets: &[PathBuf],
-    most: u64,
+    limits: &Limits,
     current: impl Fn(&Path) -> Option<(Entry, bool)> + Sync,
 ) -> (Vec<Ready>, BuildError) {
     let one = |preset: &PathBuf| match current(preset) {
         Some((entry, renewed)) => Ok(Ready::Current { preset: preset.clone(), entry, renewed }),
-        None => find::load_or_reads(preset, most)
+        None => find::load_or_reads(preset, limits)
             .map(|loaded| Ready::Loaded { preset: preset.clone(), loaded: Box::new(loaded) }),
     };
     let all: Vec<_> = presets.par_iter().map(one).collect();
@@ -245,7 +245,7 @@ fn ready(
     let mut names = Names::default();
     let mut good = Vec::new();
     for (preset, ready) in presets.iter().zip(all) {
-        let claimed = ready.map_err(|(diagnostics, world)| (diagnostics, world.reads())).and_then(|ready| {
+        let claimed = ready.map_err(|failure| (failure.0, failure.1.reads())).and_then(|ready| {
             let set = match &ready {
                 Ready::Current { entry, .. } => &entry.set,
                 Ready::Loaded { loaded, .. } => &loaded.plan.name,

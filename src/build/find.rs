@@ -73,24 +73,25 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
 ///
 /// Every error in it and in the text files that it names.
 pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
-    load_or_reads(path, Limits::default().file).map_err(|(diagnostics, _)| diagnostics)
+    load_or_reads(path, &Limits::default()).map_err(|failure| failure.0)
 }
 
-/// As [`load_preset`], reading no file of more than `most` bytes; with the errors comes the world that knows what was read up to them.
-pub(super) fn load_or_reads(path: &Path, most: u64) -> Result<Loaded, (Vec<Diagnostic>, World)> {
+/// As [`load_preset`], reading no file beyond `limits`; with the errors comes the world that knows what was read up
+/// to them.
+pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
     let preset = shown(path);
-    let world = World::within(path.parent().unwrap_or(Path::new("")), most);
+    let world = World::within(path.parent().unwrap_or(Path::new("")), limits.clone());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = match world.read_text(&name) {
         Ok(text) => text,
         Err(why) => {
             let hint = if why.contains("UTF-8") { "save it as UTF-8" } else { "" };
-            return Err((vec![Diagnostic::new(&preset, why).with_hint(hint)], world));
+            return Err(Box::new((vec![Diagnostic::new(&preset, why).with_hint(hint)], world)));
         }
     };
     match preset::load(&preset, &text, &mut |relative| world.read_text(relative)) {
         Ok(plan) => Ok(Loaded { plan, preset, text, world }),
-        Err(diagnostics) => Err((diagnostics, world)),
+        Err(diagnostics) => Err(Box::new((diagnostics, world))),
     }
 }
 

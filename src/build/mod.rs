@@ -91,18 +91,20 @@ pub struct BuildOptions {
 }
 
 /// What a build may take of the machine. What a preset may ask for is limited by its schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Largest file that is read, bytes.
     pub file: u64,
     /// Most bytes of finished stages that are kept in memory; what is used at the moment comes on top.
     pub memory: usize,
+    /// The folder that everything lies in that may be read, wherever paths and links lead; anywhere without.
+    pub root: Option<PathBuf>,
 }
 
 impl Default for Limits {
-    /// Files of 1 GiB, 768 MiB in memory.
+    /// Files of 1 GiB, 768 MiB in memory, from anywhere.
     fn default() -> Self {
-        Self { file: 1 << 30, memory: 768 << 20 }
+        Self { file: 1 << 30, memory: 768 << 20, root: None }
     }
 }
 

@@ -48,7 +48,7 @@ pub struct Step {
 ///
 /// All errors of all presets and of the files that they read.
 pub fn plan(presets: &[PathBuf], out: &Path, parts: &Path) -> Result<Vec<Step>, BuildError> {
-    let (sets, mut failed) = read(presets, Limits::default().file);
+    let (sets, mut failed) = read(presets, &Limits::default());
     let mut steps = Vec::new();
     for loaded in &sets {
         match pipeline::read_inputs(loaded) {

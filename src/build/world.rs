@@ -16,7 +16,7 @@ use crate::base::Key;
 #[derive(Debug)]
 pub struct World {
     folder: PathBuf,
-    most: u64,
+    limits: Limits,
     reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
     stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
     /// When the first file may have been read.
@@ -27,13 +27,13 @@ impl World {
     /// A world whose relative paths start at `folder`.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self::within(folder, Limits::default().file)
+        Self::within(folder, Limits::default())
     }
 
-    /// The same, reading no file of more than `most` bytes.
+    /// The same, reading no file beyond `limits`.
     #[must_use]
-    pub fn within(folder: impl Into<PathBuf>, most: u64) -> Self {
-        Self { folder: folder.into(), most, reads: Mutex::default(), stamps: Mutex::default(), start: stamp::now() }
+    pub fn within(folder: impl Into<PathBuf>, limits: Limits) -> Self {
+        Self { folder: folder.into(), limits, reads: Mutex::default(), stamps: Mutex::default(), start: stamp::now() }
     }
 
     /// The file's bytes; `relative` has `/` between folders.
@@ -43,7 +43,7 @@ impl World {
     /// One sentence for people, without the file's name.
     pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
         let path = self.path(relative);
-        let (result, stamp) = match read_bounded(&path, self.most) {
+        let (result, stamp) = match self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)) {
             Ok((bytes, stamp)) => (Ok(bytes), stamp),
             Err(why) => (Err(why), None),
         };
@@ -66,6 +66,17 @@ impl World {
             let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;
             format!("it is not UTF-8 text (line {line})")
         })
+    }
+
+    /// Whether a file may be read, wherever links lead.
+    fn allowed(&self, path: &Path) -> Result<(), String> {
+        let Some(root) = &self.limits.root else { return Ok(()) };
+        let root =
+            root.canonicalize().map_err(|e| format!("the folder {} (--root) is not there: {e}", root.display()))?;
+        // Of what is not there the folder says where it would be; without that it is told as missing, which it is.
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let Ok(real) = path.canonicalize().or_else(|_| folder.canonicalize()) else { return Ok(()) };
+        if real.starts_with(root) { Ok(()) } else { Err("it lies outside of the project's folder (--root)".to_owned()) }
     }
 
     /// Where a relative path lies.
@@ -140,8 +151,16 @@ mod tests {
     fn no_more_is_read_than_allowed() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("a"), [0; 10]).unwrap();
-        assert_eq!(World::within(folder.path(), 10).read("a").unwrap().len(), 10);
-        assert!(World::within(folder.path(), 9).read("a").unwrap_err().contains("larger than 9 bytes"));
+        let most = |file| Limits { file, ..Limits::default() };
+        assert_eq!(World::within(folder.path(), most(10)).read("a").unwrap().len(), 10);
+        assert!(World::within(folder.path(), most(9)).read("a").unwrap_err().contains("larger than 9 bytes"));
+        let inside = Limits { root: Some(folder.path().join("sub")), ..Limits::default() };
+        fs::create_dir(folder.path().join("sub")).unwrap();
+        fs::write(folder.path().join("sub/b"), "b").unwrap();
+        let world = World::within(folder.path().join("sub"), inside);
+        assert_eq!(world.read("b").unwrap(), b"b");
+        assert!(world.read("c").unwrap_err().contains("no such file"));
+        assert!(world.read("../a").unwrap_err().contains("outside of the project"));
     }
 
     #[test]

@@ -98,11 +98,15 @@ pub(super) struct LimitArguments {
     /// Most bytes of finished stages that are kept in memory between steps and rebuilds.
     #[arg(long, value_name = "SIZE", default_value = "768M", value_parser = size)]
     max_memory: u64,
+    /// Reads no file outside of this folder, wherever a preset's paths and links lead: for presets of strangers.
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
 }
 
 impl LimitArguments {
     pub(super) fn limits(&self) -> Limits {
-        Limits { file: self.max_file, memory: usize::try_from(self.max_memory).unwrap_or(usize::MAX) }
+        let memory = usize::try_from(self.max_memory).unwrap_or(usize::MAX);
+        Limits { file: self.max_file, memory, root: self.root.clone() }
     }
 }
 
@@ -111,7 +115,7 @@ const LIMITS: &str = "\
 Limits: a preset or species is at most 4 MB of text with 100,000 values, nested at most 64 deep; a set has at most 64
 sources, 4096 variants and 8 levels of detail; an atlas has at most 8192 x 8192 pixels; a path is
 relative and at most 512 letters long, a name at most 64; a mesh names no file above the preset's folder; numbers have
-the ranges that `treewright schema` tells. --max-file, --max-memory, --cache-limit and --jobs bound what a build takes of the
+the ranges that `treewright schema` tells. --root, --max-file, --max-memory, --cache-limit and --jobs bound what a build takes of the
 machine. Whatever is beyond a limit is an error that names it, within a second.";
 
 #[derive(Debug, Args)]
