@@ -5,7 +5,7 @@
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{CardShape, NO_CHAIN, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
+use crate::mesh::{CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;

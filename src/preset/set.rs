@@ -313,7 +313,12 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| {
-        (fields.count("sides"), fields.number("error"), (output::forks(fields), output::wind(fields)), fields.count("lightmap"))
+        (
+            fields.count("sides"),
+            fields.number("error"),
+            (output::forks(fields), output::wind(fields)),
+            fields.count("lightmap"),
+        )
     });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
