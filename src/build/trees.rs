@@ -127,6 +127,6 @@ pub(super) fn is_whole(maps: &Maps) -> bool {
 fn is_even(mesh: &Mesh) -> bool {
     let count = mesh.positions.len();
     let all = [mesh.normals.len(), mesh.uvs.len(), mesh.occlusion.len()];
-    let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len()];
+    let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len(), mesh.chains.len()];
     all == [count; 3] && some.iter().all(|&len| len == 0 || len == count) && check_indices(&mesh.indices, count).is_ok()
 }

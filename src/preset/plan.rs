@@ -57,6 +57,9 @@ pub struct Plan {
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
     pub lightmap: u32,
+    /// What vertices tell about wind; not written where it is nothing, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "is_still")]
+    pub wind: WindData,
     /// The levels of detail, finest first; never empty, the first is `Full`.
     pub lods: Vec<Lod>,
     /// The set's atlas.
@@ -81,6 +84,19 @@ pub enum Engine {
     Bevy,
     /// three.js and Babylon.js: quantized and packed.
     Web,
+}
+
+/// What vertices tell about wind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum WindData {
+    /// Nothing.
+    Nothing,
+    /// Weights, phases and pivots.
+    Attributes,
+}
+
+fn is_still(wind: &WindData) -> bool {
+    *wind == WindData::Nothing
 }
 
 fn is_generic(engines: &[Engine]) -> bool {

@@ -313,12 +313,17 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| {
-        (fields.count("sides"), fields.number("error"), output::forks(fields), fields.count("lightmap"))
+        (
+            fields.count("sides"),
+            fields.number("error"),
+            (output::forks(fields), output::wind(fields)),
+            fields.count("lightmap"),
+        )
     });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
-    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, forks, lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, (forks, wind), lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -335,6 +340,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         bark_wear,
         mesh: MeshParams { sides, error, bark_tile, forks },
         lightmap,
+        wind,
         lods,
         atlas: atlas?,
         engines,
