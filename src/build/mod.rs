@@ -19,6 +19,7 @@ mod plan;
 mod record;
 mod selections;
 mod shapes;
+mod sketches;
 mod stages;
 mod trees;
 mod world;
