@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `sketch`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -18,6 +18,7 @@ mod morph;
 mod plausibility;
 mod select;
 mod shells;
+mod sketch;
 mod space;
 mod surface;
 mod table_1;
@@ -86,13 +87,14 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 6] = [
+const TOPICS: [(&str, fn()); 7] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
     ("blend", blend::print),
     ("space", space::print),
     ("morph", morph::print),
+    ("sketch", sketch::print),
 ];
 
 fn main() {
