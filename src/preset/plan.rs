@@ -5,6 +5,7 @@
 mod growth;
 mod morphs;
 mod shapes;
+mod sketches;
 mod variants;
 
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,7 @@ pub use growth::{
 };
 pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
+pub use sketches::{SketchDepth, SketchParams, SketchScale};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,
@@ -43,6 +45,9 @@ pub struct Plan {
     /// Sequences of frames, one for each entry of the preset that asks for one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub morphs: Vec<MorphParams>,
+    /// Sketches that variants follow.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sketches: Vec<SketchParams>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
