@@ -18,8 +18,13 @@ const allowed = [
   // A consequence of the above: the lower levels' nodes are named by MSFT_lod only, so the validator takes them to be
   // unused. Their meshes, materials and accessors are not exempted.
   { code: "UNUSED_OBJECT", pointer: /^\/nodes\/\d+$/ },
-  // The second UV set is for light maps, which are baked in the engine: no texture of the file uses it.
-  { code: "UNUSED_OBJECT", pointer: /\/attributes\/TEXCOORD_1$/ },
+  // The second UV set is for light maps, which are baked in the engine, further ones hold the wind for shaders: no texture
+  // of the file uses them.
+  { code: "UNUSED_OBJECT", pointer: /\/attributes\/TEXCOORD_[1-4]$/ },
+  // The web profile is packed by meshoptimizer; the validator doesn't know the extension, so it takes the buffer that holds
+  // the packed bytes to be unused.
+  { code: "UNSUPPORTED_EXTENSION", about: "EXT_meshopt_compression" },
+  { code: "UNUSED_OBJECT", pointer: /^\/buffers\/0$/ },
 ];
 
 const severities = ["error", "warning", "info", "hint"];

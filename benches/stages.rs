@@ -123,7 +123,12 @@ fn export_a_glb(bencher: Bencher<'_, '_>) {
     let levels: Vec<export::AssetLevel<'_>> = ladder
         .levels
         .iter()
-        .map(|level| export::AssetLevel { mesh: &level.mesh, screen_coverage: level.screen_coverage, impostor: None })
+        .map(|level| export::AssetLevel {
+            mesh: &level.mesh,
+            screen_coverage: level.screen_coverage,
+            impostor: None,
+            wind: None,
+        })
         .collect();
     let materials = export::SetMaterials::of("oak");
     let asset = export::AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };

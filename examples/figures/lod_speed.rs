@@ -78,7 +78,12 @@ fn asset(plan: &Plan, threads: usize) {
                 return;
             }
             let levels: Vec<AssetLevel<'_>> = (meshes.iter().zip(&ladder.levels))
-                .map(|(mesh, level)| AssetLevel { mesh, screen_coverage: level.screen_coverage, impostor: None })
+                .map(|(mesh, level)| AssetLevel {
+                    mesh,
+                    screen_coverage: level.screen_coverage,
+                    impostor: None,
+                    wind: None,
+                })
                 .collect();
             let materials = SetMaterials::of("oak");
             let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
@@ -132,7 +137,12 @@ fn batch(plan: &Plan, threads: usize) {
                 let mut meshes = made(&params, i);
                 meshes.iter_mut().for_each(|mesh| mesh.leaf.tiles.clear());
                 let levels: Vec<AssetLevel<'_>> = (meshes.iter().enumerate())
-                    .map(|(k, mesh)| AssetLevel { mesh, screen_coverage: 0.3 / (k + 1) as f32, impostor: None })
+                    .map(|(k, mesh)| AssetLevel {
+                        mesh,
+                        screen_coverage: 0.3 / (k + 1) as f32,
+                        impostor: None,
+                        wind: None,
+                    })
                     .collect();
                 let asset = AssetIn { name: "oak", seed: i, levels: &levels, materials: &materials };
                 (glb(&asset).expect("it is whole"), count(&meshes[0]))

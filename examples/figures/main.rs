@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`, `lod`, `build`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `sketch`, `lod`, `build`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -22,6 +22,7 @@ mod morph;
 mod plausibility;
 mod select;
 mod shells;
+mod sketch;
 mod space;
 mod surface;
 mod table_1;
@@ -96,13 +97,14 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 8] = [
+const TOPICS: [(&str, fn()); 9] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
     ("blend", blend::print),
     ("space", space::print),
     ("morph", morph::print),
+    ("sketch", sketch::print),
     ("lod", lod::print),
     ("build", build::print),
 ];

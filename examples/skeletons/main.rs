@@ -22,7 +22,7 @@ fn main() {
     );
     let method = if names.iter().any(|n| n == "contraction") { Method::Contraction } else { Method::ByPiece };
     let chosen = names.iter().filter(|n| *n != "contraction").count();
-    println!("name triangles seconds stems chains height | found true radius chains");
+    println!("name triangles seconds stems chains height tree | found true radius chains");
     for tree in trees::trees(&data) {
         if chosen > 0 && !names.iter().any(|n| tree.name.contains(n.as_str())) {
             continue;
@@ -36,11 +36,12 @@ fn main() {
                 let stats = PlantStats::of(&found.plant);
                 let chains = found.plant.chains().len();
                 print!(
-                    "{:28} {:7} {time:7.3} {:3} {chains:6} {:8.3}",
+                    "{:28} {:7} {time:7.3} {:3} {chains:6} {:8.3} {:8.3}",
                     tree.name,
                     tree.wood.triangles.len(),
                     stats.stems,
-                    stats.height
+                    stats.height,
+                    (tree.bounds.1 - tree.bounds.0).max_element()
                 );
                 if let Some(truth) = &tree.truth {
                     let a = agreement(&found.plant, truth);

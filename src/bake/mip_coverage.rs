@@ -2,12 +2,12 @@
 //!
 //! Engines box-filter the mips of a PNG, and thin leaves then fall below the cut-off: the tree dissolves with distance
 //! (three.js #20522, godot-proposals #9152). Castaño's remedy (2010, "Computing Alpha Mipmaps") scales the alpha of each
-//! mip, but a PNG has none. So level 0 gets a halo: transparent texels up to [`REACH`] from the leaf get an alpha below
-//! the cut-off, which doesn't show at level 0 and lifts the averages. How strong is found by bisection on the summed
-//! error of the first four mips.
+//! mip, but a PNG has none. So level 0 gets a halo: transparent texels near the leaf get an alpha below the cut-off, which
+//! doesn't show at level 0 and lifts the averages, and the leaf's own border may get less than full alpha, which lowers
+//! them. The settings are those with the least of the largest errors of the first four mips.
 //!
 //! Limits: the halo stays below the cut-off, so it can't restore everything; under bilinear magnification it moves the
-//! visible edge outwards by up to 0.3 of a texel. Colour under alpha must be dilated, as everywhere here.
+//! visible edge by up to 0.4 of a texel. Colour under alpha must be dilated, as everywhere here.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,10 +18,12 @@ pub const ALPHA_CUTOFF: f32 = 0.5;
 
 /// Mips that the correction looks at.
 const MIPS: usize = 4;
-/// How far the halo reaches, texels.
-const REACH: u32 = 4;
-/// Largest alpha of the halo; 128 is the first that is solid.
-const MOST_HALO: u32 = 110;
+/// Largest alpha of the halo.
+const MOST_HALO: u32 = 126;
+/// The first alpha that is solid.
+const SOLID: u8 = 128;
+/// Blocks that settings are tried on.
+const SAMPLED: usize = 600;
 
 /// Share of solid texels at each mip, level 0 first, at most `levels` of them; box-filtered as engines do. Empty
 /// for a picture without texels or whose arrays aren't of its size.
@@ -38,12 +40,15 @@ pub struct CoverageReport {
     pub before: Vec<f32>,
     /// The same as it is now.
     pub after: Vec<f32>,
-    /// Alpha of the halo beside the leaf, 0..=110.
+    /// Alpha of the halo beside the leaf, 0..=126.
     pub halo: u8,
 }
 
-/// Raises alpha around what is solid, below the cut-off, so that the first four mips keep level 0's coverage as nearly
-/// as that can. What is solid at level 0 stays exactly the same.
+/// Raises alpha around what is solid, below the cut-off, and lowers that of what is solid beside it, above the cut-off, so
+/// that the first four mips keep level 0's coverage as nearly as that can. What is solid at level 0 stays so, and no more.
+///
+/// How far the halo reaches, how strong it is and how soft the edge are tried out on a share of the picture's blocks: the
+/// least of the largest errors is taken.
 pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
     let (width, height) = (maps.width as usize, maps.height as usize);
     let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
@@ -52,28 +57,106 @@ pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
         return CoverageReport { after: before.clone(), before, halo: 0 };
     }
     let near = distance(&alpha, width, height);
-    let with = |halo: u32| -> Vec<u8> {
-        let lift = |(&a, &d): (&u8, &u8)| match u32::from(d) {
-            0 => a,
-            d if d > REACH => a,
-            d => a.max((halo * (REACH + 1 - d) / REACH) as u8),
+    let inside = border(&alpha, width, height);
+    let blocks = blocks(&alpha, &near, &inside, width, height);
+    let mut best = (f32::INFINITY, Halo { strength: 0, reach: 1, edge: 255 });
+    for edge in [255, 205, 165, 130] {
+        for reach in [1, 2, 4, 7, 11] {
+            for strength in (0..=MOST_HALO).step_by(14) {
+                let halo = Halo { strength, reach, edge };
+                let worst = worst(&blocks, halo);
+                if worst < best.0 {
+                    best = (worst, halo);
+                }
+            }
+        }
+    }
+    let halo = best.1;
+    for (i, color) in maps.color.iter_mut().enumerate() {
+        color[3] = halo.alpha(alpha[i], near[i], inside[i]);
+    }
+    CoverageReport { before, after: coverage(maps, MIPS + 1), halo: halo.strength as u8 }
+}
+
+/// What is done to alpha.
+#[derive(Clone, Copy)]
+struct Halo {
+    /// Alpha beside what is solid.
+    strength: u32,
+    /// Texels until it is gone.
+    reach: u32,
+    /// Most alpha of solid texels that have a clear neighbour.
+    edge: u8,
+}
+
+impl Halo {
+    /// Of a texel with this alpha, so far from what is solid, on the border of it or not.
+    fn alpha(self, alpha: u8, near: u8, border: bool) -> u8 {
+        match u32::from(near) {
+            0 if border => alpha.min(self.edge),
+            0 => alpha,
+            d if d > self.reach => alpha,
+            d => alpha.max((self.strength * (self.reach + 1 - d) / self.reach) as u8),
+        }
+    }
+}
+
+/// A square of texels that becomes one texel in the last mip: alpha, distance to what is solid, and border.
+type Block = Vec<(u8, u8, bool)>;
+
+/// Some of the blocks that show anything, at even steps.
+fn blocks(alpha: &[u8], near: &[u8], border: &[bool], width: usize, height: usize) -> Vec<Block> {
+    const EDGE: usize = 1 << MIPS;
+    let (columns, rows) = (width / EDGE, height / EDGE);
+    let at = |block: usize, i: usize| (block / columns * EDGE + i / EDGE) * width + block % columns * EDGE + i % EDGE;
+    let shown: Vec<usize> = (0..columns * rows)
+        .filter(|&block| (0..EDGE * EDGE).step_by(5).any(|i| u32::from(near[at(block, i)]) <= 12))
+        .collect();
+    let step = shown.len().div_ceil(SAMPLED).max(1);
+    let block = |&b: &usize| -> Block {
+        let texel = |i| {
+            let k = at(b, i);
+            (alpha[k], near[k], border[k])
         };
-        alpha.iter().zip(&near).map(lift).collect()
+        (0..EDGE * EDGE).map(texel).collect()
     };
-    let excess = |halo: u32| -> f32 {
-        let c = coverage_of(with(halo), width, height, MIPS + 1);
-        c.iter().map(|v| v - c[0]).sum()
-    };
-    let (mut low, mut high) = (0, MOST_HALO + 1);
-    while high > low + 1 {
-        let middle = u32::midpoint(low, high);
-        if excess(middle) <= 0.0 { low = middle } else { high = middle }
+    shown.iter().step_by(step).map(block).collect()
+}
+
+/// The largest share by which a mip's coverage is off level 0's.
+fn worst(blocks: &[Block], halo: Halo) -> f32 {
+    let mut solid = [0_u32; MIPS + 1];
+    for block in blocks {
+        let mut alpha: Vec<u8> = block.iter().map(|&(a, near, border)| halo.alpha(a, near, border)).collect();
+        let mut edge = 1 << MIPS;
+        for (level, solid) in solid.iter_mut().enumerate() {
+            *solid += (alpha.iter().filter(|&&a| a >= SOLID).count() as u32) << (2 * level);
+            edge /= 2;
+            let sum = |i: usize| {
+                let (x, y) = (i % edge * 2, i / edge * 2);
+                let row = |y: usize| u32::from(alpha[y * edge * 2 + x]) + u32::from(alpha[y * edge * 2 + x + 1]);
+                ((row(y) + row(y + 1) + 2) / 4) as u8
+            };
+            alpha = (0..edge * edge).map(sum).collect();
+        }
     }
-    let best = if high <= MOST_HALO && excess(high).abs() < excess(low).abs() { high } else { low };
-    for (color, alpha) in maps.color.iter_mut().zip(with(best)) {
-        color[3] = alpha;
-    }
-    CoverageReport { before, after: coverage(maps, MIPS + 1), halo: best as u8 }
+    let first = solid[0].max(1) as f32;
+    solid.iter().map(|&s| (s as f32 / first - 1.0).abs()).fold(0.0, f32::max)
+}
+
+/// Solid texels with a clear one beside them.
+fn border(alpha: &[u8], width: usize, height: usize) -> Vec<bool> {
+    let clear = |x: usize, y: usize| alpha[y * width + x] < SOLID;
+    (0..alpha.len())
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            alpha[i] >= SOLID
+                && ((x > 0 && clear(x - 1, y))
+                    || (x + 1 < width && clear(x + 1, y))
+                    || (y > 0 && clear(x, y - 1))
+                    || (y + 1 < height && clear(x, y + 1)))
+        })
+        .collect()
 }
 
 fn coverage_of(mut alpha: Vec<u8>, mut width: usize, mut height: usize, levels: usize) -> Vec<f32> {

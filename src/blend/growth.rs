@@ -11,7 +11,7 @@ use crate::base::math;
 use crate::relate::{Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go.
-const PACE: f32 = 0.5;
+const PACE: f32 = 0.3;
 /// How much faster young branches grow than old ones.
 const SLOWING: f32 = 1.6;
 

@@ -14,13 +14,13 @@ use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
-    MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry,
+    MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::Level;
-use crate::mesh::TreeMesh;
+use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
 use crate::plant::PlantStats;
 use crate::preset::Plan;
-use crate::preset::plan::{Engine, Lod};
+use crate::preset::plan::{Engine, Lod, WindData};
 
 /// The stages that pack and encode pictures, with their versions.
 const ATLAS: Stage = Stage("atlas", 2);
@@ -262,24 +262,37 @@ fn engine_files(
     variant: usize,
     name: &str,
 ) -> Result<Vec<EngineFiles>, export::ExportError> {
-    let levels: Vec<AssetLevel<'_>> = parts.trees[variant]
+    let tree = &parts.trees[variant];
+    let plant = &*tree.plant;
+    let posed = plant.pose();
+    let winds: Vec<Option<[Wind; 2]>> = if parts.plan.wind == WindData::Attributes {
+        let limbs = Limbs::of(plant, &posed);
+        let of = |mesh: &TreeMesh| {
+            [limbs.wind(plant, &mesh.bark, MeshPart::Bark), limbs.wind(plant, &mesh.leaf, MeshPart::Leaf)]
+        };
+        placed.meshes[variant].iter().map(|mesh| Some(of(mesh))).collect()
+    } else {
+        vec![None; placed.meshes[variant].len()]
+    };
+    let levels: Vec<AssetLevel<'_>> = tree
         .ladder
         .levels
         .iter()
         .zip(placed.meshes[variant].iter().zip(&placed.impostors[variant]))
-        .map(|(level, (mesh, impostor))| AssetLevel {
+        .zip(&winds)
+        .map(|((level, (mesh, impostor)), wind)| AssetLevel {
             mesh,
             screen_coverage: level.screen_coverage,
             impostor: impostor.as_ref(),
+            wind: wind.as_ref(),
         })
         .collect();
     let asset = AssetIn { name, seed: parts.identities[variant].1.bits(), levels: &levels, materials };
-    let plant = &*parts.trees[variant].plant;
     let engines = &parts.plan.engines;
     let capsules = if engines[..] == [Engine::Generic] {
         Vec::new()
     } else {
-        export::capsules(plant, &plant.pose(), &ColliderParams::default())
+        export::capsules(plant, &posed, &ColliderParams::default())
     };
     engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
 }
@@ -345,6 +358,7 @@ fn manifest(
         seed: plan.seed,
         variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, &assets[i], i, name)).collect(),
         clips: parts.clips.iter().map(|clip| clip.entry.clone()).collect(),
+        wind: (plan.wind == WindData::Attributes).then(|| WindEntry::with_lightmap(plan.lightmap > 0)),
         textures,
         atlas: Some(AtlasEntry {
             pictures: placed.packed.atlas.rects.len() as u64,

@@ -211,6 +211,8 @@ pub(super) fn variant(
         Variant::Shape { shape, shares } => blends.shapes.plant(*shape, shares),
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
+        // It is shaped when it has leaves.
+        Variant::Sketched { of, .. } => return self::variant(plan, of, sources, blends, selected, morphs),
     };
     made.expect("every blend of the plan was made, and selections hold as many trees as they keep")
 }
@@ -218,6 +220,12 @@ pub(super) fn variant(
 /// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
 /// that adding a variant changes no other, nor does being picked.
 pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
+    if let Variant::Sketched { sketch, of } = variant {
+        // The tree is what it is without a sketch, leaf by leaf.
+        let (mut recipe, seed) = identity(plan, of, selected);
+        recipe["sketch"] = serde_json::json!(plan.sketches[*sketch].told());
+        return (recipe, seed);
+    }
     let kept = selected.get(variant);
     let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
         Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
@@ -225,6 +233,7 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
         Variant::Shape { shape, shares } => shapes::identity(plan, &plan.shapes[*shape], shares),
         Variant::Selected { selection, place } => serde_json::json!({ "selection": selection, "place": place }),
         Variant::Frame { morph, frame } => morphs::identity(plan, *morph, *frame),
+        Variant::Sketched { of, .. } => identity(plan, of, selected).0,
     };
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     if let Some(kept) = kept {

@@ -22,6 +22,7 @@ mod plan;
 mod record;
 mod selections;
 mod shapes;
+mod sketches;
 mod stages;
 pub(crate) mod stamp;
 mod trees;

@@ -7,7 +7,9 @@
 use rayon::prelude::*;
 
 use super::blends;
+use super::pipeline::Inputs;
 use super::selections::Selected;
+use super::sketches::Drawn;
 use super::stages::Wardrobe;
 use crate::bake::{LeafMorph, Maps};
 use crate::base::Diagnostic;
@@ -16,6 +18,7 @@ use crate::plant::{Leaf, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{MorphKind, MorphParams, TargetLeaf, Variant};
 use crate::relate::{self, Family, Kin, KinId, PairedSlots, PatternParams, PatternTree};
+use crate::sketch::Sketched;
 
 /// How far from a sequence's ends an animation's first and last key are taken: there every chain is still there.
 const INSIDE: f32 = 1e-4;
@@ -27,11 +30,21 @@ pub(super) struct Morphs {
     pub(super) made: Vec<Made>,
 }
 
+/// What a sequence's frames are taken from.
+#[derive(Debug)]
+enum Way {
+    /// Sources in correspondence.
+    Blended { family: Family, pace: Pace },
+    /// A source on its way to a sketch.
+    Sketched(Sketched),
+    /// A source that can't be sketched.
+    Still(Plant),
+}
+
 /// One sequence.
 #[derive(Debug)]
 pub(super) struct Made {
-    family: Family,
-    pace: Pace,
+    way: Way,
     kind: MorphKind,
     frames: u32,
     slots: PairedSlots,
@@ -44,18 +57,18 @@ pub(super) struct Made {
 /// # Errors
 ///
 /// When sources can't be matched, at their fields.
-pub(super) fn morphs(plan: &Plan, wardrobe: &mut Wardrobe) -> Result<Morphs, Vec<Diagnostic>> {
+pub(super) fn morphs(plan: &Plan, inputs: &Inputs, wardrobe: &mut Wardrobe) -> Result<Morphs, Vec<Diagnostic>> {
     let (mut made, mut errors) = (Vec::new(), Vec::new());
     for params in &plan.morphs {
-        match one(plan, params, wardrobe) {
+        match one(plan, params, inputs, wardrobe) {
             Ok(morph) => made.push(morph),
-            Err(error) => errors.push(error),
+            Err(found) => errors.extend(found),
         }
     }
     if errors.is_empty() { Ok(Morphs { made }) } else { Err(errors) }
 }
 
-fn one(plan: &Plan, params: &MorphParams, wardrobe: &mut Wardrobe) -> Result<Made, Diagnostic> {
+fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardrobe) -> Result<Made, Vec<Diagnostic>> {
     let mut source = |index: usize, leaf: &TargetLeaf| {
         let none = Selected::default();
         let seed = blends::identity(plan, &Variant::Source(index), &none).1;
@@ -63,20 +76,30 @@ fn one(plan: &Plan, params: &MorphParams, wardrobe: &mut Wardrobe) -> Result<Mad
     };
     let wrong = |field: &str, error: relate::FamilyError| {
         let message = format!("can't make a sequence: {error}");
-        Diagnostic::new("", message).with_field(format!("variants[{}].{field}", params.entry))
+        vec![Diagnostic::new("", message).with_field(format!("variants[{}].{field}", params.entry))]
     };
-    let (family, slots) = match params.kind {
+    let blended = |family: Family| {
+        let pace = Pace::of(&family);
+        Way::Blended { family, pace }
+    };
+    let (way, slots) = match params.kind.clone() {
         MorphKind::Between(from, to) => {
             let plants = [source(from, &TargetLeaf::AsSet), source(to, &params.leaf)].map(gathered);
             let [a, b] = plants;
             let family = relate::pattern_family(a, b, &params.matching).map_err(|error| wrong("from", error))?;
-            family.pair_leaves(wardrobe.pictures.leaves.len() as u16)
+            let (family, slots) = family.pair_leaves(wardrobe.pictures.leaves.len() as u16);
+            (blended(family), slots)
         }
         MorphKind::Growth { of, .. } => {
             let plant = source(of, &TargetLeaf::AsSet);
             let kin = |c| Kin { parent: plant.chain(c).parent.map(|p| KinId(p.0)), members: vec![Some(c)] };
             let kins: Vec<Kin> = plant.chain_ids().map(kin).collect();
-            (Family::new(vec![plant], &kins).map_err(|error| wrong("of", error))?, PairedSlots::default())
+            (blended(Family::new(vec![plant], &kins).map_err(|error| wrong("of", error))?), PairedSlots::default())
+        }
+        MorphKind::Sketch { of, sketch } => {
+            let plant = source(of, &TargetLeaf::AsSet);
+            let drawn = Drawn::read(&sketch, inputs)?;
+            (drawn.sketched(&plant).map_or(Way::Still(plant), Way::Sketched), PairedSlots::default())
         }
     };
     let first_picture = wardrobe.pictures.leaves.len() as u16;
@@ -92,8 +115,7 @@ fn one(plan: &Plan, params: &MorphParams, wardrobe: &mut Wardrobe) -> Result<Mad
         })
         .collect();
     wardrobe.pictures.leaves.extend(made);
-    let pace = Pace::of(&family);
-    Ok(Made { family, pace, kind: params.kind, frames: params.frames, slots, first_picture })
+    Ok(Made { way, kind: params.kind.clone(), frames: params.frames, slots, first_picture })
 }
 
 /// A plant whose leaves are all on chains near them.
@@ -124,11 +146,19 @@ impl Made {
     }
 
     fn at(&self, t: f32, unborn: f32) -> Plant {
+        let (family, pace) = match &self.way {
+            Way::Blended { family, pace } => (family, pace),
+            Way::Sketched(sketched) if unborn > 0.0 => return sketched.key(t),
+            Way::Sketched(sketched) => return sketched.at(t),
+            Way::Still(plant) => return plant.clone(),
+        };
         match self.kind {
-            MorphKind::Between(..) => self.family.blend(&blend::morph(&self.family, 0, 1, self.pace.share(t))),
+            MorphKind::Between(..) | MorphKind::Sketch { .. } => {
+                family.blend(&blend::morph(family, 0, 1, pace.share(t)))
+            }
             MorphKind::Growth { age, .. } => {
-                let weights = blend::growth(&self.family, age + (1.0 - age) * t, unborn);
-                let (plant, kins) = self.family.blend_with_kins(&weights);
+                let weights = blend::growth(family, age + (1.0 - age) * t, unborn);
+                let (plant, kins) = family.blend_with_kins(&weights);
                 let larger = |leaf: &Leaf| {
                     let scale = blend::leaf_scale(weights.degree(kins[leaf.chain.index()]));
                     Leaf { size: leaf.size * scale, ..*leaf }
@@ -163,13 +193,16 @@ impl Made {
 pub(super) fn identity(plan: &Plan, morph: usize, frame: u32) -> serde_json::Value {
     let params = &plan.morphs[morph];
     let name = |s: usize| plan.sources[s].name.as_str();
-    match params.kind {
-        MorphKind::Between(from, to) => serde_json::json!({
+    match &params.kind {
+        &MorphKind::Between(from, to) => serde_json::json!({
             "morph": [name(from), name(to)], "frame": frame, "frames": params.frames, "matching": params.matching,
             "leaf": params.leaf,
         }),
-        MorphKind::Growth { of, age } => serde_json::json!({
+        &MorphKind::Growth { of, age } => serde_json::json!({
             "growth": name(of), "frame": frame, "frames": params.frames, "age": age,
+        }),
+        MorphKind::Sketch { of, sketch } => serde_json::json!({
+            "sketch": sketch.told(), "of": name(*of), "frame": frame, "frames": params.frames,
         }),
     }
 }

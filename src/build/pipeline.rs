@@ -10,9 +10,10 @@ use super::blends::Blends;
 use super::cache::Cache;
 use super::morphs::Morphs;
 use super::selections::Selected;
+use super::sketches::Drawn;
 use super::stages::{SourcePlant, Wardrobe};
 use super::trees::{Tree, Trees};
-use super::{Loaded, Shard, World, blends, clips, morphs, selections, stages};
+use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
@@ -151,6 +152,10 @@ fn files_of(plan: &Plan) -> Vec<(String, String)> {
             }
         }
     }
+    for sketch in sketches::named(plan) {
+        files.push((sketch.crown.clone(), format!("{}.crown", sketch.field)));
+        files.push((sketch.side.clone(), format!("{}.side", sketch.field)));
+    }
     if let LeafArt::Files { color, normal } = &plan.leaf_art {
         files.push((color.clone(), "foliage.leaf.color".to_owned()));
         files.push((normal.clone(), "foliage.leaf.normal".to_owned()));
@@ -195,7 +200,9 @@ fn both<A, B>(
 ///
 /// Everything that is wrong with them.
 pub fn check_inputs(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
-    both(stages::check_imports(plan, inputs), stages::check_pictures(plan, inputs)).map(drop)
+    let sketches = sketches::sketches(plan, inputs).map(drop);
+    let pictures = both(stages::check_pictures(plan, inputs), sketches).map(drop);
+    both(stages::check_imports(plan, inputs), pictures).map(drop)
 }
 
 /// How many times [`make_set`] tells of a step.
@@ -210,6 +217,7 @@ struct Prepared {
     wardrobe: Wardrobe,
     morphs: Morphs,
     blended: Blends,
+    sketches: Vec<Drawn>,
 }
 
 /// Sources, pictures, and sources in correspondence.
@@ -222,12 +230,13 @@ fn prepared(
     let (sources, pictures) =
         rayon::join(|| stages::sources(plan, inputs, cache, step), || stages::pictures(plan, inputs, cache));
     let (sources, pictures) = both(sources, pictures)?;
+    let sketches = sketches::sketches(plan, inputs)?;
     step("leaves and bark");
     let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
-    let morphs = morphs::morphs(plan, &mut wardrobe)?;
+    let morphs = morphs::morphs(plan, inputs, &mut wardrobe)?;
     let blended = blends::blends(plan, &wardrobe.plants)?;
     step("matching");
-    Ok(Prepared { sources, wardrobe, morphs, blended })
+    Ok(Prepared { sources, wardrobe, morphs, blended, sketches })
 }
 
 /// The trees of some variants, in order.
@@ -239,13 +248,13 @@ fn trees(
     places: &[usize],
     step: &(dyn Fn(&str) + Sync),
 ) -> Vec<Tree> {
-    let Prepared { wardrobe, morphs, blended, .. } = prepared;
-    let trees = Trees::new(plan, wardrobe, cache);
+    let Prepared { wardrobe, morphs, blended, sketches, .. } = prepared;
+    let trees = Trees::new(plan, wardrobe, cache, sketches);
     let one = |&place: &usize| {
         let variant = &plan.variants[place];
         let (_, seed) = blends::identity(plan, variant, selected);
         let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected, morphs);
-        let plant = trees.dressed(variant, bare, seed.child("dress"));
+        let plant = trees.shaped(variant, trees.dressed(variant, bare, seed.child("dress")));
         step("dressing");
         let (ladder, key) = trees.ladder(&plant, seed.child("lod"));
         step("levels of detail");
@@ -255,8 +264,9 @@ fn trees(
 }
 
 /// What was mended in the sources, rejected and removed.
-fn notes(plan: &Plan, prepared: &Prepared, selected: &Selected<'_>) -> Vec<Note> {
+fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected<'_>) -> Vec<Note> {
     let mut notes = stages::source_notes(plan, &prepared.sources);
+    notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());
     notes
 }
@@ -285,7 +295,7 @@ pub fn make_set(
     let clips = clips::clips(plan, &prepared.morphs, &placed.packed.atlas)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
-    let notes = notes(plan, &prepared, &selected);
+    let notes = notes(plan, inputs, &prepared, &selected);
     let identities = &identities;
     let parts = SetParts { cache, plan, key, identities, trees: &trees, pictures, clips: &clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;
@@ -329,5 +339,5 @@ pub fn make_share(
     if share == Share::Atlas {
         assets::textures(plan, &prepared.wardrobe.pictures, &trees, cache)?;
     }
-    Ok((places.len(), notes(plan, &prepared, &selected)))
+    Ok((places.len(), notes(plan, inputs, &prepared, &selected)))
 }

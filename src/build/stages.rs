@@ -504,6 +504,7 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),
         Variant::Shape { shape, .. } => plan.shapes[*shape].of.clone(),
+        Variant::Sketched { of, .. } => ingredients(plan, of),
         // Frames are made of dressed sources.
         Variant::Frame { .. } => Vec::new(),
         Variant::Selected { selection, .. } => {

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::cache::{Cache, Entry, Stage};
+use super::sketches::Drawn;
 use super::stages::{Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
 use crate::base::{Key, Seed};
@@ -15,6 +16,7 @@ use crate::preset::plan::Variant;
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
+const SKETCH: Stage = Stage("sketch", 1);
 const LADDER: Stage = Stage("ladder", 3);
 
 /// A tree of a set.
@@ -35,11 +37,12 @@ pub(super) struct Trees<'a> {
     /// The content of the wardrobe's pictures.
     pictures: Key,
     cache: &'a Cache,
+    sketches: &'a [Drawn],
 }
 
 impl<'a> Trees<'a> {
-    pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache) -> Self {
-        Self { plan, wardrobe, pictures: content(&wardrobe.pictures), cache }
+    pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
+        Self { plan, wardrobe, pictures: content(&wardrobe.pictures), cache, sketches }
     }
 
     /// A variant with leaves.
@@ -47,6 +50,15 @@ impl<'a> Trees<'a> {
         let Some(dressing) = self.wardrobe.dressing(self.plan, variant) else { return Arc::new(bare) };
         let key = DRESS.key().input(content(&bare)).params(&dressing).number(seed.bits()).finish();
         self.made(DRESS, key, || dressing.dress(bare, seed))
+    }
+
+    /// A variant with leaves, its crown as a sketch has it where there is one.
+    pub(super) fn shaped(&self, variant: &Variant, dressed: Arc<Plant>) -> Arc<Plant> {
+        let Variant::Sketched { sketch, .. } = variant else { return dressed };
+        let drawn = &self.sketches[*sketch];
+        let params = self.plan.sketches[*sketch].told();
+        let key = SKETCH.key().input(content(&*dressed)).params(&params).input(drawn.key).finish();
+        self.made(SKETCH, key, || drawn.sketched(&dressed).map_or_else(|| (*dressed).clone(), |s| s.at(1.0)))
     }
 
     /// Every level of a variant with leaves.
@@ -127,6 +139,6 @@ pub(super) fn is_whole(maps: &Maps) -> bool {
 fn is_even(mesh: &Mesh) -> bool {
     let count = mesh.positions.len();
     let all = [mesh.normals.len(), mesh.uvs.len(), mesh.occlusion.len()];
-    let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len()];
+    let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len(), mesh.chains.len()];
     all == [count; 3] && some.iter().all(|&len| len == 0 || len == count) && check_indices(&mesh.indices, count).is_ok()
 }

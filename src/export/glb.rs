@@ -22,7 +22,7 @@ use serde::Serialize;
 
 use super::ImpostorEntry;
 use super::packed::Cube;
-use crate::mesh::{Mesh, TreeMesh};
+use crate::mesh::{Mesh, TreeMesh, Wind};
 
 /// File names of a material's maps, relative to the GLB, `/` between folders; not yet percent-encoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,6 +69,8 @@ pub struct AssetLevel<'a> {
     pub screen_coverage: f32,
     /// The layout of an impostor's sheet, told in the mesh's extras.
     pub impostor: Option<&'a ImpostorEntry>,
+    /// Wind of bark and leaves; none where it was not asked for.
+    pub wind: Option<&'a [Wind; 2]>,
 }
 
 /// A variant to be written.
@@ -229,10 +231,20 @@ impl<'a> Writer<'a> {
             let wrong = |what| ExportError::Mesh { name: format!("{name} {suffix}"), what };
             let triangles = proper_triangles(mesh).map_err(wrong)?;
             if !triangles.is_empty() {
-                primitives.push(match self.cube {
+                let primitive = match self.cube {
                     Some(cube) => self.packed_primitive(part, mesh, triangles, cube).map_err(wrong)?,
                     None => self.primitive(part, mesh, &triangles),
-                });
+                };
+                primitives.push(primitive);
+                // Packed vertices are reordered, and the web's viewers know no wind.
+                if let (Some(wind), None) = (of.wind, self.cube) {
+                    let wind = &wind[usize::from(part == Part::Leaf)];
+                    if wind.weights.len() == mesh.positions.len()
+                        && let Some(last) = primitives.last_mut()
+                    {
+                        self.wind(last, wind, mesh);
+                    }
+                }
             }
         }
         if primitives.is_empty() {
@@ -307,6 +319,25 @@ impl<'a> Writer<'a> {
             material: Some(self.material(part)),
             mode: Valid(json::mesh::Mode::Triangles),
             targets: None,
+        }
+    }
+
+    /// Adds `_WIND` (trunk, limb, leaf, phase), bend and phase as the first texture coordinates that are free, and the
+    /// limb's pivot, x and y, then z, in the two after that.
+    fn wind(&mut self, primitive: &mut json::mesh::Primitive, wind: &Wind, mesh: &Mesh) {
+        use json::accessor::{ComponentType, Type};
+        use json::mesh::Semantic;
+        let count = mesh.positions.len();
+        let view = self.vertex_view(wind.weights.iter().flatten().flat_map(|v| v.to_le_bytes()));
+        let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec4);
+        primitive.attributes.insert(Valid(Semantic::Extras("WIND".to_owned())), accessor);
+        let first = if mesh.lightmap.is_empty() { 1 } else { 2 };
+        let flat = |pick: fn(&Vec3) -> [f32; 2]| wind.pivots.iter().map(pick).collect::<Vec<[f32; 2]>>();
+        let bend = wind.bend_and_phase().iter().map(|v| v.to_array()).collect();
+        for (k, pairs) in [bend, flat(|p| [p.x, p.y]), flat(|p| [p.z, 0.0])].into_iter().enumerate() {
+            let view = self.vertex_view(pairs.iter().flatten().flat_map(|v| v.to_le_bytes()));
+            let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
+            primitive.attributes.insert(Valid(Semantic::TexCoords(first + k as u32)), accessor);
         }
     }
 

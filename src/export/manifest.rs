@@ -30,6 +30,9 @@ pub struct Manifest {
     /// One a sequence that is animated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<ClipEntry>,
+    /// What the vertices tell about wind; none where they tell nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<WindEntry>,
     /// One a texture file.
     pub textures: Vec<TextureEntry>,
     /// The leaf atlas; none for a set without leaves.
@@ -49,6 +52,27 @@ pub struct FileEntry {
     pub bytes: u64,
     /// blake3 of its bytes, 64 hexadecimal digits.
     pub blake3: String,
+}
+
+/// The layout of the wind in the vertices of all files but those for the web.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WindEntry {
+    /// Attribute of four numbers: bend of the trunk, swing of the limb, flutter of the leaf, each 0 to 1, and the phase.
+    pub weights: String,
+    /// Attribute of two numbers: bend of all together, 0 to 1, and the phase.
+    pub bend_and_phase: String,
+    /// Attributes that hold the place that the limb swings about, metres: x and y of it in the first, z in the second.
+    pub pivot: [String; 2],
+}
+
+impl WindEntry {
+    /// The layout where a second texture set for light maps is written, or not.
+    #[must_use]
+    pub fn with_lightmap(lightmap: bool) -> Self {
+        let first = if lightmap { 2 } else { 1 };
+        let set = |k: u32| format!("TEXCOORD_{}", first + k);
+        Self { weights: "_WIND".to_owned(), bend_and_phase: set(0), pivot: [set(1), set(2)] }
+    }
 }
 
 /// A variant's files for an engine.
@@ -311,6 +335,7 @@ mod tests {
             seed: 41,
             variants: vec![variant],
             clips: Vec::new(),
+            wind: None,
             textures: Vec::new(),
             atlas: None,
             notes: Vec::new(),

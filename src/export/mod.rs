@@ -20,7 +20,7 @@ pub use collider::{Capsule, ColliderParams, capsules};
 pub use glb::{AssetIn, AssetLevel, ExportError, MaterialTextures, SetMaterials, glb, level_name};
 pub use manifest::{
     AssetEntry, AtlasEntry, Bounds, ClipEntry, FileEntry, ImpostorEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
-    MeasuredErrors, TextureEntry, VariantEntry, switch_distance,
+    MeasuredErrors, TextureEntry, VariantEntry, WindEntry, switch_distance,
 };
 pub use plot::{Curve, plot};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};

@@ -32,7 +32,7 @@ fn write(trees: &[TreeMesh]) -> Result<Vec<u8>, ExportError> {
     let levels: Vec<_> = trees
         .iter()
         .enumerate()
-        .map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i), impostor: None })
+        .map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i), impostor: None, wind: None })
         .collect();
     let materials = SetMaterials::of("two words");
     glb(&AssetIn { name: "oak_001", seed: 41, levels: &levels, materials: &materials })

@@ -132,8 +132,16 @@ impl Impostor {
     }
 }
 
-/// The impostor's layout, the mesh for engines without a shader for it, and its sheet, which is tile `tile`.
-pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile: u32) -> (Impostor, TreeMesh, Maps) {
+/// An impostor before its alpha is settled.
+pub(super) struct Views {
+    pub(super) layout: Impostor,
+    drawn: Vec<Target>,
+    /// The mesh for engines without a shader for it.
+    pub(super) tree: TreeMesh,
+}
+
+/// Draws an impostor's frames; its mesh wears tile `tile`.
+pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile: u32) -> Views {
     let frames = frames.clamp(2, 32);
     let (low, high) = bounds(scene.full);
     let centre = (low + high) * 0.5;
@@ -141,43 +149,13 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     let far = points().map(|p| p.distance_squared(centre)).filter(|d| d.is_finite()).fold(0.0_f32, f32::max).sqrt();
     let layout = Impostor { frames, centre, radius: (far * ROOM).max(1e-3) };
     let surfaces = wardrobe.dressed(scene.full);
-    let drawn: Vec<(Target, Frame)> = (0..frames * frames)
+    let drawn: Vec<Target> = (0..frames * frames)
         .into_par_iter()
         .map(|i| {
-            let axes = layout.axes((i % frames, i / frames));
-            let view = View::new(axes, centre, layout.radius, layout.radius);
-            (rasterize(&surfaces, &view, TEXELS, TEXELS, SAMPLES, &Shading::Albedo), axes)
+            let view = View::new(layout.axes((i % frames, i / frames)), centre, layout.radius, layout.radius);
+            rasterize(&surfaces, &view, TEXELS, TEXELS, SAMPLES, &Shading::Albedo)
         })
         .collect();
-    let edge = frames * TEXELS;
-    let count = (edge * edge) as usize;
-    let mut maps = Maps {
-        width: edge,
-        height: edge,
-        color: vec![[0; 4]; count],
-        normal: vec![[128, 128, 255]; count],
-        orm: vec![[255, ROUGHNESS, 0]; count],
-    };
-    for (i, (target, axes)) in drawn.iter().enumerate() {
-        let (column, row) = (i as u32 % frames * TEXELS, i as u32 / frames * TEXELS);
-        let scale = solid_scale(target);
-        for (k, &coverage) in target.coverage.iter().enumerate() {
-            if coverage <= 0.0 {
-                continue;
-            }
-            let at = ((row + k as u32 / TEXELS) * edge + column + k as u32 % TEXELS) as usize;
-            let c = target.color[k];
-            let alpha = (coverage * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
-            maps.color[at] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), alpha];
-            let n = axes.to_local(target.normal[k]) + Vec3::Z * FACING;
-            let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
-            maps.normal[at] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
-            let depth = (0.5 + 0.5 * target.depth[k] / layout.radius).clamp(0.0, 1.0);
-            let open = (target.occlusion[k].clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-            maps.orm[at] = [open, ROUGHNESS, (depth * 255.0 + 0.5) as u8];
-        }
-    }
-    dilate(&mut maps);
     let mut leaf = Mesh::default();
     let last = frames - 1;
     for frame in [(0, 0), (last, 0), (0, last), (last, last)] {
@@ -191,18 +169,97 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
             layout.add(frame, least, most, APART, tile, &mut leaf);
         }
     }
+    // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
-    (layout, TreeMesh { bark: Mesh::default(), leaf }, maps)
+    Views { layout, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
 }
 
-/// What coverage is multiplied by so that as many texels pass the alpha test at 0.5 as the tree covers.
-fn solid_scale(target: &Target) -> f32 {
+impl Views {
+    /// The sheet, with `gain` times the area that the tree covers solid.
+    pub(super) fn sheet(&self, gain: f32) -> Maps {
+        let frames = self.layout.frames;
+        let edge = frames * TEXELS;
+        let count = (edge * edge) as usize;
+        let mut maps = Maps {
+            width: edge,
+            height: edge,
+            color: vec![[0; 4]; count],
+            normal: vec![[128, 128, 255]; count],
+            orm: vec![[255, ROUGHNESS, 0]; count],
+        };
+        for (i, target) in self.drawn.iter().enumerate() {
+            let i = i as u32;
+            let axes = self.layout.axes((i % frames, i / frames));
+            let (column, row) = (i % frames * TEXELS, i / frames * TEXELS);
+            let alphas = alphas(target, gain);
+            let depths = smooth_depth(target);
+            for (k, &alpha) in alphas.iter().enumerate() {
+                if target.coverage[k] <= 0.0 {
+                    continue;
+                }
+                let at = ((row + k as u32 / TEXELS) * edge + column + k as u32 % TEXELS) as usize;
+                let c = target.color[k];
+                maps.color[at] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), alpha];
+                let n = axes.to_local(target.normal[k]) + Vec3::Z * FACING;
+                let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
+                maps.normal[at] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
+                let depth = (0.5 + 0.5 * depths[k] / self.layout.radius).clamp(0.0, 1.0);
+                let open = (target.occlusion[k].clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+                maps.orm[at] = [open, ROUGHNESS, (depth * 255.0 + 0.5) as u8];
+            }
+        }
+        dilate(&mut maps);
+        maps
+    }
+}
+
+/// Alpha of a frame's texels: as many are solid as the tree covers, times `gain`, the fullest first. A row that would show
+/// nothing of a thin trunk shows its fullest texel.
+fn alphas(target: &Target, gain: f32) -> Vec<u8> {
     let mut ranked: Vec<f32> = target.coverage.iter().copied().filter(|c| *c > 0.0).collect();
     ranked.sort_by(|a, b| b.total_cmp(a));
-    let wanted = target.coverage.iter().sum::<f32>() + 0.5;
-    let threshold = ranked.get((wanted as usize).saturating_sub(1).min(ranked.len().saturating_sub(1)));
+    let wanted = (target.coverage.iter().sum::<f32>() * gain + 0.5) as usize;
+    let threshold = ranked.get(wanted.saturating_sub(1).min(ranked.len().saturating_sub(1)));
     // A little past the threshold, which itself must pass after rounding to bytes.
-    0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0)
+    let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
+    let mut alphas: Vec<u8> =
+        target.coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
+    let width = target.width.max(1) as usize;
+    for (row, covered) in alphas.chunks_exact_mut(width).zip(target.coverage.chunks_exact(width)) {
+        if covered.iter().sum::<f32>() < 0.25 || row.iter().any(|a| f32::from(*a) >= ALPHA_CUTOFF * 255.0) {
+            continue;
+        }
+        let fullest = (0..width).fold(0, |best, x| if covered[x] > covered[best] { x } else { best });
+        row[fullest] = 140;
+    }
+    alphas
+}
+
+/// Depths of a frame's texels, each the mean of those around it, by what they cover: single leaves in front of others
+/// would tear the picture when it is moved by depth.
+fn smooth_depth(target: &Target) -> Vec<f32> {
+    let (width, height) = (target.width as i32, target.height as i32);
+    let mut depths = target.depth.clone();
+    for _ in 0..2 {
+        let before = depths.clone();
+        for (i, depth) in depths.iter_mut().enumerate() {
+            let (x, y) = (i as i32 % width, i as i32 / width);
+            let (mut sum, mut weight) = (0.0_f32, 0.0_f32);
+            for (nx, ny) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy))) {
+                if (0..width).contains(&nx) && (0..height).contains(&ny) {
+                    let k = (ny * width + nx) as usize;
+                    if target.coverage[k] > 0.0 {
+                        sum += before[k] * target.coverage[k];
+                        weight += target.coverage[k];
+                    }
+                }
+            }
+            if weight > 0.0 {
+                *depth = sum / weight;
+            }
+        }
+    }
+    depths
 }
 
 #[cfg(test)]

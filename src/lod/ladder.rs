@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cloud::{CARD_TEXELS, Cloud, CloudParams, Scene, cloud};
 use super::crossed::crossed_quads;
-use super::impostor::{Impostor, impostor};
+use super::impostor::{Impostor, Views, impostor};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
 use crate::bake::{Maps, Picture, View};
@@ -136,20 +136,10 @@ pub fn ladder_with(
                 (made, pictures, (at, measured))
             }
             Lod::Impostor { frames } => {
-                let (of, made, sheet) = impostor(&scene, frames, &wardrobe, first_tile);
-                layout = Some(of);
-                let mut dressed = wardrobe.clone();
-                dressed.leaves.push(Picture::new(&sheet));
-                let whole = (Vec2::ZERO, Vec2::ONE);
-                let seen = |view: &View| TreeMesh {
-                    leaf: of.seen_from(view.frame, &sheet, whole, first_tile),
-                    ..TreeMesh::default()
-                };
-                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
-                    reference.measure_from(&seen, &dressed, Asked::Silhouette)
-                });
-                let measured = references.at(at, &full, &wardrobe).measure_from(&seen, &dressed, Asked::All);
-                (made, vec![sheet], (at, measured))
+                let views = impostor(&scene, frames, &wardrobe, first_tile);
+                layout = Some(views.layout);
+                let (at, sheet, measured) = settled(&views, lod, above, &full, &mut references, &wardrobe);
+                (views.tree, vec![sheet], (at, measured))
             }
         };
         wardrobe.leaves.extend(pictures.iter().map(Picture::new));
@@ -232,6 +222,46 @@ fn sizes(lod: &Lod, above: f32) -> Vec<f32> {
     };
     let below: Vec<f32> = all.iter().copied().filter(|s| *s < above * 0.9).collect();
     if below.is_empty() { vec![above * 0.75] } else { below }
+}
+
+/// Where an impostor takes over, its sheet with as much alpha as the full tree covers there, and what was measured.
+fn settled(
+    views: &Views,
+    lod: &Lod,
+    above: f32,
+    full: &TreeMesh,
+    references: &mut References,
+    wardrobe: &Wardrobe,
+) -> (f32, Maps, Measured) {
+    let tile = wardrobe.leaves.len() as u32;
+    let dressed = |sheet: &Maps| {
+        let mut dressed = wardrobe.clone();
+        dressed.leaves.push(Picture::new(sheet));
+        dressed
+    };
+    let measure = |sheet: &Maps, reference: &Reference, asked: Asked| {
+        let seen = |view: &View| TreeMesh {
+            leaf: views.layout.seen_from(view.frame, sheet, (Vec2::ZERO, Vec2::ONE), tile),
+            ..TreeMesh::default()
+        };
+        reference.measure_from(&seen, &dressed(sheet), asked)
+    };
+    let (mut gain, mut sheet) = (1.0_f32, views.sheet(1.0));
+    let at = takes_over(lod, above, full, references, wardrobe, |reference| {
+        let mut measured = measure(&sheet, reference, Asked::Silhouette);
+        for _ in 0..3 {
+            if (measured.coverage - 1.0).abs() < 0.01 {
+                break;
+            }
+            // Texels that are moved hide each other.
+            gain = (gain + (1.0 - measured.coverage) * 1.1).clamp(0.6, 1.8);
+            sheet = views.sheet(gain);
+            measured = measure(&sheet, reference, Asked::Silhouette);
+        }
+        measured
+    });
+    let measured = measure(&sheet, references.at(at, full, wardrobe), Asked::All);
+    (at, sheet, measured)
 }
 
 /// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the

@@ -5,7 +5,7 @@
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
+use crate::mesh::{CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -21,6 +21,7 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
     mesh.uvs.extend_from_slice(&part.uvs);
     mesh.occlusion.extend_from_slice(&part.occlusion);
     mesh.tiles.extend(part.positions.iter().map(|_| tile));
+    mesh.chains.extend(part.positions.iter().map(|_| NO_CHAIN));
     mesh.indices.extend(part.indices.iter().map(|i| i + first));
 }
 

@@ -119,6 +119,7 @@ pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &
             mesh.occlusion.push(light.shade(position));
             mesh.tiles.push(u32::from(leaf.slot));
         }
+        mesh.chains.resize(mesh.positions.len(), leaf.chain.0);
         for t in front.chunks_exact(3) {
             let [a, b, c] = [t[0] + first, t[1] + first, t[2] + first];
             mesh.indices.extend(if side > 0.0 { [a, b, c] } else { [a, c, b] });

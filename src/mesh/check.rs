@@ -1,5 +1,7 @@
 //! What can be wrong with a mesh, in one function that the tests of every later stage call.
 
+use std::collections::BTreeMap;
+
 use super::Mesh;
 
 /// Everything that is wrong with a mesh, one line a kind of problem with the first place that has it; empty when it is
@@ -20,6 +22,7 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
     length("uvs", mesh.uvs.len(), false);
     length("occlusion values", mesh.occlusion.len(), false);
     length("tiles", mesh.tiles.len(), true);
+    length("chains", mesh.chains.len(), true);
     if !mesh.indices.len().is_multiple_of(3) {
         found.push(format!("{} indices are no whole triangles", mesh.indices.len()));
     }
@@ -54,5 +57,69 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
         });
         first("a triangle has no area", flat);
     }
+    found
+}
+
+/// How a mesh closes, its vertices joined where they are in one place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Closure {
+    /// Loops of open edges: one for each tube's base, which lies in its parent's wood or on the ground.
+    pub openings: usize,
+    /// Edges of more than two triangles, or of two that are wound against each other.
+    pub faulty_edges: usize,
+    /// Triangles that face away from the normals of all their corners.
+    pub inside_out: usize,
+}
+
+/// Looks at every edge of a sound mesh; n log n.
+#[must_use]
+pub fn closure(mesh: &Mesh) -> Closure {
+    let mut places: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+    let joined: Vec<u32> = mesh
+        .positions
+        .iter()
+        .map(|p| {
+            let next = places.len() as u32;
+            // -0 and 0 are one place.
+            *places.entry((*p + 0.0).to_array().map(f32::to_bits)).or_insert(next)
+        })
+        .collect();
+    let mut edges: BTreeMap<(u32, u32), (u32, u32)> = BTreeMap::new();
+    let mut found = Closure::default();
+    for t in mesh.indices.as_chunks::<3>().0 {
+        for (i, j) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            let (i, j) = (joined[i as usize], joined[j as usize]);
+            let uses = edges.entry((i.min(j), i.max(j))).or_default();
+            if i < j { uses.0 += 1 } else { uses.1 += 1 }
+        }
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        let face = (b - a).cross(c - a);
+        found.inside_out += usize::from(t.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0));
+    }
+    // Open edges hang together in loops.
+    let mut sets: Vec<u32> = (0..places.len() as u32).collect();
+    fn find(sets: &mut [u32], mut i: u32) -> u32 {
+        while sets[i as usize] != i {
+            sets[i as usize] = sets[sets[i as usize] as usize];
+            i = sets[i as usize];
+        }
+        i
+    }
+    let mut ends: Vec<u32> = Vec::new();
+    for (&(i, j), &uses) in &edges {
+        match uses {
+            (1, 1) => {}
+            (1, 0) | (0, 1) => {
+                let (a, b) = (find(&mut sets, i), find(&mut sets, j));
+                sets[a.max(b) as usize] = a.min(b);
+                ends.push(i);
+            }
+            _ => found.faulty_edges += 1,
+        }
+    }
+    let mut loops: Vec<u32> = ends.into_iter().map(|i| find(&mut sets, i)).collect();
+    loops.sort_unstable();
+    loops.dedup();
+    found.openings = loops.len();
     found
 }

@@ -53,8 +53,9 @@ pub fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> 
 pub fn optimize(mesh: &mut Mesh) -> Result<(), MeshError> {
     let vertices = mesh.positions.len();
     check_indices(&mesh.indices, vertices)?;
-    let lengths = [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len(), mesh.occlusion.len(), mesh.tiles.len()];
-    if let Some(&len) = lengths.iter().find(|&&len| len != 0 && len != vertices) {
+    let others = [mesh.lightmap.len(), mesh.chains.len(), mesh.tiles.len()];
+    let lengths = [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len(), mesh.occlusion.len()];
+    if let Some(&len) = lengths.iter().chain(&others).find(|&&len| len != 0 && len != vertices) {
         return Err(MeshError::Uneven { len, vertices });
     }
     if mesh.indices.is_empty() {
@@ -82,6 +83,8 @@ pub fn optimize(mesh: &mut Mesh) -> Result<(), MeshError> {
     gather(&mut mesh.uvs, &order);
     gather(&mut mesh.occlusion, &order);
     gather(&mut mesh.tiles, &order);
+    gather(&mut mesh.chains, &order);
+    gather(&mut mesh.lightmap, &order);
     Ok(())
 }
 

@@ -95,6 +95,7 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<(), Ligh
         mesh.uvs = gather(&mesh.uvs, &from);
         mesh.occlusion = gather(&mesh.occlusion, &from);
         mesh.tiles = gather(&mesh.tiles, &from);
+        mesh.chains = gather(&mesh.chains, &from);
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ mod tangent;
 #[cfg(test)]
 mod tests;
 mod tube;
+mod wind;
 
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -20,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::bulk;
 
 pub use card::{CardShape, LeafCard, all_cards, leaf_cards, leaf_cards_in};
-pub use check::problems;
+pub use check::{Closure, closure, problems};
 pub use crown_light::CrownLight;
 pub use gate::{MeshError, check_indices, optimize};
 pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
@@ -28,6 +29,7 @@ pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;
 pub use tube::{TubeDetail, tubes, tubes_in};
+pub use wind::{Limbs, MeshPart, NO_CHAIN, Wind};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,6 +58,10 @@ pub struct Mesh {
     /// for bark.
     #[serde(with = "bulk")]
     pub tiles: Vec<u32>,
+    /// The chain that each vertex is on or hangs on, `u32::MAX` for what stands for many; empty where nobody asks: for
+    /// [`Limbs`].
+    #[serde(with = "bulk")]
+    pub chains: Vec<u32>,
     /// Three a triangle.
     #[serde(with = "bulk")]
     pub indices: Vec<u32>,

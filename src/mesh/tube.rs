@@ -97,6 +97,7 @@ fn append(mesh: &mut Mesh, part: &Mesh) {
     mesh.normals.extend_from_slice(&part.normals);
     mesh.uvs.extend_from_slice(&part.uvs);
     mesh.occlusion.extend_from_slice(&part.occlusion);
+    mesh.chains.extend_from_slice(&part.chains);
     mesh.indices.extend(part.indices.iter().map(|i| i + first));
 }
 
@@ -185,6 +186,7 @@ impl Scene<'_> {
             push(mesh, apex, normal, Vec2::new(around * (k as f32 + 0.5) / sides as f32, v), shade);
             mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
         }
+        mesh.chains.resize(mesh.positions.len(), id.0);
     }
 }
 

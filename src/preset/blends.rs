@@ -14,6 +14,7 @@ use super::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, P
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::{BY_DEFAULTS, source};
+use super::sketches::SKETCH_FIELD;
 use crate::base::simplex_point;
 
 /// Most trees of one entry.
@@ -111,6 +112,7 @@ pub(super) static BLEND: Record = Record {
         CANDIDATES_FIELD,
         SCORES_FIELD,
         FILTER_FIELD,
+        SKETCH_FIELD,
     ],
 };
 
@@ -135,6 +137,7 @@ pub(super) static MIX: Record = Record {
         SEED,
         MATCHED,
         ONLY_SOME,
+        SKETCH_FIELD,
     ],
 };
 
@@ -158,6 +161,7 @@ pub(super) static EXPLORE: Record = Record {
         CANDIDATES_FIELD,
         SCORES_FIELD,
         FILTER_FIELD,
+        SKETCH_FIELD,
     ],
 };
 

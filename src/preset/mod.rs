@@ -21,6 +21,7 @@ mod report;
 mod schema;
 mod set;
 mod shapes;
+mod sketches;
 mod species;
 mod surroundings;
 mod syntax;

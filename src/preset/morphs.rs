@@ -19,7 +19,7 @@ const FRAMES: Field = Field {
     about: "how many variants it gives, the ends included",
 };
 
-const ANIMATION: Field = Field {
+pub(super) const ANIMATION: Field = Field {
     name: "animation",
     kind: Kind::Choice(&CLIPS),
     default: Default::Is("Clip()"),
@@ -153,7 +153,7 @@ pub(super) fn growth(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> O
     })
 }
 
-fn clip(fields: &Reader<'_, '_>) -> Option<Clip> {
+pub(super) fn clip(fields: &Reader<'_, '_>) -> Option<Clip> {
     fields.choice("animation", |kind, own| {
         Some(match kind {
             "Clip" => Clip::Play {

@@ -1,6 +1,6 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
-use super::plan::{AtlasParams, Engine, Forks, Lod};
+use super::plan::{AtlasParams, Engine, Forks, Lod, WindData};
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -28,6 +28,12 @@ pub(super) static MESH: Record = Record {
             about: "how a branch leaves its parent",
         },
         Field {
+            name: "wind",
+            kind: Kind::Choice(&WIND),
+            default: Default::Is("Nothing"),
+            about: "what vertices tell a shader about wind",
+        },
+        Field {
             name: "lightmap",
             kind: Kind::Integer { low: 0, high: 8192, unit: "texels" },
             default: Default::Is("0"),
@@ -43,6 +49,26 @@ static FORKS: Choice = Choice {
         KindOf { name: "Plain", form: Form::Plain, about: "straight out of it: fewer triangles" },
     ],
 };
+
+static WIND: Choice = Choice {
+    title: "Wind",
+    kinds: &[
+        KindOf { name: "Nothing", form: Form::Plain, about: "the fewest bytes" },
+        KindOf {
+            name: "Attributes",
+            form: Form::Plain,
+            about: "`_WIND` (trunk, limb, leaf, phase), bend and phase, and pivots as texture coordinates; the manifest \
+                    tells which",
+        },
+    ],
+};
+
+/// What vertices tell about wind, of `mesh`.
+pub(super) fn wind(fields: &Reader<'_, '_>) -> WindData {
+    let kind = |item: &Item<'_>| fields.kind(&WIND, item, |kind, _| Some(kind));
+    let asked = fields.item("wind").as_ref().and_then(kind) == Some("Attributes");
+    if asked { WindData::Attributes } else { WindData::Nothing }
+}
 
 /// How branches leave their parents, of `mesh`.
 pub(super) fn forks(fields: &Reader<'_, '_>) -> Forks {

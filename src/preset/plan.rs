@@ -5,6 +5,7 @@
 mod growth;
 mod morphs;
 mod shapes;
+mod sketches;
 mod variants;
 
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,7 @@ pub use growth::{
 };
 pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
+pub use sketches::{SketchDepth, SketchParams, SketchScale};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
     Variant,
@@ -43,6 +45,9 @@ pub struct Plan {
     /// Sequences of frames, one for each entry of the preset that asks for one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub morphs: Vec<MorphParams>,
+    /// Sketches that variants follow.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sketches: Vec<SketchParams>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.
@@ -57,6 +62,9 @@ pub struct Plan {
     pub mesh: MeshParams,
     /// Texels along an edge of the light map that every mesh gets a second UV set for; 0 for none.
     pub lightmap: u32,
+    /// What vertices tell about wind; not written where it is nothing, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "is_still")]
+    pub wind: WindData,
     /// The levels of detail, finest first; never empty, the first is `Full`.
     pub lods: Vec<Lod>,
     /// The set's atlas.
@@ -81,6 +89,19 @@ pub enum Engine {
     Bevy,
     /// three.js and Babylon.js: quantized and packed.
     Web,
+}
+
+/// What vertices tell about wind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum WindData {
+    /// Nothing.
+    Nothing,
+    /// Weights, phases and pivots.
+    Attributes,
+}
+
+fn is_still(wind: &WindData) -> bool {
+    *wind == WindData::Nothing
 }
 
 fn is_generic(engines: &[Engine]) -> bool {

@@ -14,12 +14,14 @@ use super::path::{folder, joined, name_fault, stem};
 use super::pick::Wanted;
 use super::plan::{
     Beside, BlendParams, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams,
-    MorphParams, Obstacle, Part, Plan, Selection, ShapeParams, Source, SourceRecipe, UpAxis, Variant,
+    MorphKind, MorphParams, Obstacle, Part, Plan, Selection, ShapeParams, SketchParams, Source, SourceRecipe, UpAxis,
+    Variant,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::shapes::{self, BETWEEN, GEODESIC, MEAN, SYMMETRIZE, Shaped};
+use super::sketches::{self, Drawn, SKETCH};
 use super::species::{HEIGHT, seen_from, species};
 use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Value, tree};
@@ -262,6 +264,7 @@ static VARIANT: Choice = Choice {
         KindOf { name: "Between", form: Form::Fields(&BETWEEN), about: "trees drawn about the mean of some sources" },
         KindOf { name: "Morph", form: Form::Fields(&MORPH), about: "frames from one source to another, leaf by leaf" },
         KindOf { name: "Grow", form: Form::Fields(&GROWTH), about: "frames of a source's growth" },
+        KindOf { name: "Sketch", form: Form::Fields(&SKETCH), about: "a source whose crown takes a drawn shape" },
     ],
 };
 
@@ -308,17 +311,23 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let Variants { trees: variants, blends, selections, shapes, morphs } = variants(set, &names, &sources, seed);
+    let Variants { trees: variants, blends, selections, shapes, morphs, sketches } =
+        variants(set, &names, &sources, seed);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| {
-        (fields.count("sides"), fields.number("error"), output::forks(fields), fields.count("lightmap"))
+        (
+            fields.count("sides"),
+            fields.number("error"),
+            (output::forks(fields), output::wind(fields)),
+            fields.count("lightmap"),
+        )
     });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
-    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, forks, lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, (forks, wind), lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -328,6 +337,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         selections,
         shapes,
         morphs,
+        sketches,
         dress: foliage.dress,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
@@ -335,6 +345,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         bark_wear,
         mesh: MeshParams { sides, error, bark_tile, forks },
         lightmap,
+        wind,
         lods,
         atlas: atlas?,
         engines,
@@ -553,6 +564,35 @@ struct Variants {
     selections: Vec<Selection>,
     shapes: Vec<ShapeParams>,
     morphs: Vec<MorphParams>,
+    sketches: Vec<SketchParams>,
+}
+
+/// A variant, following a sketch where there is one.
+fn followed(sketch: Option<usize>, of: Variant) -> Variant {
+    match sketch {
+        Some(sketch) => Variant::Sketched { sketch, of: Box::new(of) },
+        None => of,
+    }
+}
+
+/// The index of a sketch among all, and what tells it from others.
+fn sketched(all: &mut Vec<SketchParams>, sketch: SketchParams) -> (usize, String) {
+    let told = format!("{:?}", sketch.told());
+    all.push(sketch);
+    (all.len() - 1, told)
+}
+
+/// The frames of a sequence, each with what tells it from all others.
+fn frames(all: &mut Vec<MorphParams>, params: MorphParams) -> Vec<(String, Variant)> {
+    let mut alike = MorphParams { entry: 0, ..params.clone() };
+    if let MorphKind::Sketch { sketch, .. } = &mut alike.kind {
+        sketch.field.clear();
+    }
+    let morph = all.len();
+    let frame = |frame| (format!("{alike:?} {frame}"), Variant::Frame { morph, frame });
+    let frames = (0..params.frames).map(frame).collect();
+    all.push(params);
+    frames
 }
 
 fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[Source], seed: u64) -> Variants {
@@ -563,6 +603,7 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
         selections: Vec::new(),
         shapes: Vec::new(),
         morphs: Vec::new(),
+        sketches: Vec::new(),
     };
     // Where each tree was made first.
     let mut firsts: BTreeMap<String, String> = BTreeMap::new();
@@ -570,6 +611,8 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
         if set.report().is_full() {
             break;
         }
+        // The sketch that all trees of the entry follow.
+        let mut on_all: Option<usize> = None;
         // The trees, each with what tells it from all others, and which of them are kept.
         let read = set.kind(&VARIANT, &item, |kind, fields| {
             let Blended { blend, trees, wanted, count } = match kind {
@@ -588,12 +631,20 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
                 "Morph" | "Grow" => {
                     let read = if kind == "Morph" { morphs::morph } else { morphs::growth };
                     let params = read(entry, fields, &names)?;
-                    let alike = MorphParams { entry: 0, ..params.clone() };
-                    let morph = made.morphs.len();
-                    let frame = |frame| (format!("{alike:?} {frame}"), Variant::Frame { morph, frame });
-                    let frames = (0..params.frames).map(frame).collect();
-                    made.morphs.push(params);
-                    return Some((frames, None));
+                    return Some((frames(&mut made.morphs, params), None));
+                }
+                "Sketch" => {
+                    return Some((
+                        match sketches::sketch_of(entry, fields, &names)? {
+                            Drawn::Tree(index, sketch) => {
+                                let known = sketched(&mut made.sketches, sketch);
+                                let of = Box::new(Variant::Source(index));
+                                vec![(format!("{index} {}", known.1), Variant::Sketched { sketch: known.0, of })]
+                            }
+                            Drawn::Frames(params) => frames(&mut made.morphs, params),
+                        },
+                        None,
+                    ));
                 }
                 "Mix" => blends::mix(entry, fields, &names, sources)?,
                 "Explore" => blends::explore(entry, fields, &names, sources)?,
@@ -602,11 +653,14 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
             let alike = BlendParams { entry: 0, ..blend.clone() };
             let index = made.blends.len();
             made.blends.push(blend);
-            let of = |tree| (format!("{alike:?} {tree:?}"), Variant::Blend { blend: index, tree });
+            let sketch = sketches::of_all(fields).map(|sketch| sketched(&mut made.sketches, sketch));
+            let shaped = sketch.as_ref().map_or("", |known| known.1.as_str());
+            let of = |tree| (format!("{alike:?} {tree:?} {shaped}"), Variant::Blend { blend: index, tree });
             let selection = wanted.map(|Wanted { pick, scores, filter, candidates: _ }| {
                 let field = fields.path().to_string();
                 Selection { field, candidates: Vec::new(), keep: count as usize, pick, scores, filter }
             });
+            on_all = sketch.as_ref().map(|known| known.0);
             Some((trees.into_iter().map(of).collect(), selection))
         });
         let Some((trees, selection)) = read else { continue };
@@ -632,10 +686,11 @@ fn variants(set: &Reader<'_, '_>, names: &BTreeMap<String, usize>, sources: &[So
         }
         let trees = trees.into_iter().map(|(_, tree)| tree);
         match selection {
-            None => made.trees.extend(trees),
+            None => made.trees.extend(trees.map(|tree| followed(on_all, tree))),
             Some(selection) => {
                 let index = made.selections.len();
-                made.trees.extend((0..selection.keep).map(|place| Variant::Selected { selection: index, place }));
+                let kept = (0..selection.keep).map(|place| Variant::Selected { selection: index, place });
+                made.trees.extend(kept.map(|tree| followed(on_all, tree)));
                 made.selections.push(Selection { candidates: trees.collect(), ..selection });
             }
         }

@@ -5,6 +5,8 @@
 //! the interpolated ones. A sketch that is the crown's own silhouette changes nothing: lobes spread as far as the
 //! sketch differs from it.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -50,8 +52,8 @@ pub enum Method {
 
 /// A deformation that shapes a plant's crown.
 #[derive(Clone, Debug)]
-pub struct Sketched<'s> {
-    sketcher: &'s Sketcher,
+pub struct Sketched {
+    sketcher: Arc<Sketcher>,
     shift: Vec<Vec3>,
     wilts: Vec<bool>,
     /// What is drawn, in the plane of each view, metres.
@@ -66,7 +68,7 @@ impl Sketcher {
     /// # Errors
     ///
     /// When an open line is drawn where closed shapes are needed, or nothing is.
-    pub fn draw(&self, sketch: &Sketch<'_>) -> Result<Sketched<'_>, SketchError> {
+    pub fn draw(self: &Arc<Self>, sketch: &Sketch<'_>) -> Result<Sketched, SketchError> {
         let round = self.views.kind == ViewKind::Revolved;
         let (target, ring) = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
         let mut targets = vec![target];
@@ -116,7 +118,7 @@ impl Sketcher {
         }
         let shift = self.spines.moved(&self.positions, &told);
         let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
-        Ok(Sketched { sketcher: self, shift, wilts, targets, outlines })
+        Ok(Sketched { sketcher: self.clone(), shift, wilts, targets, outlines })
     }
 
     /// What is drawn in a view's plane, and the root cage for it.
@@ -214,7 +216,7 @@ impl Sketcher {
     }
 }
 
-impl Sketched<'_> {
+impl Sketched {
     /// How many branches wilt, and how many there are.
     #[must_use]
     pub fn wilting(&self) -> (usize, usize) {
@@ -251,7 +253,7 @@ impl Sketched<'_> {
     }
 
     fn made(&self, t: f32, finished: bool) -> Plant {
-        let Sketcher { plant, positions, spines, leaves, .. } = self.sketcher;
+        let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
         let places: Vec<Vec3> =
             positions.par_iter().zip(&self.shift).with_min_len(4096).map(|(p, d)| *p + *d * t).collect();
         let left = (1.0 - t).max(1e-4);

@@ -21,6 +21,11 @@ const HANDED: f32 = 0.22;
 /// Cells along the longest edge, and steps, of each round.
 const ROUNDS: [(f32, usize); 4] = [(0.35, 40), (0.35, 40), (1.0, 50), (1.0, 50)];
 
+/// Lobes before and after one, in order of height, that it is ranked with.
+const BESIDE: usize = 30;
+/// Share of the way that a rank moves a lobe.
+const RANKED: f32 = 0.75;
+
 /// Which way lobes may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Freedom {
@@ -70,12 +75,39 @@ impl Basin {
         if freedom == Freedom::Level { Vec2::new(held.x, p.y) } else { held }
     }
 
+    /// Moves the lobes of each row, in their order, towards an even spread over what of the row is inside: flow alone
+    /// is slow where heights are given and a row is much wider than its lobes.
+    fn ranked(&self, places: &mut [Vec2]) {
+        let grid = self.mask.grid;
+        let mut sorted: Vec<usize> = (0..places.len()).collect();
+        sorted.sort_by(|&a, &b| places[a].y.total_cmp(&places[b].y).then(a.cmp(&b)));
+        let old = places.to_vec();
+        for (k, &i) in sorted.iter().enumerate() {
+            // Those of nearly its height.
+            let near = &sorted[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(sorted.len())];
+            let near = || near.iter().map(|&j| old[j]).filter(|p| (p.y - old[i].y).abs() <= grid.cell * 3.0);
+            let (count, left) = near().fold((0, 0), |(n, l), p| (n + 1, l + usize::from(p.x < old[i].x)));
+            let rank = (left as f32 + 0.5) / count.max(1) as f32;
+            let (_, y) = grid.cell_of(old[i]);
+            let row = &self.mask.inside[y * grid.width..][..grid.width];
+            let open = row.iter().filter(|inside| **inside).count();
+            let at = rank * open as f32;
+            if let Some(column) = (0..grid.width).filter(|&c| row[c]).nth(at as usize) {
+                let x = grid.origin.x + (column as f32 + at.fract()) * grid.cell;
+                places[i].x += (x - places[i].x) * RANKED;
+            }
+        }
+    }
+
     /// Moves lobes, each of a weight, until they cover the basin.
     pub(super) fn fill(&self, places: &mut [Vec2], weights: &[f32], freedom: Freedom) {
         if self.nearest.is_none() || places.is_empty() {
             return;
         }
         places.iter_mut().for_each(|p| *p = self.held(*p, freedom));
+        if freedom == Freedom::Level {
+            self.ranked(places);
+        }
         for (mask, (_, steps)) in self.rounds.iter().zip(ROUNDS) {
             let drift = drift(mask, places, weights, steps, freedom);
             for p in places.iter_mut() {

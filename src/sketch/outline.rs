@@ -103,6 +103,7 @@ pub(super) fn hull(points: &[Vec2]) -> Vec<Vec2> {
         chain.pop();
         chain
     };
+    sorted.dedup();
     let mut ring = half(&mut sorted.iter().copied());
     ring.extend(half(&mut sorted.iter().rev().copied()));
     ring

@@ -41,6 +41,10 @@ const HEART: &str = "<path d='M5 9L1 5C-1 2 3 -1 5 2.5C7 -1 11 2 9 5Z'/>";
 const TRIANGLE: &str = "<path d='M0 10L5 0L10 10Z'/>";
 const FRONT: SketchViews = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
 
+fn bound(plant: Arc<Plant>, views: SketchViews) -> Result<Arc<Sketcher>, SketchError> {
+    Sketcher::bind(plant, views).map(Arc::new)
+}
+
 fn sketch(front: &Drawing) -> Sketch<'_> {
     Sketch { front, side: None, size: SketchSize::Crown, method: Method::Adaptive }
 }
@@ -52,7 +56,7 @@ fn likeness(plant: &Plant, azimuth: f32, target: &Region) -> f32 {
 
 #[test]
 fn a_ball_takes_the_shape_of_a_heart_and_of_a_triangle_better_than_by_one_cage() {
-    let sketcher = Sketcher::bind(Arc::new(ball(4)), FRONT).unwrap();
+    let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for body in [HEART, TRIANGLE] {
         let drawn = drawing(body);
         let adaptive = sketcher.draw(&sketch(&drawn)).unwrap();
@@ -70,7 +74,7 @@ fn drawing_the_crown_s_own_silhouette_changes_nothing() {
     let path: Vec<String> =
         outline.iter().map(|p| format!("{} {}", p.x * 100.0 + 500.0, 1000.0 - p.y * 100.0)).collect();
     let drawn = drawing(&format!("<path d='M{}Z'/>", path.join("L")));
-    let sketcher = Sketcher::bind(Arc::new(plant.clone()), FRONT).unwrap();
+    let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
     let made = sketcher.draw(&sketch(&drawn)).unwrap().at(1.0);
     let (was, is) = (plant.pose(), made.pose());
     let far = was.positions().iter().zip(is.positions()).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
@@ -81,7 +85,7 @@ fn drawing_the_crown_s_own_silhouette_changes_nothing() {
 #[test]
 fn at_the_start_nothing_has_moved_and_on_the_way_all_hangs_together() {
     let plant = ball(3);
-    let sketcher = Sketcher::bind(Arc::new(plant.clone()), FRONT).unwrap();
+    let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
     let drawn = drawing(HEART);
     let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
     assert!(sketched.at(0.0) == plant);
@@ -102,14 +106,14 @@ fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let plant = Arc::new(ball(4));
     let (heart, triangle) = (drawing(HEART), drawing(TRIANGLE));
     let views = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
-    let sketcher = Sketcher::bind(plant.clone(), views).unwrap();
+    let sketcher = bound(plant.clone(), views).unwrap();
     let both = Sketch { side: Some(&triangle), ..sketch(&heart) };
     let sketched = sketcher.draw(&both).unwrap();
     let made = sketched.at(1.0);
     let quarter = std::f32::consts::FRAC_PI_2;
     assert!(likeness(&made, 0.0, &sketched.targets[0]) > 0.75);
     assert!(likeness(&made, quarter, &sketched.targets[1]) > 0.7);
-    let sketcher = Sketcher::bind(plant, SketchViews { kind: ViewKind::Revolved, ..FRONT }).unwrap();
+    let sketcher = bound(plant, SketchViews { kind: ViewKind::Revolved, ..FRONT }).unwrap();
     let sketched = sketcher.draw(&sketch(&triangle)).unwrap();
     let made = sketched.at(1.0);
     for k in 0..4 {
@@ -143,7 +147,7 @@ fn any_plant_with_any_drawing_gives_a_sound_plant_or_an_error() {
     for plant in plants {
         let plant = Arc::new(plant);
         for kind in [ViewKind::Front, ViewKind::FrontAndSide, ViewKind::Revolved] {
-            let Ok(sketcher) = Sketcher::bind(plant.clone(), SketchViews { kind, ..FRONT }) else { continue };
+            let Ok(sketcher) = bound(plant.clone(), SketchViews { kind, ..FRONT }) else { continue };
             for body in bodies {
                 let drawn = drawing(body);
                 for size in [SketchSize::Crown, SketchSize::Stretched, SketchSize::Metres(30.0)] {

@@ -155,6 +155,7 @@ fn who_changes_what_is_kept_raises_the_layout() {
         lightmap: vec![Vec2::Y],
         occlusion: vec![200],
         tiles: vec![2],
+        chains: vec![4],
         indices: vec![0, 0, 0],
     };
     let level = Level {

@@ -1,8 +1,8 @@
-//! Parameters of sequences: a morph from one source to another, and a source's own growth.
+//! Parameters of sequences: a morph from one source to another, and a source's own growth, and its way to a sketch.
 
 use serde::Serialize;
 
-use super::{LeafArt, MatchParams};
+use super::{LeafArt, MatchParams, SketchParams};
 
 /// A sequence of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -22,7 +22,7 @@ pub struct MorphParams {
 }
 
 /// What happens in a sequence.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum MorphKind {
     /// A source turns into another; indices into the plan's sources.
     Between(usize, usize),
@@ -32,6 +32,13 @@ pub enum MorphKind {
         of: usize,
         /// Share of its full age in the first frame, 0..1.
         age: f32,
+    },
+    /// A source's crown takes a drawn shape.
+    Sketch {
+        /// Index into the plan's sources.
+        of: usize,
+        /// What is drawn.
+        sketch: SketchParams,
     },
 }
 

@@ -35,6 +35,13 @@ pub enum Variant {
         /// Which of its kept trees, from 0.
         place: usize,
     },
+    /// A variant whose crown follows a sketch.
+    Sketched {
+        /// Index into the plan's sketches.
+        sketch: usize,
+        /// What it was before.
+        of: Box<Variant>,
+    },
 }
 
 /// A tree of a blend.

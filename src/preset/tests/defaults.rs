@@ -27,7 +27,7 @@ const SPELLED_OUT: &str = r##"(
         color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
-    mesh: (sides: 12, error: 0.01, forks: Collar, lightmap: 0),
+    mesh: (sides: 12, error: 0.01, forks: Collar, wind: Nothing, lightmap: 0),
     lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
     atlas: (size: 2048, gutter: 8),
     engines: [Generic],

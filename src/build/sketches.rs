@@ -1,0 +1,116 @@
+//! Sketches as a build draws them: SVGs read once, and every variant that follows one shaped after it is dressed.
+//!
+//! Trees are dressed before: twigs and leaves then follow the crown, and a sketched variant has the leaves that it has
+//! without. A tree that can't be shaped, since it has no crown, stays as it is.
+
+use std::sync::Arc;
+
+use super::pipeline::Inputs;
+use crate::base::{Diagnostic, Key, Note};
+use crate::plant::Plant;
+use crate::preset::Plan;
+use crate::preset::plan::{MorphKind, SketchDepth, SketchParams, SketchScale};
+use crate::sketch::{Drawing, Method, Sketch, SketchSize, SketchViews, Sketched, Sketcher, ViewKind};
+
+/// A sketch whose files are read.
+#[derive(Clone, Debug)]
+pub(super) struct Drawn {
+    params: SketchParams,
+    front: Drawing,
+    side: Option<Drawing>,
+    /// The content of its files.
+    pub(super) key: Key,
+}
+
+/// All sketches that a plan names: those of variants, then those of sequences.
+pub(super) fn named(plan: &Plan) -> impl Iterator<Item = &SketchParams> {
+    let of_morphs = plan.morphs.iter().filter_map(|morph| match &morph.kind {
+        MorphKind::Sketch { sketch, .. } => Some(sketch),
+        _ => None,
+    });
+    plan.sketches.iter().chain(of_morphs)
+}
+
+/// Reads the sketches of a plan's variants, in its order.
+///
+/// # Errors
+///
+/// Those that can't be read, each at the field that names its file; also those of sequences.
+pub(super) fn sketches(plan: &Plan, inputs: &Inputs) -> Result<Vec<Drawn>, Vec<Diagnostic>> {
+    let (mut drawn, mut errors) = (Vec::new(), Vec::new());
+    for (i, params) in named(plan).enumerate() {
+        match Drawn::read(params, inputs) {
+            Ok(read) if i < plan.sketches.len() => drawn.push(read),
+            Ok(_) => {}
+            Err(found) => errors.extend(found),
+        }
+    }
+    if errors.is_empty() { Ok(drawn) } else { Err(errors) }
+}
+
+/// What was closed, untangled or left out in the sketches of a plan.
+pub(super) fn notes(plan: &Plan, inputs: &Inputs) -> Vec<Note> {
+    let of = |params: &SketchParams| {
+        let drawn = Drawn::read(params, inputs).ok();
+        let said = drawn.into_iter().flat_map(|drawn| {
+            let side = drawn.side.into_iter().flat_map(|side| side.notes);
+            drawn.front.notes.into_iter().chain(side).collect::<Vec<_>>()
+        });
+        said.map(|message| Note { about: params.field.clone(), message: format!("its sketch: {message}") })
+            .collect::<Vec<_>>()
+    };
+    named(plan).flat_map(of).collect()
+}
+
+impl Drawn {
+    /// Reads a sketch.
+    ///
+    /// # Errors
+    ///
+    /// Those of its files, at their fields.
+    pub(super) fn read(params: &SketchParams, inputs: &Inputs) -> Result<Self, Vec<Diagnostic>> {
+        let read = |file: &str, name: &str, closed: bool| {
+            let wrong = |message: String, hint: &str| {
+                let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
+                let field = format!("{}.{name}", params.field);
+                Diagnostic::new("", format!("the sketch {shown} {message}")).with_field(field).with_hint(hint)
+            };
+            let bytes = inputs.get(file).map_or(&[][..], |input| &input.bytes);
+            let drawing = Drawing::read(bytes)
+                .map_err(|error| wrong(error.to_string(), "draw the crown as filled shapes, or as a closed line"))?;
+            if closed && drawing.is_open() {
+                let hint = "close it; only a crown seen from the front alone may be an open line";
+                return Err(wrong("is an open line".to_owned(), hint));
+            }
+            Ok((drawing, Key::of_bytes(bytes)))
+        };
+        let several = !params.side.is_empty() || params.depth == SketchDepth::Revolved;
+        let front = read(&params.crown, "crown", several);
+        let side = (!params.side.is_empty()).then(|| read(&params.side, "side", true)).transpose();
+        match (front, side) {
+            (Ok((front, key)), Ok(side)) => {
+                let key = Key::stage("drawn", 1).input(key).input(side.as_ref().map_or(key, |s| s.1)).finish();
+                Ok(Self { params: params.clone(), front, side: side.map(|s| s.0), key })
+            }
+            (front, side) => Err(front.err().into_iter().chain(side.err()).collect()),
+        }
+    }
+
+    /// The way of a plant to the sketch; none for one that can't be shaped.
+    pub(super) fn sketched(&self, plant: &Plant) -> Option<Sketched> {
+        let kind = match self.params.depth {
+            _ if self.side.is_some() => ViewKind::FrontAndSide,
+            SketchDepth::Revolved => ViewKind::Revolved,
+            SketchDepth::Kept => ViewKind::Front,
+        };
+        let views = SketchViews { azimuth: self.params.view, kind, detail: self.params.detail };
+        let sketcher = Arc::new(Sketcher::bind(Arc::new(plant.clone()), views).ok()?);
+        let size = match self.params.size {
+            SketchScale::Crown => SketchSize::Crown,
+            SketchScale::Stretched => SketchSize::Stretched,
+            SketchScale::Metres(height) => SketchSize::Metres(height),
+        };
+        let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method: Method::Adaptive };
+        sketcher.draw(&sketch).ok()
+    }
+}

@@ -1,0 +1,51 @@
+//! Parameters of sketching: what a designer draws, from where, and how large.
+
+use serde::Serialize;
+
+/// A sketch of a crown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SketchParams {
+    /// The preset's group of fields that asks for it, as `variants[2]` or `variants[2].sketch`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub field: String,
+    /// The SVG from the front, relative to the preset's folder.
+    pub crown: String,
+    /// The SVG from the side; empty for none.
+    pub side: String,
+    /// What becomes of the crown's depth where there is no side.
+    pub depth: SketchDepth,
+    /// Azimuth of the front, radians; 0 looks from +z.
+    pub view: f32,
+    /// How large it is.
+    pub size: SketchScale,
+    /// How much detail is kept, 0..=1.
+    pub detail: f32,
+}
+
+impl SketchParams {
+    /// What is drawn, without where the preset asks for it.
+    #[must_use]
+    pub fn told(&self) -> Self {
+        Self { field: String::new(), ..self.clone() }
+    }
+}
+
+/// What becomes of a crown's depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum SketchDepth {
+    /// It stays.
+    Kept,
+    /// The outline is revolved about the crown's axis.
+    Revolved,
+}
+
+/// How large a sketch is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum SketchScale {
+    /// The crown's area.
+    Crown,
+    /// The crown's box.
+    Stretched,
+    /// A height, metres.
+    Metres(f32),
+}

@@ -1,0 +1,176 @@
+//! How a preset asks for sketched crowns: `Sketch` of a source, and `sketch` of every variant of a blend.
+
+use super::look::path;
+use super::morphs::{ANIMATION, clip};
+use super::plan::{Clip, MatchParams, MorphKind, MorphParams, SketchDepth, SketchParams, SketchScale, TargetLeaf};
+use super::reader::Reader;
+use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::set::source;
+
+const CROWN: Field = Field {
+    name: "crown",
+    kind: Kind::Text("an SVG file"),
+    default: Default::Required,
+    about: "the crown from the front: the union of all that it draws; what has the id `trunk` marks the trunk. A single \
+            open line replaces the part of the silhouette that it runs along, over a canvas that is the tree's height",
+};
+
+const SIDE: Field = Field {
+    name: "side",
+    kind: Kind::Text("an SVG file"),
+    default: Default::Else("as `depth` says"),
+    about: "the crown from the side, 90 degrees on",
+};
+
+const DEPTH: Field = Field {
+    name: "depth",
+    kind: Kind::Choice(&DEPTHS),
+    default: Default::Is("Kept"),
+    about: "what is done to the depth where there is no `side`",
+};
+
+const VIEW: Field = Field {
+    name: "view",
+    kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
+    default: Default::Is("0.0"),
+    about: "where the front is: 0 looks from +z, 90 from +x",
+};
+
+const SIZE: Field =
+    Field { name: "size", kind: Kind::Choice(&SIZES), default: Default::Is("Crown"), about: "how large it is drawn" };
+
+const DETAIL: Field = Field {
+    name: "detail",
+    kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+    default: Default::Is("0.5"),
+    about: "how much of its detail is kept: 0 its main forms, 1 what leaves can show",
+};
+
+/// A sketch of a source, as one tree or as frames.
+pub(super) static SKETCH: Record = Record {
+    title: "Sketch",
+    about: "A source's crown takes a drawn shape (Wang et al. 2018): `Sketch(of: \"oak\", crown: \"heart.svg\")`.",
+    fields: &[
+        Field {
+            name: "of",
+            kind: Kind::Text("a source's name"),
+            default: Default::Required,
+            about: "whose crown is shaped; blends have a field `sketch`",
+        },
+        CROWN,
+        SIDE,
+        DEPTH,
+        VIEW,
+        SIZE,
+        DETAIL,
+        Field {
+            name: "frames",
+            kind: Kind::Integer { low: 1, high: 64, unit: "frames" },
+            default: Default::Is("1"),
+            about: "how many variants it gives: 1 the sketched tree, more from the source to it",
+        },
+        ANIMATION,
+    ],
+};
+
+/// A sketch that all variants of an entry follow.
+pub(super) static SKETCHED: Record = Record {
+    title: "Sketch of every variant",
+    about: "`sketch: (crown: \"heart.svg\")`.",
+    fields: &[CROWN, SIDE, DEPTH, VIEW, SIZE, DETAIL],
+};
+
+/// The field of an entry that gives several variants.
+pub(super) const SKETCH_FIELD: Field = Field {
+    name: "sketch",
+    kind: Kind::Fields(&SKETCHED),
+    default: Default::Else("none"),
+    about: "a drawn shape that the crown of every variant takes",
+};
+
+static DEPTHS: Choice = Choice {
+    title: "Depth of a sketch",
+    kinds: &[
+        KindOf { name: "Kept", form: Form::Plain, about: "the tree's own" },
+        KindOf { name: "Revolved", form: Form::Plain, about: "the outline is revolved about the crown's axis" },
+    ],
+};
+
+static SIZES: Choice = Choice {
+    title: "Size of a sketch",
+    kinds: &[
+        KindOf {
+            name: "Crown",
+            form: Form::Plain,
+            about: "as much area as the crown has, at its foot; with a trunk the tree's height",
+        },
+        KindOf { name: "Stretched", form: Form::Plain, about: "the box of the crown" },
+        KindOf { name: "Metres", form: Form::One(&METRES), about: "a height in metres, trunk included" },
+    ],
+};
+
+static METRES: Record = Record {
+    title: "Metres",
+    about: "`Metres(6.0)`.",
+    fields: &[Field {
+        name: "height",
+        kind: Kind::Number { low: 0.01, high: 1000.0, unit: "m" },
+        default: Default::Required,
+        about: "of all that is drawn",
+    }],
+};
+
+/// The sketch that a group of fields asks for.
+pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
+    let crown = path(fields, "crown");
+    let side = if fields.has("side") { path(fields, "side") } else { String::new() };
+    let depth = fields
+        .choice("depth", |kind, _| Some(if kind == "Revolved" { SketchDepth::Revolved } else { SketchDepth::Kept }));
+    let size = fields.choice("size", |kind, own| {
+        Some(match kind {
+            "Stretched" => SketchScale::Stretched,
+            "Metres" => SketchScale::Metres(own.number("height")),
+            _ => SketchScale::Crown,
+        })
+    });
+    if fields.has("side") && depth == Some(SketchDepth::Revolved) {
+        fields.fault("depth", "a revolved outline has no side of its own", "leave `side` or `depth` out");
+    }
+    let (view, detail) = (fields.number("view").to_radians(), fields.number("detail"));
+    let field = fields.path().to_string();
+    if crown.is_empty() || (fields.has("side") && side.is_empty()) {
+        return None;
+    }
+    Some(SketchParams { field, crown, side, depth: depth?, view, size: size?, detail })
+}
+
+/// The sketch of every variant of an entry; none where it asks for none.
+pub(super) fn of_all(fields: &Reader<'_, '_>) -> Option<SketchParams> {
+    if fields.has("sketch") { fields.group("sketch", sketch)? } else { None }
+}
+
+/// What a `Sketch` gives.
+pub(super) enum Drawn {
+    /// One tree, of this source.
+    Tree(usize, SketchParams),
+    /// Frames.
+    Frames(MorphParams),
+}
+
+/// A `Sketch`.
+pub(super) fn sketch_of(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Drawn> {
+    let of = source(fields, &fields.item("of")?, names);
+    let sketch = sketch(fields);
+    let frames = fields.count("frames");
+    let clip = clip(fields)?;
+    let (of, sketch) = (of?, sketch?);
+    if frames < 2 {
+        if fields.has("animation") && clip != Clip::None {
+            fields.fault("animation", "a single frame does not move", "raise `frames` to 2 or more");
+        }
+        return Some(Drawn::Tree(of, sketch));
+    }
+    let matching = MatchParams { crown: 1.0, direction: 0.0, ratio: 0.0 };
+    let kind = MorphKind::Sketch { of, sketch };
+    Some(Drawn::Frames(MorphParams { entry, kind, frames, matching, leaf: TargetLeaf::AsSet, clip }))
+}
