@@ -49,6 +49,7 @@ pub(crate) fn print() {
     for (kind, all) in &kinds {
         total(kind, all);
     }
+    crate::lod_mesh::print();
     crate::lod_speed::print();
 }
 

@@ -17,6 +17,7 @@ mod import;
 mod line;
 mod lod;
 mod lod_asset;
+mod lod_mesh;
 mod lod_speed;
 mod morph;
 mod plausibility;

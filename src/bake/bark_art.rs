@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn pictures_are_golden() {
         let keys = PATTERNS.map(|pattern| key(&bark_maps(pattern, [0.2, 0.16, 0.12], 64, Seed::new(41))));
-        assert_eq!(keys.concat(), "8e987bd8f1f5b5f799b340238d7a4988");
+        assert_eq!(keys[..5].concat(), "8e987bd8f1f5b5f799b340238d7a4988ac2c25f8");
     }
 
     fn key(maps: &Maps) -> String {

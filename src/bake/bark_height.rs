@@ -201,7 +201,8 @@ impl Bark {
         let (broad_row, fine_row, wave_row) =
             (self.broad.row(v, size), self.fine.row(v, size), self.others[0].row(v, size));
         let spot = |Place { i, x, y, .. }: Place| {
-            let at = (y + 0.012 * wave_row[i]) * RINGS;
+            // The tile's edge lies within a ring, not on a lip.
+            let at = (y + 0.012 * wave_row[i]) * RINGS + 0.4;
             let ring = at.floor();
             let along = at - ring;
             // A scar's lower lip is sharp, its upper edge runs out.

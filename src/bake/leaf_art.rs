@@ -362,7 +362,10 @@ mod tests {
             bytes.extend(maps.normal.iter().chain(&maps.orm).flatten());
             Key::of_bytes(&bytes).to_hex()[..8].to_owned()
         });
-        assert_eq!(keys.concat(), "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4");
+        assert_eq!(
+            keys.concat(),
+            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841abc40505f67b41799"
+        );
     }
 
     #[test]

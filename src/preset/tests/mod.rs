@@ -39,7 +39,7 @@ fn the_avenue_is_what_its_comments_say() {
     assert_eq!((plan.blends[0].of.as_slice(), plan.selections[0].pick), ([0, 1].as_slice(), plan::Pick::Inspiring));
     assert!(matches!(plan.leaf_art, LeafArt::Made { shape: LeafShape::Oak, .. }));
     assert!(matches!(plan.bark_art, BarkArt::Made { pattern: BarkPattern::Furrowed, .. }));
-    assert_eq!((plan.lods.len(), plan.mesh.bark_tile, plan.dress.density), (5, 2.0, 0.8));
+    assert_eq!((plan.lods.len(), plan.mesh.bark_tile, plan.dress.density), (4, 2.0, 0.8));
 }
 
 #[test]

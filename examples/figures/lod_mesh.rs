@@ -1,0 +1,86 @@
+//! Invariants of meshes over a thousand random plants.
+
+use glam::Vec3;
+use treewright::base::{Rotation, Seed};
+use treewright::mesh::{CardShape, TubeDetail, add_tangents, all_cards, closure, leaf_cards, problems, tubes};
+use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder};
+use treewright::preset::plan::Forks;
+
+use crate::Figure;
+
+/// How many plants.
+const PLANTS: u64 = 1000;
+
+/// A random plant of crooked chains of any thickness, with leaves.
+fn plant(seed: Seed) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let chains = 2 + seed.child("chains").index(14) as u64;
+    for i in 0..chains {
+        let s = seed.at(i);
+        let count = 2 + s.child("count").index(9);
+        let mut points = vec![Vec3::ZERO];
+        for k in 1..count as u64 {
+            let step = (s.at(k).direction() * 0.6 + Vec3::Y) * s.at(k).child("step").range(0.05, 0.7);
+            points.push(points[points.len() - 1] + step);
+        }
+        let base = if i == 0 { 0.3 } else { s.child("radius").range(0.001, 0.15) };
+        let radii: Vec<f32> = (0..count).map(|k| base * (1.0 - k as f32 / count as f32)).collect();
+        if i == 0 {
+            builder.stem(Vec3::ZERO, &points, &radii);
+        } else {
+            let parent = ChainId(s.child("parent").index(i as usize) as u32);
+            builder.branch(parent, s.child("at").unit(), &points, &radii);
+        }
+        for k in 0..4 {
+            let l = s.child("leaf").at(k);
+            let orientation = Rotation::about(l.direction(), l.range(0.0, 6.0));
+            builder.leaf(Leaf::new(ChainId(i as u32), l.unit(), orientation, 0.2, k as u16));
+        }
+    }
+    builder.finish().expect("a builder's plant is sound")
+}
+
+pub(crate) fn print() {
+    let (mut broken, mut open, mut faulty, mut inside_out, mut triangles) = (0, 0, 0, 0, 0);
+    // How far a branch's base ring sticks out of its parent's wood.
+    let mut gap = 0.0_f32;
+    for i in 0..PLANTS {
+        let plant = plant(Seed::new(i));
+        let posed = plant.pose();
+        for forks in [Forks::Collar, Forks::Plain] {
+            let detail = TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks };
+            let mut bark = tubes(&plant, &posed, &detail);
+            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), CardShape::Folded);
+            let tangents = add_tangents(&mut bark).and(add_tangents(&mut leaf));
+            broken += usize::from(tangents.is_err() || !problems(&bark).is_empty() || !problems(&leaf).is_empty());
+            let found = closure(&bark);
+            open += found.openings.abs_diff(plant.chains().len());
+            faulty += found.faulty_edges;
+            inside_out += found.inside_out;
+            triangles += bark.indices.len() / 3;
+            for id in plant.chain_ids() {
+                let chain = plant.chain(id);
+                let Some(parent) = chain.parent else { continue };
+                let wood = posed.curve(&plant, parent).value(plant.radii(parent), f64::from(chain.location));
+                let (at, axis) = (posed.chain(&plant, id)[0], posed.frame(parent, chain.location).y);
+                let first = bark.chains.iter().position(|&c| c == id.0).unwrap_or(0);
+                for p in bark.positions[first..].iter().zip(&bark.chains[first..]).take_while(|v| *v.1 == id.0).take(3)
+                {
+                    let d = *p.0 - at;
+                    gap = gap.max((d - axis * d.dot(axis)).length() - wood.max(plant.radii(id)[0].min(wood)));
+                }
+            }
+        }
+    }
+    let how = |what: &str| format!("{PLANTS} random plants with collars and without, {triangles} triangles: {what}");
+    let what = "meshes with a NaN, an index out of range, a triangle without area, or a tangent that leans";
+    Figure::new("lod.mesh.broken", broken as f64, "meshes", how(what)).goal("0").print();
+    let what = "openings more or less than one a chain, its base";
+    Figure::new("lod.mesh.openings_off", open as f64, "openings", how(what)).goal("0").print();
+    let what = "edges of more than two triangles, or wound against each other";
+    Figure::new("lod.mesh.faulty_edges", faulty as f64, "edges", how(what)).goal("0").print();
+    let what = "triangles that face away from all their normals";
+    Figure::new("lod.mesh.inside_out", inside_out as f64, "triangles", how(what)).goal("0").print();
+    let what = "how far a branch's base ring sticks out of its parent's wood, at most";
+    Figure::new("lod.mesh.fork_gap", f64::from(gap.max(0.0)), "m", how(what)).goal("<= 1e-5").print();
+}
