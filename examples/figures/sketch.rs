@@ -69,7 +69,7 @@ fn imported(name: &str) -> Option<Plant> {
 /// Two grown plants and two imported ones.
 fn plants() -> Vec<(&'static str, Plant)> {
     let mut plants = vec![("oak (grown)", leafy("oak", 1, 6000)), ("lime (grown)", leafy("lime", 2, 6000))];
-    for (name, file) in [("ez-tree oak", "eztree_oak_medium.glb"), ("maple", "tg_acer.glb")] {
+    for (name, file) in [("ez-tree oak", "eztree_oak_medium.glb"), ("cherry", "tg_hill_cherry.obj")] {
         plants.extend(imported(file).map(|plant| (name, plant)));
     }
     plants

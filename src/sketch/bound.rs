@@ -21,7 +21,7 @@ use crate::relate::{PatternParams, groups};
 /// Chains longer than this share of the crown's size have handles between base and tip as well.
 const LONG: f32 = 0.1;
 /// How near to the silhouette lobes are matched with it alone, and from where not at all, over the crown's size.
-const RIM: (f32, f32) = (0.03, 0.18);
+const RIM: (f32, f32) = (0.05, 0.3);
 
 /// Where sketches of a plant are seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -26,9 +26,6 @@ const CHANGED: f32 = 0.03;
 /// Cells along the longest edge on which lobes spread, without detail and for all of it.
 const CELLS: (f32, f32) = (40.0, 64.0);
 
-/// How far inside of the sketch lobes are kept, over what their leaves reach: half of them point along the outline.
-const RIM: f32 = 0.4;
-
 /// What is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Sketch<'d> {
@@ -198,7 +195,7 @@ impl Sketcher {
             return;
         }
         let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
-        let basin = Basin::new(target, self.reach * RIM, cells as usize);
+        let basin = Basin::new(target, self.reach, cells as usize);
         let mut spread = seen.to_vec();
         basin.fill(&mut spread, weights, freedom);
         let round = matches!(chart.plane, ViewPlane::Round { .. });
