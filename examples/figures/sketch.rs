@@ -14,7 +14,7 @@ use treewright::preset::plan::{DressParams, ImportParams, MatchParams};
 use treewright::relate::{PatternParams, PatternTree, gather_loose, pattern_family};
 use treewright::sketch::{
     Drawing, Method, Sketch, SketchSize, SketchViews, Sketched, Sketcher, ViewKind, crown_outline, crown_silhouette,
-    discrete_frechet, overlap,
+    discrete_frechet, overlap, resampled,
 };
 use treewright::source::import::import;
 
@@ -31,6 +31,7 @@ const CLOSE: f32 = 0.03;
 pub(crate) fn print() {
     likeness();
     every_silhouette();
+    sparse();
     views();
     along_the_way();
     identity();
@@ -68,7 +69,7 @@ fn imported(name: &str) -> Option<Plant> {
 /// Two grown plants and two imported ones.
 fn plants() -> Vec<(&'static str, Plant)> {
     let mut plants = vec![("oak (grown)", leafy("oak", 1, 6000)), ("lime (grown)", leafy("lime", 2, 6000))];
-    for (name, file) in [("ez-tree oak", "eztree_oak_medium.glb"), ("ez-tree aspen", "eztree_aspen_small.glb")] {
+    for (name, file) in [("ez-tree oak", "eztree_oak_medium.glb"), ("cherry", "tg_hill_cherry.obj")] {
         plants.extend(imported(file).map(|plant| (name, plant)));
     }
     plants
@@ -172,6 +173,20 @@ fn every_silhouette() {
     Figure::new("sketch.silhouettes_read", f64::from(good), "files", how).goal("all").print();
 }
 
+/// An imported tree of twenty branches: leaves follow their branches, and so few can't follow all of a sketch.
+fn sparse() {
+    let Some(plant) = imported("eztree_aspen_small.glb") else { return };
+    let sketcher = bound(&plant, FRONT);
+    for shape in SHAPES {
+        let drawing = drawing(shape);
+        let ours = likeness_of(&drawn(&sketcher, &drawing, Method::Adaptive), 0.0);
+        let one = likeness_of(&drawn(&sketcher, &drawing, Method::OneCage), 0.0);
+        let how = format!("a tree of {} branches; single cage {one:.3}", plant.chains().len());
+        let name = format!("sketch.sparse, ez-tree aspen as {shape}");
+        Figure::new(name, f64::from(ours), "share", how).goal("above the single cage").print();
+    }
+}
+
 fn views() {
     let plant = leafy("lime", 2, 6000);
     let quarter = std::f32::consts::FRAC_PI_2;
@@ -200,28 +215,6 @@ fn views() {
     }
 }
 
-/// The largest outline of a silhouette, as places in correspondence by arc length from below.
-fn ring(region: &treewright::sketch::Region) -> Vec<Vec2> {
-    region.outline().to_vec()
-}
-
-fn around(ring: &[Vec2], count: usize) -> Vec<Vec2> {
-    let mut arc = vec![0.0_f32];
-    for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-        arc.push(arc[arc.len() - 1] + a.distance(*b));
-    }
-    let start = (0..ring.len()).min_by(|&a, &b| ring[a].y.total_cmp(&ring[b].y)).unwrap_or(0);
-    let length = arc[ring.len()];
-    (0..=count)
-        .map(|k| {
-            let s = (arc[start] + length * k as f32 / count as f32).rem_euclid(length);
-            let i = arc[1..ring.len()].partition_point(|a| *a <= s);
-            let f = (s - arc[i]) / (arc[i + 1] - arc[i]).max(1e-9);
-            ring[i].lerp(ring[(i + 1) % ring.len()], f)
-        })
-        .collect()
-}
-
 /// Fig. 11: in-between silhouettes against the interpolated ones, by our way and by the leafy morph to the same tree.
 fn along_the_way() {
     let mut cases = vec![("oak as heart", leafy("oak", 1, 4000), "heart")];
@@ -234,13 +227,13 @@ fn along_the_way() {
         let end = sketched.at(1.0);
         let family = pattern_family(plant.clone(), end, &MATCHING).expect("they match").pair_leaves(1000).0;
         let pace = Pace::of(&family);
-        let (from, to) = &sketched.outlines[0];
+        let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0), 240);
+        let (from, to) = (places(&plant), places(&sketched.at(1.0)));
         let size = plant.height();
         let steps = 20;
         let distance = |plant: &Plant, t: f32| {
-            let reference: Vec<Vec2> = from.iter().zip(to).map(|(a, b)| a.lerp(*b, t)).collect();
-            let found = ring(&crown_silhouette(plant, 0.0, CLOSE));
-            discrete_frechet(&around(&found, 240), &around(&reference, 240)) / size
+            let reference: Vec<Vec2> = from.iter().zip(&to).map(|(a, b)| a.lerp(*b, t)).collect();
+            discrete_frechet(&places(plant), &reference) / size
         };
         let rows: Vec<(f32, f32)> = (1..steps)
             .into_par_iter()
@@ -324,7 +317,8 @@ const ROWS: [(usize, usize, f64); 5] =
 
 /// A plant of so many branches and leaves: a dressed oak, the finest twigs cut and leaves evenly left out.
 pub(crate) fn row_plant(branches: usize, leaves: usize) -> Plant {
-    let full = leafy("oak", 1, 20_000);
+    let fine = DressParams { density: 2.0, leaf_size: 0.1, leaf_spread: 0.1, twig_length: 0.2, ..foliage(60_000) };
+    let full = dress(&source("oak", 1, usize::MAX), &fine, Seed::new(1).child("dress"));
     let mut order: Vec<_> = full.chain_ids().collect();
     order.sort_by_key(|&id| (full.chain(id).order, id));
     let cut = treewright::select::without(&full, order.get(branches..).unwrap_or(&[]));

@@ -14,11 +14,14 @@ use super::raster::{Grid, Mask};
 use super::region::{Fill, Region, twice_signed_area};
 use super::spine::{Handle, Spines, arcs};
 use super::svg::SketchError;
+use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::relate::{PatternParams, groups};
 
 /// Chains longer than this share of the crown's size have handles between base and tip as well.
 const LONG: f32 = 0.1;
+/// How near to the silhouette lobes are matched with it alone, and from where not at all, over the crown's size.
+const RIM: (f32, f32) = (0.05, 0.3);
 
 /// Where sketches of a plant are seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +63,8 @@ pub(super) struct Chart {
     weights: Vec<f32>,
     /// Coordinates of each handle in the root.
     in_root: Vec<f32>,
+    /// How near each handle is to the silhouette, 0..=1: 1 at it.
+    pub(super) rim: Vec<f32>,
 }
 
 /// A plant bound to the cages of its lobes: [`draw`](Self::draw) on it.
@@ -164,13 +169,16 @@ impl Chart {
             .collect();
         let of: Vec<Vec<f32>> = seen.par_iter().zip(&cage).map(|(p, c)| cages.coordinates(*c, *p)).collect();
         let in_root: Vec<f32> = seen.par_iter().flat_map_iter(|p| mean_value(&[&root], *p)).collect();
+        let near = |p: &Vec2| root.iter().map(|v| v.distance_squared(*p)).fold(f32::INFINITY, f32::min).sqrt();
+        let of_rim = |p: &Vec2| 1.0 - math::smoothstep(crown.size * RIM.0, crown.size * RIM.1, near(p));
+        let rim: Vec<f32> = seen.par_iter().map(of_rim).collect();
         let mut first = vec![0_u32];
         let mut weights = Vec::new();
         for own in of {
             weights.extend(own);
             first.push(weights.len() as u32);
         }
-        Self { plane, outline, area, root, cages, seen, cage, first, weights, in_root }
+        Self { plane, outline, area, root, cages, seen, cage, first, weights, in_root, rim }
     }
 
     /// Where handles are seen when the vertices of all cages are these.
@@ -218,8 +226,9 @@ fn handles(plant: &Plant, posed: &Posed, crown: &Crown, plane: &ViewPlane, outli
         let long = length as f32 / crown.size;
         let between = match long {
             l if l < LONG => 0,
-            l if l < 0.4 => 2,
-            _ => 4,
+            l if l < 0.25 => 2,
+            l if l < 0.6 => 4,
+            _ => 7,
         };
         let mut shares: Vec<f64> = (1..=between).map(|k| f64::from(k) / f64::from(between + 1)).collect();
         shares.retain(|s| within.holds(plane.seen(curve.point(*s))));

@@ -88,6 +88,7 @@ impl Sketcher {
         };
         let weights: Vec<f32> = self.spread(chart);
         if adaptive {
+            matched(chart, &rings[0], &mut seen);
             self.fill(chart, &rings[0], &targets[0], &mut seen, &weights, Freedom::Plane);
         }
         let depth = self.depth(chart, &targets[0], targets.len());
@@ -108,6 +109,9 @@ impl Sketcher {
             let mut seen: Vec<Vec2> =
                 by.iter().zip(&self.handles).zip(&told).map(|((p, h), d)| Vec2::new(p.x, h.position.y + d.y)).collect();
             if adaptive {
+                let heights: Vec<f32> = seen.iter().map(|p| p.y).collect();
+                matched(chart, ring, &mut seen);
+                seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
                 self.fill(chart, ring, target, &mut seen, &weights, Freedom::Level);
                 let outside = prune::pruned(self, chart, &vertices, target);
                 wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
@@ -191,7 +195,7 @@ impl Sketcher {
             return;
         }
         let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
-        let basin = Basin::new(target, self.reach * 0.9, cells as usize);
+        let basin = Basin::new(target, self.reach, cells as usize);
         let mut spread = seen.to_vec();
         basin.fill(&mut spread, weights, freedom);
         let round = matches!(chart.plane, ViewPlane::Round { .. });
@@ -309,6 +313,15 @@ impl Sketched {
             }
         }
         builder.finish_trusted()
+    }
+}
+
+/// Lobes beside the silhouette are matched with the sketch's outline itself, and not by way of the cages between: the
+/// vertices that lie at covered segments are the paper's constraints (5.4.1).
+fn matched(chart: &Chart, ring: &[Vec2], seen: &mut [Vec2]) {
+    let by_root = chart.handles_by_root(ring);
+    for ((seen, by_root), rim) in seen.iter_mut().zip(by_root).zip(&chart.rim) {
+        *seen = seen.lerp(by_root, *rim);
     }
 }
 

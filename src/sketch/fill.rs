@@ -11,6 +11,7 @@ use glam::Vec2;
 
 use super::raster::{Grid, Mask};
 use super::region::Region;
+use crate::base::math;
 
 /// Density of a cell that nothing covers, over that of a covered one: an end to how far one lobe can spread.
 const FLOOR: f32 = 0.12;
@@ -21,6 +22,12 @@ const HANDED: f32 = 0.22;
 /// Cells along the longest edge, and steps, of each round.
 const ROUNDS: [(f32, usize); 4] = [(0.35, 40), (0.35, 40), (1.0, 50), (1.0, 50)];
 
+/// How far inside of the sketch lobes are kept, and how far what they fill goes, over what leaves reach beyond them.
+const KEPT: f32 = 0.5;
+const FILLED: f32 = 1.3;
+/// Share of a sketch left uncovered from which lobes spread, and from which they spread freely: where the cages' own
+/// way covers it, spreading would only blur it.
+const OPEN: (f32, f32) = (0.005, 0.06);
 /// Lobes before and after one, in order of height, that it is ranked with.
 const BESIDE: usize = 30;
 /// Share of the way that a rank moves a lobe.
@@ -41,15 +48,17 @@ pub(super) struct Basin {
     mask: Mask,
     nearest: Option<Vec<u32>>,
     rounds: Vec<Mask>,
+    reach: f32,
 }
 
 impl Basin {
     /// The basin of a region for lobes whose leaves reach `reach` beyond them; `cells` along its longest edge.
     pub(super) fn new(region: &Region, reach: f32, cells: usize) -> Self {
-        let fine = inner(region, reach, cells);
-        let rounds = ROUNDS.iter().map(|(share, _)| inner(region, reach, (cells as f32 * share) as usize)).collect();
+        let fine = inner(region, reach * KEPT, cells);
+        let rounds =
+            ROUNDS.iter().map(|(share, _)| inner(region, reach * FILLED, (cells as f32 * share) as usize)).collect();
         let nearest = fine.nearest_inside();
-        Self { mask: fine, nearest, rounds }
+        Self { mask: fine, nearest, rounds, reach }
     }
 
     /// The nearest place inside; the place itself where it is inside.
@@ -108,6 +117,11 @@ impl Basin {
         if freedom == Freedom::Level {
             self.ranked(places);
         }
+        let share = math::smoothstep(OPEN.0, OPEN.1, self.uncovered(places));
+        if share <= 1e-4 {
+            return;
+        }
+        let kept = places.to_vec();
         for (mask, (_, steps)) in self.rounds.iter().zip(ROUNDS) {
             let drift = drift(mask, places, weights, steps, freedom);
             for p in places.iter_mut() {
@@ -115,6 +129,22 @@ impl Basin {
                 *p = self.held(moved, freedom);
             }
         }
+        places.iter_mut().zip(kept).for_each(|(p, kept)| *p = kept.lerp(*p, share));
+    }
+
+    /// Share of the basin that no lobe's leaves reach.
+    fn uncovered(&self, places: &[Vec2]) -> f32 {
+        let Mask { grid, inside } = &self.mask;
+        let mut taken = vec![false; grid.len()];
+        for p in places {
+            let (x, y) = grid.cell_of(*p);
+            taken[y * grid.width + x] = true;
+        }
+        let free: Vec<bool> = taken.iter().map(|t| !t).collect();
+        let away = Mask { grid: *grid, inside: free }.depths();
+        let far = self.reach * 2.0 / grid.cell + 1.0;
+        let open = away.iter().zip(inside).filter(|(d, inside)| **inside && **d > far).count();
+        open as f32 / self.mask.count().max(1) as f32
     }
 }
 

@@ -28,6 +28,6 @@ pub use crown::{crown_outline, crown_silhouette, overlap};
 pub use draw::{Method, Sketch, Sketched};
 pub use fit::SketchSize;
 pub use mean_value::mean_value;
-pub use outline::discrete_frechet;
+pub use outline::{discrete_frechet, resampled};
 pub use region::{Fill, Region};
 pub use svg::{Drawing, SketchError};

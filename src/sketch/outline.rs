@@ -75,8 +75,10 @@ impl<'r> Ring<'r> {
     }
 }
 
-/// A ring, counter-clockwise, as `count` places: what becomes of place i of one ring is place i of another.
-pub(super) fn resampled(ring: &[Vec2], count: usize) -> Vec<Vec2> {
+/// A ring, counter-clockwise, as `count` places: what becomes of place i of one ring is place i of another. They start
+/// where the vertical through the ring's middle leaves it below; half of them lead up to where it leaves it above.
+#[must_use]
+pub fn resampled(ring: &[Vec2], count: usize) -> Vec<Vec2> {
     if ring.len() < 2 {
         return vec![ring.first().copied().unwrap_or_default(); count];
     }

@@ -133,7 +133,22 @@ impl Spines {
                 }
             }
         }
-        self.passed(positions, handles, &bounds)
+        let mut shift = self.passed(positions, handles, &bounds);
+        // Where a neighbour is held back by its length, its turn is less than its bound.
+        for _ in 0..2 {
+            let turns: Vec<f32> = self.spines.iter().map(|s| s.turn(positions, &shift)).collect();
+            let mut tighter = false;
+            for (i, bound) in bounds.iter_mut().enumerate() {
+                let allowed = self.most_of_neighbours(i, &turns).map_or(MOST_TURN, |most| most + TURN);
+                tighter |= turns[i] > allowed + 1e-3;
+                *bound = bound.min(allowed);
+            }
+            if !tighter {
+                break;
+            }
+            shift = self.passed(positions, handles, &bounds);
+        }
+        shift
     }
 
     /// From stems to twigs, each within its bound of turning.
