@@ -129,7 +129,8 @@ impl Basin {
                 *p = self.held(moved, freedom);
             }
         }
-        places.iter_mut().zip(kept).for_each(|(p, kept)| *p = kept.lerp(*p, share));
+        // The straight way may lead through a hole.
+        places.iter_mut().zip(kept).for_each(|(p, kept)| *p = self.held(kept.lerp(*p, share), freedom));
     }
 
     /// Share of the basin that no lobe's leaves reach.

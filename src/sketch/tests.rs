@@ -107,7 +107,8 @@ fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let (heart, triangle) = (drawing(HEART), drawing(TRIANGLE));
     let views = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
     let sketcher = bound(plant.clone(), views).unwrap();
-    let both = Sketch { side: Some(&triangle), ..sketch(&heart) };
+    let oval = drawing("<ellipse cx='5' cy='5' rx='3' ry='4.5'/>");
+    let both = Sketch { side: Some(&oval), ..sketch(&heart) };
     let sketched = sketcher.draw(&both).unwrap();
     let made = sketched.at(1.0);
     let quarter = std::f32::consts::FRAC_PI_2;
