@@ -263,7 +263,12 @@ fn one_family() {
     let (mut all_qed, mut broken_qed, mut worst_qed, mut turns) = (0, 0, 0.0_f64, 0);
     for (_, plants) in families() {
         let family = elastic_family(plants.clone(), &ElasticParams::default()).expect("they match");
-        let share = |i: u64| -> Vec<f32> { (0..4).map(|s| Seed::new(i).at(s).unit().powi(2)).collect() };
+        let share = |i: u64| -> Vec<f32> {
+            {
+                let square = |s| Seed::new(i).at(s).unit() * Seed::new(i).at(s).unit();
+                (0..4).map(square).collect()
+            }
+        };
         let mut points: Vec<ShapePoint> =
             (0..4).map(|s| family.shape_point(&family.corner(s)).expect("elastic")).collect();
         points.extend((0..8).map(|i| family.shape_point(&weighted_mean(&family, &share(i))).expect("elastic")));
@@ -327,11 +332,11 @@ fn paths() {
         length_off = length_off.max((between.iter().sum::<f64>() / way.length() - 1.0).abs());
         let middle = &qed[steps / 2];
         off_middle = off_middle.max((apart(middle, &qed[0]) - apart(middle, &qed[steps])).abs() / way.length());
-        for i in 0..=steps {
+        for (i, point) in qed.iter().enumerate().take(steps + 1) {
             made += 2;
             let plant = family.blend(&at(i));
             valid += usize::from(PlantBuilder::from_plant(plant).finish().is_ok());
-            valid += usize::from(qed[i].plant().is_ok());
+            valid += usize::from(point.plant().is_ok());
         }
     }
     let how =
@@ -555,7 +560,8 @@ fn symmetry() {
 /// Weights of a symmetric plant: what a kin has of one side its image has of the other.
 fn symmetric(family: &Family, seed: Seed) -> treewright::relate::Weights {
     let mut weights = treewright::relate::Weights::new(family.kin_count(), 2);
-    let stray = seed.child("stray").unit().powi(3);
+    let stray = seed.child("stray").unit();
+    let stray = stray * stray * stray;
     for kin in family.kin_ids() {
         let (one, other) = (family.member(kin, 0), family.member(kin, 1));
         let name = |c: Option<ChainId>| c.map_or(0, |c| u64::from(c.0) + 1);

@@ -325,12 +325,15 @@ fn kind(lod: &Lod) -> &'static str {
     }
 }
 
+/// A file's name and bytes.
+type NamedFile = (String, Vec<u8>);
+
 fn manifest(
     parts: &SetParts<'_>,
     placed: &Placed,
     materials: &SetMaterials,
     names: &[String],
-    (files, assets): (&[(String, Vec<u8>)], &[Vec<AssetEntry>]),
+    (files, assets): (&[NamedFile], &[Vec<AssetEntry>]),
 ) -> Result<String, serde_json::Error> {
     let plan = parts.plan;
     let size = |maps: &Maps| (maps.width, maps.height);

@@ -34,9 +34,9 @@ pub(super) struct Morphs {
 #[derive(Debug)]
 enum Way {
     /// Sources in correspondence.
-    Blended { family: Family, pace: Pace },
+    Blended { family: Box<Family>, pace: Pace },
     /// A source on its way to a sketch.
-    Sketched(Sketched),
+    Sketched(Box<Sketched>),
     /// A source that can't be sketched.
     Still(Plant),
 }
@@ -80,7 +80,7 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
     };
     let blended = |family: Family| {
         let pace = Pace::of(&family);
-        Way::Blended { family, pace }
+        Way::Blended { family: Box::new(family), pace }
     };
     let (way, slots) = match params.kind.clone() {
         MorphKind::Between(from, to) => {
@@ -99,7 +99,10 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
         MorphKind::Sketch { of, sketch } => {
             let plant = source(of, &TargetLeaf::AsSet);
             let drawn = Drawn::read(&sketch, inputs)?;
-            (drawn.sketched(&plant).map_or(Way::Still(plant), Way::Sketched), PairedSlots::default())
+            (
+                drawn.sketched(&plant).map_or(Way::Still(plant), |sketched| Way::Sketched(Box::new(sketched))),
+                PairedSlots::default(),
+            )
         }
     };
     let first_picture = wardrobe.pictures.leaves.len() as u16;

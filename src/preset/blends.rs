@@ -13,8 +13,9 @@ use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Want
 use super::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule};
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::set::{BY_DEFAULTS, source};
+use super::set::BY_DEFAULTS;
 use super::sketches::SKETCH_FIELD;
+use super::variants::source;
 use crate::base::simplex_point;
 
 /// Most trees of one entry.

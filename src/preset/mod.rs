@@ -26,6 +26,7 @@ mod species;
 mod surroundings;
 mod syntax;
 mod token;
+mod variants;
 
 pub use json_schema::describe_json;
 pub use path::beside;

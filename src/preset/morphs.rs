@@ -7,7 +7,7 @@ use super::look::{LEAF_NAMES, named_leaf};
 use super::plan::{Clip, MorphKind, MorphParams, TargetLeaf};
 use super::reader::{Pick, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::set::source;
+use super::variants::source;
 
 /// Most frames of one sequence.
 const MOST_FRAMES: u64 = 64;

@@ -6,7 +6,7 @@
 use super::plan::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::set::source;
+use super::variants::source;
 use crate::base::{Seed, gaussian_shares};
 
 /// Most trees of one entry.

@@ -5,7 +5,7 @@ use super::morphs::{ANIMATION, clip};
 use super::plan::{Clip, MatchParams, MorphKind, MorphParams, SketchDepth, SketchParams, SketchScale, TargetLeaf};
 use super::reader::Reader;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::set::source;
+use super::variants::source;
 
 const CROWN: Field = Field {
     name: "crown",

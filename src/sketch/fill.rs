@@ -130,7 +130,12 @@ impl Basin {
             }
         }
         // The straight way may lead through a hole.
-        places.iter_mut().zip(kept).for_each(|(p, kept)| *p = self.held(kept.lerp(*p, share), freedom));
+        for (p, kept) in places.iter_mut().zip(kept) {
+            let part = kept.lerp(*p, share);
+            // Level is to the last bit.
+            let y = if freedom == Freedom::Level { kept.y } else { part.y };
+            *p = self.held(Vec2::new(part.x, y), freedom);
+        }
     }
 
     /// Share of the basin that no lobe's leaves reach.

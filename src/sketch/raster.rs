@@ -304,7 +304,7 @@ mod tests {
         let grid = Grid { origin: Vec2::ZERO, cell: 1.0, width: 9, height: 9 };
         let values: Vec<f32> = (0..81)
             .map(|i| {
-                let (x, y) = ((i % 9) as i32 - 4, (i / 9) as i32 - 4);
+                let (x, y): (i32, i32) = (i % 9 - 4, i / 9 - 4);
                 if (2..=3).contains(&x.abs().max(y.abs())) { 0.5 } else { -0.5 }
             })
             .collect();

@@ -122,7 +122,8 @@ fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
         let found = crown_silhouette(&made, k as f32 * 0.8, 0.03);
         let [low, high] = found.bounds();
         let centred = found.moved(Vec2::ONE, Vec2::new(-(low.x + high.x) * 0.5, 0.0));
-        assert!(overlap(&centred, &target) > 0.7, "{k}");
+        let like = overlap(&centred, &target);
+        assert!(like > 0.7, "{k} {like}");
     }
 }
 

@@ -13,7 +13,7 @@ const EVEN: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 }
 /// Families whose sources order their branches as they like, and such that agree.
 fn family(seed: u64, count: u64) -> Family {
     let plants = (0..count).map(|i| random_plant(Seed::new(seed).at(i), 40, Oddity::Tame)).collect();
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         nway_family(plants, &EVEN).unwrap()
     } else {
         elastic_family(plants, &ElasticParams { path: ChainPath::Straight, ..ElasticParams::default() }).unwrap()
@@ -181,7 +181,7 @@ fn a_distance_is_symmetric_to_the_last_bit_and_zero_for_the_same() {
         let (a, b) = (plant("a"), plant("b"));
         for metric in [Metric::Qed, Metric::Edit, Metric::Elastic] {
             for facing in [Facing::Fixed, Facing::Free] {
-                let size = if seed % 2 == 0 { Size::AsIs } else { Size::Relative };
+                let size = if seed.is_multiple_of(2) { Size::AsIs } else { Size::Relative };
                 let how = Comparison { facing, size, ..Comparison::by(metric) };
                 let of = |a: &Plant, b: &Plant| distance(a, b, &how).unwrap();
                 assert_eq!(of(&a, &a), 0.0);

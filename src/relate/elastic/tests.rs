@@ -116,7 +116,12 @@ fn the_elastic_metric_is_a_metric_on_one_family() {
     for seed in 0..8 {
         let family = family(seed, 4, Oddity::Tame, ChainPath::Elastic);
         let draw = |i: u64| {
-            let shares: Vec<f32> = (0..4).map(|s| Seed::new(seed).at(i).at(s).unit().powi(3)).collect();
+            let shares: Vec<f32> = (0..4)
+                .map(|s| {
+                    let u = Seed::new(seed).at(i).at(s).unit();
+                    u * u * u
+                })
+                .collect();
             family.shape_point(&even(&family, &shares)).unwrap()
         };
         let mut points: Vec<ShapePoint> = (0..4).map(|s| family.shape_point(&family.corner(s)).unwrap()).collect();

@@ -1,0 +1,167 @@
+//! The variants of a set: each entry of the list read by its kind, with what tells its trees from all others.
+
+use std::collections::BTreeMap;
+
+use super::blends::{self, Blended};
+use super::morphs;
+use super::pick::Wanted;
+use super::plan::{BlendParams, MorphKind, MorphParams, Selection, ShapeParams, SketchParams, Source, Variant};
+use super::reader::{Item, Reader};
+use super::set::VARIANT;
+use super::shapes::{self, Shaped};
+use super::sketches::{self, Drawn};
+
+/// Most variants of a set.
+pub(super) const MOST_VARIANTS: usize = 4096;
+
+/// What the variants of a preset are.
+pub(super) struct Variants {
+    pub(super) trees: Vec<Variant>,
+    pub(super) blends: Vec<BlendParams>,
+    pub(super) selections: Vec<Selection>,
+    pub(super) shapes: Vec<ShapeParams>,
+    pub(super) morphs: Vec<MorphParams>,
+    pub(super) sketches: Vec<SketchParams>,
+}
+
+/// A variant, following a sketch where there is one.
+fn followed(sketch: Option<usize>, of: Variant) -> Variant {
+    match sketch {
+        Some(sketch) => Variant::Sketched { sketch, of: Box::new(of) },
+        None => of,
+    }
+}
+
+/// The index of a sketch among all, and what tells it from others.
+fn sketched(all: &mut Vec<SketchParams>, sketch: SketchParams) -> (usize, String) {
+    let told = format!("{:?}", sketch.told());
+    all.push(sketch);
+    (all.len() - 1, told)
+}
+
+/// The frames of a sequence, each with what tells it from all others.
+fn frames(all: &mut Vec<MorphParams>, params: MorphParams) -> Vec<(String, Variant)> {
+    let mut alike = MorphParams { entry: 0, ..params.clone() };
+    if let MorphKind::Sketch { sketch, .. } = &mut alike.kind {
+        sketch.field.clear();
+    }
+    let morph = all.len();
+    let frame = |frame| (format!("{alike:?} {frame}"), Variant::Frame { morph, frame });
+    let frames = (0..params.frames).map(frame).collect();
+    all.push(params);
+    frames
+}
+
+/// Reads the list of variants.
+pub(super) fn variants(
+    set: &Reader<'_, '_>,
+    names: &BTreeMap<String, usize>,
+    sources: &[Source],
+    seed: u64,
+) -> Variants {
+    let names: Vec<&str> = names.keys().map(String::as_str).collect();
+    let mut made = Variants {
+        trees: Vec::new(),
+        blends: Vec::new(),
+        selections: Vec::new(),
+        shapes: Vec::new(),
+        morphs: Vec::new(),
+        sketches: Vec::new(),
+    };
+    // Where each tree was made first.
+    let mut firsts: BTreeMap<String, String> = BTreeMap::new();
+    for (entry, item) in set.list("variants").into_iter().enumerate() {
+        if set.report().is_full() {
+            break;
+        }
+        // The sketch that all trees of the entry follow.
+        let mut on_all: Option<usize> = None;
+        // The trees, each with what tells it from all others, and which of them are kept.
+        let read = set.kind(&VARIANT, &item, |kind, fields| {
+            let Blended { blend, trees, wanted, count } = match kind {
+                "Source" => {
+                    let index = source(fields, &fields.item("of")?, &names)?;
+                    return Some((vec![(index.to_string(), Variant::Source(index))], None));
+                }
+                "Geodesic" | "Mean" | "Symmetrize" | "Between" => {
+                    let Shaped { shape, trees } = shapes::shaped(kind, entry, fields, &names, seed)?;
+                    let alike = ShapeParams { entry: 0, ..shape.clone() };
+                    let index = made.shapes.len();
+                    made.shapes.push(shape);
+                    let of = |shares| (format!("{alike:?} {shares:?}"), Variant::Shape { shape: index, shares });
+                    return Some((trees.into_iter().map(of).collect(), None));
+                }
+                "Morph" | "Grow" => {
+                    let read = if kind == "Morph" { morphs::morph } else { morphs::growth };
+                    let params = read(entry, fields, &names)?;
+                    return Some((frames(&mut made.morphs, params), None));
+                }
+                "Sketch" => {
+                    return Some((
+                        match sketches::sketch_of(entry, fields, &names)? {
+                            Drawn::Tree(index, sketch) => {
+                                let known = sketched(&mut made.sketches, sketch);
+                                let of = Box::new(Variant::Source(index));
+                                vec![(format!("{index} {}", known.1), Variant::Sketched { sketch: known.0, of })]
+                            }
+                            Drawn::Frames(params) => frames(&mut made.morphs, params),
+                        },
+                        None,
+                    ));
+                }
+                "Mix" => blends::mix(entry, fields, &names, sources)?,
+                "Explore" => blends::explore(entry, fields, &names, sources)?,
+                _ => blends::blend(entry, fields, &names, sources)?,
+            };
+            let alike = BlendParams { entry: 0, ..blend.clone() };
+            let index = made.blends.len();
+            made.blends.push(blend);
+            let sketch = sketches::of_all(fields).map(|sketch| sketched(&mut made.sketches, sketch));
+            let shaped = sketch.as_ref().map_or("", |known| known.1.as_str());
+            let of = |tree| (format!("{alike:?} {tree:?} {shaped}"), Variant::Blend { blend: index, tree });
+            let selection = wanted.map(|Wanted { pick, scores, filter, candidates: _ }| {
+                let field = fields.path().to_string();
+                Selection { field, candidates: Vec::new(), keep: count as usize, pick, scores, filter }
+            });
+            on_all = sketch.as_ref().map(|known| known.0);
+            Some((trees.into_iter().map(of).collect(), selection))
+        });
+        let Some((trees, selection)) = read else { continue };
+        let kept = selection.as_ref().map_or(trees.len(), |selection| selection.keep);
+        if made.trees.len() + kept > MOST_VARIANTS {
+            let message = format!("more than {MOST_VARIANTS} variants in all");
+            set.report().at(item.span(), &item.path, message, "split the set");
+            break;
+        }
+        for (key, _) in &trees {
+            if let Some(first) = firsts.insert(key.clone(), item.path.clone()) {
+                let (message, hint) = if first == item.path {
+                    ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
+                } else {
+                    (
+                        format!("makes a tree that {first} makes too"),
+                        "raise a Blend's `count`, or give it another `seed`",
+                    )
+                };
+                set.report().at(item.span(), &item.path, message, hint);
+                break;
+            }
+        }
+        let trees = trees.into_iter().map(|(_, tree)| tree);
+        match selection {
+            None => made.trees.extend(trees.map(|tree| followed(on_all, tree))),
+            Some(selection) => {
+                let index = made.selections.len();
+                let kept = (0..selection.keep).map(|place| Variant::Selected { selection: index, place });
+                made.trees.extend(kept.map(|tree| followed(on_all, tree)));
+                made.selections.push(Selection { candidates: trees.collect(), ..selection });
+            }
+        }
+    }
+    made
+}
+
+/// The index of the source that `item` names.
+pub(super) fn source(fields: &Reader<'_, '_>, item: &Item<'_>, names: &[&str]) -> Option<usize> {
+    fields.reference(item, "source", names)
+}
