@@ -12,7 +12,7 @@ use crate::relate::{Family, KinId, Weights};
 const YOUNG: f32 = 0.7;
 
 /// Every kin at the given shares of the sources, grown to the degree that the sources which have it amount to. So a
-/// branch that only a 30 % source has stands at 30 % of its length, and bears what a branch so young does ([`YOUNG`]).
+/// branch that only a 30 % source has stands at 30 % of its length, and bears what a branch so young does.
 /// Shares need not add up to 1; what is missing is 0.
 #[must_use]
 pub fn mix(family: &Family, shares: &[f32]) -> Weights {

@@ -60,10 +60,10 @@ pub fn morph(family: &Family, from: usize, to: usize, t: f32) -> Weights {
     weights
 }
 
-/// At which time of a morph it has come how far: a part of the time follows the way itself, [`LOAD`] the trunk's load.
+/// At which time of a morph it has come how far: a part of the time follows the way itself, a little more than half of it the trunk's load.
 ///
 /// Where a trunk splits into stems it hands over its load in a part of the way only, when they part, and all at once to
-/// the eye. So the time is drawn out there: with a load `L(share)` it is `(1 − LOAD)·share + LOAD·∫|dL| / |ΔL|`. A load that
+/// the eye. So the time is drawn out there: with a load `L(share)` it is `(1 − 0.55)·share + 0.55·∫|dL| / |ΔL|`. A load that
 /// falls steadily then never changes more than 1.8 times as fast as in a straight line, and nothing moves more than 2.2
 /// times as fast as it would. Where no stem splits or merges the time is the share.
 #[derive(Clone, Debug, PartialEq)]
