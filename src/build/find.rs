@@ -79,10 +79,14 @@ pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
 /// As [`load_preset`], reading no file beyond `limits`; with the errors comes the world that knows what was read up
 /// to them.
 pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
-    let preset = shown(path);
     let world = World::within(path.parent().unwrap_or(Path::new("")), limits.clone());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let text = match world.read_text(&name) {
+    load_from(world, &name, shown(path))
+}
+
+/// Reads and resolves the preset `name` of a world; `preset` is how people know it.
+pub(super) fn load_from(world: World, name: &str, preset: String) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
+    let text = match world.read_text(name) {
         Ok(text) => text,
         Err(why) => {
             let hint = if why.contains("UTF-8") { "save it as UTF-8" } else { "" };

@@ -12,10 +12,15 @@ use super::Limits;
 use super::stamp::{self, Stamp};
 use crate::base::Key;
 
+/// What is said of a file that is not there.
+const NONE: &str = "there is no such file";
+
 /// Reads files relative to one folder and remembers each.
 #[derive(Debug)]
 pub struct World {
     folder: PathBuf,
+    /// In place of those on disk.
+    files: Option<BTreeMap<PathBuf, Vec<u8>>>,
     limits: Limits,
     reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
     stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
@@ -33,7 +38,16 @@ impl World {
     /// The same, reading no file beyond `limits`.
     #[must_use]
     pub fn within(folder: impl Into<PathBuf>, limits: Limits) -> Self {
-        Self { folder: folder.into(), limits, reads: Mutex::default(), stamps: Mutex::default(), start: stamp::now() }
+        let (reads, stamps) = (Mutex::default(), Mutex::default());
+        Self { folder: folder.into(), files: None, limits, reads, stamps, start: stamp::now() }
+    }
+
+    /// A world of files in memory, by their paths with `/` between folders; nothing on disk is looked at.
+    #[must_use]
+    pub fn in_memory(files: BTreeMap<String, Vec<u8>>) -> Self {
+        let mut world = Self::at("");
+        world.files = Some(files.into_iter().map(|(name, bytes)| (world.path(&name), bytes)).collect());
+        world
     }
 
     /// The file's bytes; `relative` has `/` between folders.
@@ -43,7 +57,11 @@ impl World {
     /// One sentence for people, without the file's name.
     pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
         let path = self.path(relative);
-        let (result, stamp) = match self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)) {
+        let found = match &self.files {
+            Some(files) => files.get(&path).map(|bytes| (bytes.clone(), None)).ok_or_else(|| NONE.to_owned()),
+            None => self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)),
+        };
+        let (result, stamp) = match found {
             Ok((bytes, stamp)) => (Ok(bytes), stamp),
             Err(why) => (Err(why), None),
         };
@@ -111,7 +129,7 @@ fn climb(path: &Path) -> PathBuf {
 
 fn read_bounded(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Stamp>), String> {
     let explain = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::NotFound => NONE.to_owned(),
         std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
         std::io::ErrorKind::NotADirectory => "a part of its path is a file, not a folder".to_owned(),
         _ => e.to_string(),
@@ -145,6 +163,15 @@ mod tests {
         let reads = world.reads();
         assert_eq!(reads[&folder.path().join("a.txt")], Some(Key::of_bytes(b"text")));
         assert_eq!(reads[&folder.path().join("b.txt")], None);
+    }
+
+    #[test]
+    fn files_in_memory_hide_those_on_disk() {
+        let files = BTreeMap::from([("a/b.ron".to_owned(), b"text".to_vec())]);
+        let world = World::in_memory(files);
+        assert_eq!(world.read("a/./c/../b.ron").unwrap(), b"text");
+        assert_eq!(world.read("Cargo.toml").unwrap_err(), NONE);
+        assert_eq!(world.reads().len(), 2);
     }
 
     #[test]
