@@ -20,6 +20,10 @@ pub(super) struct Fragment {
     pub(super) occlusion: f32,
     /// Seen from the back.
     pub(super) back: bool,
+    /// Of the vertices: what the picture's colour was multiplied by.
+    pub(super) shade: f32,
+    /// The texel of the palette that the colour comes from, counted from the surface's first; `u32::MAX` for white.
+    pub(super) place: u32,
 }
 
 impl Fragment {
