@@ -30,22 +30,21 @@ mod user_art;
 
 use serde::{Deserialize, Serialize};
 
-pub use atlas::{Atlas, AtlasError, Rect, pack};
+pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
 pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
 pub use cutout::Cutout;
-pub use dilate::dilate;
+pub use dilate::{dilate, dilate_color};
 pub use leaf_art::leaf_maps;
 pub use leaf_morph::LeafMorph;
-pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
+pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_alpha, preserve_coverage};
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize, survey};
 pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};
 pub use silhouette::{Shape, Silhouette};
 pub use spray::spray_span;
-pub(crate) use srgb::encode as srgb_byte;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 use crate::base::bulk;

@@ -9,21 +9,21 @@ use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
-use super::trees::{self, Tree};
-use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
-use crate::base::{Diagnostic, Key, Note, Seed};
+use super::trees::Tree;
+use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetRow};
+use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
     MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
-use crate::lod::Level;
+use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
 use crate::plant::PlantStats;
 use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, WindData};
 
 /// The stages that pack and encode pictures, with their versions.
-const ATLAS: Stage = Stage("atlas", 2);
+const ATLAS: Stage = Stage("atlas", 3);
 const PNG: Stage = Stage("png", 1);
 
 /// Everything that the files of a set are made from.
@@ -46,22 +46,29 @@ pub(super) struct SetParts<'a> {
     pub(super) notes: &'a [Note],
 }
 
-/// An atlas that keeps its coverage in every mip.
+/// An atlas without colours, whose alpha keeps its coverage in every mip.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Packed {
-    /// The atlas.
-    pub(super) atlas: Atlas,
+    /// Where pictures lie.
+    pub(super) layout: Layout,
+    #[serde(with = "bulk")]
+    alpha: Vec<u8>,
+    #[serde(with = "bulk")]
+    normal: Vec<[u8; 3]>,
+    #[serde(with = "bulk")]
+    orm: Vec<[u8; 3]>,
     /// Alpha coverage of its mips.
     coverage: CoverageReport,
 }
 
 impl Entry for Packed {
     fn weight(&self) -> usize {
-        trees::weight(&self.atlas.maps)
+        self.alpha.len() * 7
     }
 
     fn is_sound(&self) -> bool {
-        trees::is_whole(&self.atlas.maps)
+        let texels = self.layout.width as usize * self.layout.height as usize;
+        texels > 0 && [self.alpha.len(), self.normal.len(), self.orm.len()] == [texels; 3]
     }
 }
 
@@ -69,6 +76,8 @@ impl Entry for Packed {
 pub(super) struct Placed {
     /// The atlas.
     pub(super) packed: Arc<Packed>,
+    /// Its maps.
+    maps: Maps,
     /// By variant and level.
     meshes: Vec<Vec<TreeMesh>>,
     /// By variant and level: where an impostor's sheet lies.
@@ -81,25 +90,56 @@ fn does_not_fit(error: &dyn std::fmt::Display) -> Vec<Diagnostic> {
     vec![Diagnostic::new("", error.to_string()).with_field("atlas.size").with_hint(hint)]
 }
 
-/// Packs the pictures of leaves and of all baked cards.
+/// Packs the pictures of leaves and of all baked cards, but for their colours.
 fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<Arc<Packed>, Vec<Diagnostic>> {
-    let key = ATLAS.key().input(trees::content(&pictures.leaves)).params(&plan.atlas);
+    let key = ATLAS.key().input(pictures.shapes()).params(&plan.atlas);
     let key = trees.iter().fold(key, |key, tree| key.input(tree.key)).finish();
     cache.remember(ATLAS, key, || {
-        let cards = trees.iter().flat_map(|tree| &tree.ladder.tiles);
-        let tiles: Vec<&Maps> = pictures.leaves.iter().chain(cards).collect();
-        let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| does_not_fit(&e))?;
-        let coverage = bake::preserve_coverage(&mut atlas.maps);
-        Ok(Packed { atlas, coverage })
+        let clear: Vec<Vec<[u8; 4]>> =
+            tiles(trees).map(|tile| tile.alpha.iter().map(|&a| [0, 0, 0, a]).collect()).collect();
+        let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
+            .chain(tiles(trees).zip(&clear).map(|(tile, color)| picked(tile, color)))
+            .collect();
+        let sizes: Vec<(u32, u32)> = picked.iter().map(|p| (p.width, p.height)).collect();
+        let layout = Layout::new(&sizes, &plan.atlas).map_err(|e| does_not_fit(&e))?;
+        let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
+        let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
+        let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
+        let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &layout.rects);
+        Ok(Packed { layout, alpha, normal, orm, coverage })
     })
+}
+
+/// The baked pictures of all trees.
+fn tiles(trees: &[Tree]) -> impl Iterator<Item = &Tile> {
+    trees.iter().flat_map(|tree| &tree.ladder.tiles)
+}
+
+fn picked<'a>(tile: &'a Tile, color: &'a [[u8; 4]]) -> Picked<'a> {
+    Picked { width: tile.width, height: tile.height, color, normal: &tile.normal, orm: &tile.orm }
+}
+
+/// The atlas in its colours.
+fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<Maps, Vec<Diagnostic>> {
+    let palette = lod::palette(&pictures.leaves, &pictures.bark);
+    let tiles: Vec<&Tile> = tiles(trees).collect();
+    let colors: Vec<Vec<[u8; 4]>> = tiles.par_iter().map(|tile| tile.color(&palette)).collect();
+    let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
+        .chain(tiles.iter().zip(&colors).map(|(tile, color)| picked(tile, color)))
+        .collect();
+    let mut color = packed.layout.color(&picked).map_err(|e| does_not_fit(&e))?;
+    color.iter_mut().zip(&packed.alpha).for_each(|(color, alpha)| color[3] = *alpha);
+    let Layout { width, height, .. } = packed.layout;
+    Ok(Maps { width, height, color, normal: packed.normal.clone(), orm: packed.orm.clone() })
 }
 
 /// Packs the atlas and encodes all textures, for the cache.
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
+    let maps = painted(&packed, pictures, trees)?;
     let png = |pixels: &[u8], width, height, kind| encoded(cache, pixels, (width, height), kind);
     export::encode_maps_by(&pictures.bark, PngKind::Rgb, &png)?;
-    export::encode_maps_by(&packed.atlas.maps, PngKind::Rgba, &png).map(drop)
+    export::encode_maps_by(&maps, PngKind::Rgba, &png).map(drop)
 }
 
 /// Packs the atlas, and moves every mesh's coordinates there.
@@ -110,7 +150,8 @@ pub(super) fn place(
     cache: &Cache,
 ) -> Result<Placed, Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let atlas = &packed.atlas;
+    let maps = painted(&packed, pictures, trees)?;
+    let atlas = &packed.layout;
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
     let starts: Vec<u32> = trees
@@ -138,12 +179,12 @@ pub(super) fn place(
             tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    Ok(Placed { packed, meshes, impostors })
+    Ok(Placed { packed, maps, meshes, impostors })
 }
 
 /// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
-fn sheets(tree: &Tree, atlas: &Atlas, shared: u32, start: u32) -> Vec<Option<ImpostorEntry>> {
-    let (width, height) = (atlas.maps.width as f32, atlas.maps.height as f32);
+fn sheets(tree: &Tree, atlas: &Layout, shared: u32, start: u32) -> Vec<Option<ImpostorEntry>> {
+    let (width, height) = (atlas.width as f32, atlas.height as f32);
     let sheet = |level: &Level| {
         let layout = level.impostor?;
         let tile = *level.mesh.leaf.tiles.first()?;
@@ -153,6 +194,8 @@ fn sheets(tree: &Tree, atlas: &Atlas, shared: u32, start: u32) -> Vec<Option<Imp
             frames: layout.frames,
             centre: layout.centre.to_array(),
             radius: layout.radius,
+            reach: layout.reach,
+            height: layout.height,
             uv_min: [rect.x as f32 / width, rect.y as f32 / height],
             uv_max: [(rect.x + rect.width) as f32 / width, (rect.y + rect.height) as f32 / height],
         })
@@ -202,7 +245,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
                 || export::encode_maps_by(&parts.pictures.bark, PngKind::Rgb, &png),
                 || {
                     rayon::join(
-                        || export::encode_maps_by(&placed.packed.atlas.maps, PngKind::Rgba, &png),
+                        || export::encode_maps_by(&placed.maps, PngKind::Rgba, &png),
                         || contact_sheet(parts, placed, &names),
                     )
                 },
@@ -310,7 +353,7 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     };
     let rows: Vec<SheetRow<'_>> =
         names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
-    let sheet = bake::contact_sheet(&rows, &placed.packed.atlas.maps, &parts.pictures.bark);
+    let sheet = bake::contact_sheet(&rows, &placed.maps, &parts.pictures.bark);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
 }
 
@@ -340,7 +383,7 @@ fn manifest(
     let mut textures = Vec::new();
     for (material, uris, (width, height)) in [
         ("bark", &materials.bark, size(&parts.pictures.bark)),
-        ("leaf", &materials.leaf, size(&placed.packed.atlas.maps)),
+        ("leaf", &materials.leaf, size(&placed.maps)),
     ] {
         for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
             textures.push(TextureEntry {
@@ -364,9 +407,9 @@ fn manifest(
         wind: (plan.wind == WindData::Attributes).then(|| WindEntry::with_lightmap(plan.lightmap > 0)),
         textures,
         atlas: Some(AtlasEntry {
-            pictures: placed.packed.atlas.rects.len() as u64,
-            scale: placed.packed.atlas.scale,
-            utilisation: placed.packed.atlas.utilisation,
+            pictures: placed.packed.layout.rects.len() as u64,
+            scale: placed.packed.layout.scale,
+            utilisation: placed.packed.layout.utilisation,
             coverage_before: placed.packed.coverage.before.clone(),
             coverage: placed.packed.coverage.after.clone(),
         }),

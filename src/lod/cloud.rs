@@ -9,11 +9,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bake_card::{Card, Place};
-use super::measure::{Reference, Wardrobe, bounds};
+use super::agree::Outlines;
+use super::measure::{Wardrobe, bounds};
 use super::planes::{self, Plane, Unit};
 use super::thin::append;
+use super::tile::Tile;
 use super::twigs::thin_wood;
-use crate::bake::{Maps, Picture};
+use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes_in};
 use crate::plant::{Plant, Posed};
@@ -84,19 +86,19 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
 }
 
 impl Cloud {
-    /// Sets the gain so that the whole tree covers at the reference's size what the full one does: secant steps.
-    pub(super) fn settle(&mut self, reference: &Reference, wardrobe: &Wardrobe) {
-        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain));
+    /// Sets the gain so that the whole tree covers what the full one does: secant steps. `worn` are the cutouts of all
+    /// tiles before its own. Gives back its outlines.
+    pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
+        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain, Vec::new()));
         let mut before: Option<(f32, f32)> = None;
-        let mut dressed = wardrobe.clone();
-        let kept = dressed.leaves.len();
         for _ in 0..ROUNDS {
-            dressed.leaves.truncate(kept);
-            dressed.leaves.extend(self.drafts(gain));
-            let coverage = reference.coverage(&self.tree, &dressed);
+            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.cutout(gain)).collect();
+            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+            let drawn = outlines.draw(&self.tree, &worn);
+            let coverage = outlines.ratio(&drawn);
             let off = (coverage - 1.0).abs();
             if off < best.0 {
-                best = (off, gain);
+                best = (off, gain, drawn);
             }
             if off < 0.006 || self.cards.is_empty() {
                 break;
@@ -110,19 +112,11 @@ impl Cloud {
             gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
         self.gain = best.1;
-    }
-
-    /// The cards' pictures as they are now, with colour under the alpha only.
-    pub(super) fn pictures(&self) -> Vec<Picture> {
-        self.drafts(self.gain)
-    }
-
-    fn drafts(&self, gain: f32) -> Vec<Picture> {
-        self.cards.par_iter().map(|c| Picture::new(&c.draft(gain))).collect()
+        best.2
     }
 
     /// The finished pictures.
-    pub(super) fn tiles(&self) -> Vec<Maps> {
+    pub(super) fn tiles(&self) -> Vec<Tile> {
         self.cards.par_iter().map(|c| c.finish(self.gain)).collect()
     }
 }
