@@ -5,19 +5,52 @@
 //! that share: needles and lobes keep their area however small they are drawn. One byte a texel, so that the inner loops
 //! of the rasterizers stay in the cache.
 
+use glam::Vec2;
+
 use super::Maps;
-use super::picture::{Repeat, neighbours};
 
 /// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
 const SMALLEST_EDGE: u32 = 32;
 
+/// One mip.
 #[derive(Clone, Debug)]
-struct Level {
+pub(super) struct Level {
     width: u32,
     height: u32,
     alpha: Vec<u8>,
     /// Smallest alpha that is kept.
     threshold: u8,
+}
+
+impl Level {
+    /// Texels.
+    pub(super) fn size(&self) -> Vec2 {
+        Vec2::new(self.width as f32, self.height as f32)
+    }
+
+    /// Whether the texel at a place, in texels, passes; edges are clamped.
+    #[inline]
+    pub(super) fn covers(&self, x: f32, y: f32) -> bool {
+        // `as` takes NaN to 0 and clamps what is out of range.
+        let x = (x as i32).clamp(0, self.width as i32 - 1);
+        let y = (y as i32).clamp(0, self.height as i32 - 1);
+        self.alpha[y as usize * self.width as usize + x as usize] >= self.threshold
+    }
+
+    /// As [`covers`](Self::covers), of the four texels around the place.
+    #[inline]
+    pub(super) fn covers_between(&self, x: f32, y: f32) -> bool {
+        let (wide, high) = (self.width as i32 - 1, self.height as i32 - 1);
+        // `max` takes NaN to 0.
+        let (x, y) = ((x - 0.5).max(0.0).min(wide as f32), (y - 0.5).max(0.0).min(high as f32));
+        let (x0, y0) = (x as i32, y as i32);
+        let (x1, y1) = ((x0 + 1).min(wide), (y0 + 1).min(high));
+        let alpha = |x: i32, y: i32| f32::from(self.alpha[y as usize * self.width as usize + x as usize]);
+        let (fx, fy) = (x - x0 as f32, y - y0 as f32);
+        let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
+        let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
+        upper + (lower - upper) * fy >= f32::from(self.threshold)
+    }
 }
 
 /// The alpha of a picture, ready to be tested.
@@ -74,19 +107,14 @@ impl Cutout {
     /// large, of the four around it.
     #[inline]
     pub(super) fn covers(&self, level: usize, magnified: bool, u: f32, v: f32) -> bool {
-        let level = &self.levels[level.min(self.levels.len() - 1)];
-        if magnified {
-            let (x0, x1, fx) = neighbours(u, level.width, Repeat::Cutout);
-            let (y0, y1, fy) = neighbours(v, level.height, Repeat::Cutout);
-            let alpha = |x: u32, y: u32| f32::from(level.alpha[(y * level.width + x) as usize]);
-            let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
-            let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
-            return upper + (lower - upper) * fy >= f32::from(level.threshold);
-        }
-        // `as` takes NaN to 0 and clamps what is out of range.
-        let x = ((u * level.width as f32) as u32).min(level.width - 1);
-        let y = ((v * level.height as f32) as u32).min(level.height - 1);
-        level.alpha[(y * level.width + x) as usize] >= level.threshold
+        let level = self.at(level);
+        let at = Vec2::new(u, v) * level.size();
+        if magnified { level.covers_between(at.x, at.y) } else { level.covers(at.x, at.y) }
+    }
+
+    /// A level; the last one where there are not so many.
+    pub(super) fn at(&self, level: usize) -> &Level {
+        &self.levels[level.min(self.levels.len() - 1)]
     }
 
     /// How many levels alpha is tested at.

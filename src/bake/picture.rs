@@ -131,8 +131,7 @@ pub enum Repeat {
     Cutout,
 }
 
-#[inline]
-pub(super) fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
+fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
     let last = size - 1;
     let t = if t.is_finite() { t } else { 0.0 };
     match repeat {

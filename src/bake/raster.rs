@@ -35,6 +35,8 @@ const SMALL: usize = 1 << 16;
 const LARGEST: u32 = 8192;
 /// Most samples in the box of a triangle that is tested against each of them before anything else is done with it.
 const FEW: usize = 6;
+/// Columns of a row from which on it pays to divide for its ends.
+const LONG: i64 = 24;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -196,7 +198,7 @@ fn draw(
         let mut buffer = vec![Sample::EMPTY; here];
         match &bands {
             Some(bands) => bands.of(band).iter().for_each(|&name| scene.fill(name, first, &mut buffer)),
-            None => (0..scene.triangles()).for_each(|name| scene.fill(name, first, &mut buffer)),
+            None => scene.fill_all(&mut buffer),
         }
         let mut recipe = Recipe::default();
         let area = (samples * samples) as f32;
@@ -305,14 +307,39 @@ impl<'a> Scene<'a> {
     }
 
     fn fill(&self, name: u32, first: usize, buffer: &mut [Sample]) {
-        if self.extent(name).is_none() {
+        let (s, triangle) = self.place(name);
+        let (surface, points) = (&self.surfaces[s], &self.projected[s]);
+        let Some(corners) = surface.mesh.indices[triangle * 3..].first_chunk::<3>() else { return };
+        self.fill_one(surface, points, name, *corners, first, buffer);
+    }
+
+    /// Fills all triangles, in order.
+    fn fill_all(&self, buffer: &mut [Sample]) {
+        for ((surface, points), &start) in self.surfaces.iter().zip(self.projected).zip(&self.starts) {
+            for (name, corners) in (start..).zip(surface.mesh.indices.as_chunks::<3>().0) {
+                self.fill_one(surface, points, name, *corners, 0, buffer);
+            }
+        }
+    }
+
+    #[inline]
+    fn fill_one(
+        &self,
+        surface: &Surface<'_>,
+        points: &[Point],
+        name: u32,
+        corners: [u32; 3],
+        first: usize,
+        buffer: &mut [Sample],
+    ) {
+        let Some(points) = corner_points(points, corners) else { return };
+        let Some((x, y)) = extent(points, self.grid) else { return };
+        if (x.1 - x.0 + 1) * (y.1 - y.0 + 1) <= FEW && !holds_any(points, x, y) {
             return;
         }
-        let (s, triangle) = self.place(name);
-        let surface = &self.surfaces[s];
         let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
-        if let Some(setup) = Setup::new(surface, &self.projected[s], triangle, textured) {
-            setup.fill(surface, name, self.grid, first, buffer, &self.range);
+        if let Some(setup) = Setup::new(surface, points, corners, textured) {
+            setup.fill(surface, name, self.grid, (x, y), first, buffer, &self.range);
         }
     }
 }
@@ -491,11 +518,14 @@ struct Setup {
 
 impl Setup {
     /// With coordinates for its picture where `textured` says for how many samples a texel is looked up.
-    fn new(surface: &Surface<'_>, projected: &[Point], triangle: usize, textured: Option<f32>) -> Option<Self> {
+    #[inline]
+    fn new(
+        surface: &Surface<'_>,
+        mut points: [Point; 3],
+        mut corners: [u32; 3],
+        textured: Option<f32>,
+    ) -> Option<Self> {
         let mesh = surface.mesh;
-        let corners = mesh.indices.get(triangle * 3..triangle * 3 + 3)?;
-        let mut corners = [corners[0], corners[1], corners[2]];
-        let mut points = corner_points(projected, corners)?;
         let mut area = edge(points[0], points[1], points[2].x, points[2].y);
         // Rows count downwards, so that a front turns clockwise here.
         let back = area > 0;
@@ -524,26 +554,28 @@ impl Setup {
     }
 
     /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
+    #[expect(clippy::too_many_arguments, reason = "where and what, known to the caller already")]
     fn fill(
         &self,
         surface: &Surface<'_>,
         name: u32,
         grid: Grid,
+        (columns, rows): Extent,
         first: usize,
         buffer: &mut [Sample],
         range: &Range,
     ) {
-        let Some((columns, rows)) = extent(self.points, grid) else { return };
         let rows = (rows.0.max(first), rows.1.min(first + buffer.len() / grid.columns - 1));
         let [a, b, c] = self.points;
         let inverse = 1.0 / self.area as f32;
         let (db, dc) = (b.depth - a.depth, c.depth - a.depth);
         let (ub, uc) = (self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]);
-        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| &surface.pictures[t]);
+        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| surface.pictures[t].cutout());
         // Edge functions, opposite to a, b and c; their steps from one sample to the next.
         let edges = [(b, c), (c, a), (a, b)];
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
+        let inside = |e: &[i64; 3]| e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2];
         for row in rows.0..=rows.1 {
             let y = row as i32 * 256 + 128;
             let mut e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
@@ -551,21 +583,26 @@ impl Setup {
             for (e, step) in e.iter_mut().zip(step) {
                 *e += step * (left - columns.0) as i64;
             }
-            let line = &mut buffer[(row - first) * grid.columns..][..grid.columns];
-            for sample in &mut line[left..=right] {
-                let open = !(range.first_stays && sample.triangle != NONE);
-                if open && e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
-                    let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
-                    let depth = a.depth + wb * db + wc * dc;
-                    if depth > sample.depth && depth <= range.near && depth >= range.far {
-                        let shown = cutout.is_none_or(|picture| {
-                            let uv = self.uv[0] + ub * wb + uc * wc;
-                            picture.cutout().covers(self.level, self.magnified, uv.x, uv.y)
-                        });
-                        if shown {
-                            *sample = Sample { depth, triangle: name };
+            let mut entered = false;
+            for sample in &mut buffer[(row - first) * grid.columns..][left..=right] {
+                if inside(&e) {
+                    entered = true;
+                    if !(range.first_stays && sample.triangle != NONE) {
+                        let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
+                        let depth = a.depth + wb * db + wc * dc;
+                        if depth > sample.depth && depth <= range.near && depth >= range.far {
+                            let shown = cutout.is_none_or(|cutout| {
+                                let uv = self.uv[0] + ub * wb + uc * wc;
+                                cutout.covers(self.level, self.magnified, uv.x, uv.y)
+                            });
+                            if shown {
+                                *sample = Sample { depth, triangle: name };
+                            }
                         }
                     }
+                } else if entered {
+                    // A row of a triangle is one run.
+                    break;
                 }
                 e[0] += step[0];
                 e[1] += step[1];
@@ -615,7 +652,7 @@ impl Setup {
 /// values at the first of `columns`, each growing by `step` a column and inside where at least `bias`.
 pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
     let count = (columns.1 - columns.0) as i64;
-    if count < 6 {
+    if count < LONG {
         return Some(columns);
     }
     let (mut low, mut high) = (0, count);
@@ -659,8 +696,11 @@ impl Shader<'_> {
             self.held = part.triangle;
             let (surface, triangle) = self.scene.place(part.triangle);
             self.surface = surface;
-            let points = &self.scene.projected[surface];
-            self.setup = Setup::new(&self.scene.surfaces[surface], points, triangle, Some(self.area));
+            let (points, surface) = (&self.scene.projected[surface], &self.scene.surfaces[surface]);
+            let corners = surface.mesh.indices[triangle * 3..].first_chunk::<3>().copied();
+            self.setup = corners.and_then(|corners| {
+                Setup::new(surface, corner_points(points, corners)?, corners, Some(self.area))
+            });
         }
         let surface = &self.scene.surfaces[self.surface];
         let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, part.middle()));

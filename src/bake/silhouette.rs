@@ -10,6 +10,7 @@
 use glam::Vec2;
 
 use super::Cutout;
+use super::cutout::Level;
 use super::picture::Repeat;
 use super::raster::{Grid, Point, View, corner_points, edge, extent, project_into, span, top_left};
 use crate::mesh::Mesh;
@@ -102,6 +103,7 @@ impl Silhouette {
         let edges = [(b, c), (c, a), (a, b)];
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
+        let inside = |e: &[i64; 3]| e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2];
         let mut cut: Option<Cut<'_>> = None;
         for row in rows.0..=rows.1 {
             let line = &mut self.bits[row * self.words..][..self.words];
@@ -113,23 +115,26 @@ impl Silhouette {
             for (e, step) in e.iter_mut().zip(step) {
                 *e += step * (left - columns.0) as i64;
             }
+            let mut column = left;
+            while column <= right && !inside(&e) {
+                column += 1;
+                for (e, step) in e.iter_mut().zip(step) {
+                    *e += step;
+                }
+            }
             let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, area, step));
-            let (mut uv, by) = cut.uv(e[1], e[2]);
-            for column in left..=right {
+            let mut uv = cut.uv(e[1], e[2]);
+            while column <= right && inside(&e) {
                 let bit = 1 << (column % 64);
                 let word = &mut line[column / 64];
-                if *word & bit == 0
-                    && e[0] >= bias[0]
-                    && e[1] >= bias[1]
-                    && e[2] >= bias[2]
-                    && cut.picture.is_none_or(|picture| picture.covers(cut.level, cut.magnified, uv.x, uv.y))
-                {
+                if *word & bit == 0 && cut.covers(uv) {
                     *word |= bit;
                 }
-                uv += by;
-                e[0] += step[0];
-                e[1] += step[1];
-                e[2] += step[2];
+                uv += cut.by;
+                column += 1;
+                for (e, step) in e.iter_mut().zip(step) {
+                    *e += step;
+                }
             }
         }
     }
@@ -137,12 +142,13 @@ impl Silhouette {
 
 /// How a triangle is cut out.
 struct Cut<'a> {
-    picture: Option<&'a Cutout>,
-    level: usize,
+    /// None for what is solid.
+    level: Option<&'a Level>,
     magnified: bool,
-    /// Coordinates at the first corner, and towards the others.
+    /// Texels at the first corner, and towards the others.
     uv: [Vec2; 3],
     inverse: f32,
+    /// To the next column.
     by: Vec2,
 }
 
@@ -150,8 +156,7 @@ impl<'a> Cut<'a> {
     fn new(shape: &Shape<'a>, corners: [u32; 3], area: i64, step: [i64; 3]) -> Self {
         let mesh = shape.mesh;
         let inverse = 1.0 / area as f32;
-        let mut cut =
-            Self { picture: None, level: 0, magnified: false, uv: [Vec2::ZERO; 3], inverse, by: Vec2::ZERO };
+        let mut cut = Self { level: None, magnified: false, uv: [Vec2::ZERO; 3], inverse, by: Vec2::ZERO };
         if shape.repeat == Repeat::Tiled {
             return cut;
         }
@@ -161,16 +166,25 @@ impl<'a> Cut<'a> {
         let (ub, uc) = (b - a, c - a);
         let texels = (ub.x * uc.y - ub.y * uc.x).abs() * picture.texels();
         let share = texels * inverse * (256.0 * 256.0);
-        (cut.picture, cut.level, cut.magnified) = (Some(picture), picture.level(share), share < 1.0);
-        cut.uv = [a, ub, uc];
-        cut.by = (ub * step[1] as f32 + uc * step[2] as f32) * inverse;
+        let level = picture.at(picture.level(share));
+        cut.uv = [a, ub, uc].map(|uv| uv * level.size());
+        cut.by = (cut.uv[1] * step[1] as f32 + cut.uv[2] * step[2] as f32) * inverse;
+        (cut.level, cut.magnified) = (Some(level), share < 1.0);
         cut
     }
 
-    /// Coordinates where the edges opposite to the second and third corner have these values, and their step to the next
-    /// column.
-    fn uv(&self, b: i64, c: i64) -> (Vec2, Vec2) {
-        (self.uv[0] + (self.uv[1] * b as f32 + self.uv[2] * c as f32) * self.inverse, self.by)
+    /// Texels where the edges opposite to the second and third corner have these values.
+    fn uv(&self, b: i64, c: i64) -> Vec2 {
+        self.uv[0] + (self.uv[1] * b as f32 + self.uv[2] * c as f32) * self.inverse
+    }
+
+    #[inline]
+    fn covers(&self, at: Vec2) -> bool {
+        match self.level {
+            None => true,
+            Some(level) if self.magnified => level.covers_between(at.x, at.y),
+            Some(level) => level.covers(at.x, at.y),
+        }
     }
 }
 

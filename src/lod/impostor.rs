@@ -25,7 +25,8 @@ use super::measure::{Wardrobe, bounds};
 use super::tile::Tile;
 use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Target, View, survey};
 use crate::base::Frame;
-use crate::mesh::{Mesh, TreeMesh, add_tangents};
+use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
+use crate::preset::plan::Forks;
 
 /// Texels along a frame's edge.
 const TEXELS: u32 = 40;
@@ -205,7 +206,8 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     let reach = (points().map(across).fold(0.0_f32, f32::max).sqrt() * ROOM).max(1e-3);
     let height = ((high.y - low.y) * 0.5 * ROOM).max(1e-3);
     let layout = Impostor { frames, centre, radius: (reach * reach + height * height).sqrt(), reach, height };
-    let surfaces = wardrobe.dressed(scene.full);
+    let afar = afar(scene, 2.0 * height / TEXELS as f32);
+    let surfaces = wardrobe.dressed(&afar);
     let drawn: Vec<Drawn> = (0..frames * frames)
         .into_par_iter()
         .map(|i| {
@@ -232,6 +234,29 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
     Views { layout, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
+}
+
+/// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
+/// A bare tree is its twigs, and is drawn as it is.
+fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
+    if scene.plant.leaves().is_empty() {
+        return scene.full.clone();
+    }
+    let detail = TubeDetail {
+        sides: 5,
+        error: texel * 0.25,
+        min_radius: texel * 0.03,
+        bark_tile: scene.params.bark_tile,
+        forks: Forks::Plain,
+    };
+    let (mut bark, mut leaf) = rayon::join(
+        || tubes_in(scene.plant, scene.posed, scene.light, &detail),
+        || leaf_cards_in(scene.plant, scene.posed, scene.light, &all_cards(scene.plant), CardShape::Flat),
+    );
+    // An error only says that a mesh has no triangles to take tangents from.
+    let _ = add_tangents(&mut bark);
+    let _ = add_tangents(&mut leaf);
+    TreeMesh { bark, leaf }
 }
 
 impl Drawn {

@@ -139,13 +139,13 @@ pub fn ladder_with(
             Lod::Thinned { triangles } => {
                 let at = |grown: f32| thinned(&scene, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
-                let mut drawn = bench.draw(lod, &made);
                 // Fewer, larger leaves hide each other less or more: once more, by what is covered.
-                let covered = bench.outlines(lod).ratio(&drawn);
+                let rough = bench.draw(COARSE, &made);
+                let covered = bench.outlines(COARSE).ratio(&rough);
                 if (covered - 1.0).abs() > 0.008 {
                     made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
-                    drawn = bench.draw(lod, &made);
                 }
+                let drawn = bench.draw(FINE, &made);
                 let found = bench.takes_over(lod, above, &drawn);
                 let measured = bench.colors(&made, (&tiles, &[]), found);
                 (made, Vec::new(), measured)
@@ -172,7 +172,7 @@ pub fn ladder_with(
             Lod::Impostor { frames } => {
                 let views = impostor(&scene, frames, wardrobe, first_tile);
                 layout = Some(views.layout);
-                let (gain, drawn) = settled(&views, bench.outlines(lod));
+                let (gain, drawn) = settled(&views, bench.outlines(COARSE));
                 let found = bench.takes_over(lod, above, &drawn);
                 let sheet = views.sheet(gain);
                 let measured = bench.impostor_colors(&views.layout, &sheet, found);
@@ -250,33 +250,29 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// The full tree's outlines that a level is compared with.
-    fn outlines(&mut self, lod: &Lod) -> &Outlines {
-        let (kept, lines) = match lines(lod) {
-            FINE => (&mut self.fine, FINE),
-            lines => (&mut self.coarse, lines),
-        };
+    /// The full tree's outlines on so many samples.
+    fn outlines(&mut self, lines: u32) -> &Outlines {
+        let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
         kept.get_or_insert_with(|| Outlines::new(self.full, &self.cutouts, lines, VIEWS))
     }
 
     /// A level that wears leaf pictures only.
-    fn draw(&mut self, lod: &Lod, tree: &TreeMesh) -> Vec<Silhouette> {
-        self.outlines(lod);
+    fn draw(&mut self, lines: u32, tree: &TreeMesh) -> Vec<Silhouette> {
         let cutouts = self.cutouts.clone();
-        self.outlines(lod).draw(tree, &cutouts)
+        self.outlines(lines).draw(tree, &cutouts)
     }
 
     /// Draws a level by the full tree's outlines and the cutouts of the leaf pictures and of all tiles before its own.
     fn settle<T>(&mut self, lod: &Lod, before: &[Tile], draw: impl FnOnce(&Outlines, &[&Cutout]) -> T) -> T {
         let tiles: Vec<Cutout> = before.iter().map(|_| Cutout::new(0, 0, Vec::new())).collect();
         let worn: Vec<&Cutout> = self.cutouts.iter().copied().chain(&tiles).collect();
-        draw(self.outlines(lod), &worn)
+        draw(self.outlines(lines(lod)), &worn)
     }
 
     /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
     /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
     fn takes_over(&mut self, lod: &Lod, above: f32, drawn: &[Silhouette]) -> (f32, Measured) {
-        let outlines = self.outlines(lod);
+        let outlines = self.outlines(lines(lod));
         let mut best: Option<(f32, f32, Measured)> = None;
         for size in sizes(lod, above) {
             let measured = outlines.agreement(drawn, size);
