@@ -189,6 +189,12 @@ impl Layout {
         Ok(Self { width: size, height, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
     }
 
+    /// Width and height, texels.
+    #[must_use]
+    pub const fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// Moves a mesh's texture coordinates from its pictures (0..=1 in each, what lies outside is clamped) to the atlas
     /// and empties `mesh.tiles`.
     ///

@@ -103,37 +103,31 @@ impl Silhouette {
         let edges = [(b, c), (c, a), (a, b)];
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
-        let inside = |e: &[i64; 3]| e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2];
         let mut cut: Option<Cut<'_>> = None;
         for row in rows.0..=rows.1 {
             let line = &mut self.bits[row * self.words..][..self.words];
             if is_full(line, columns) {
                 continue;
             }
-            let mut e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, row as i32 * 256 + 128));
+            let e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, row as i32 * 256 + 128));
             let Some((left, right)) = span(e, step, bias, columns) else { continue };
-            for (e, step) in e.iter_mut().zip(step) {
-                *e += step * (left - columns.0) as i64;
-            }
-            let mut column = left;
-            while column <= right && !inside(&e) {
-                column += 1;
-                for (e, step) in e.iter_mut().zip(step) {
-                    *e += step;
-                }
-            }
             let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, area, step));
-            let mut uv = cut.uv(e[1], e[2]);
-            while column <= right && inside(&e) {
-                let bit = 1 << (column % 64);
-                let word = &mut line[column / 64];
-                if *word & bit == 0 && cut.covers(uv) {
-                    *word |= bit;
+            let start = cut.uv(e[1], e[2]);
+            for (word, bits) in line.iter_mut().enumerate().take(right / 64 + 1).skip(left / 64) {
+                let from = if word == left / 64 { u64::MAX << (left % 64) } else { u64::MAX };
+                let to = if word == right / 64 { u64::MAX >> (63 - right % 64) } else { u64::MAX };
+                let mut open = from & to & !*bits;
+                if cut.level.is_none() {
+                    *bits |= open;
+                    continue;
                 }
-                uv += cut.by;
-                column += 1;
-                for (e, step) in e.iter_mut().zip(step) {
-                    *e += step;
+                while open != 0 {
+                    let bit = open.trailing_zeros();
+                    open &= open - 1;
+                    let column = word * 64 + bit as usize - columns.0;
+                    if cut.covers(start + cut.by * column as f32) {
+                        *bits |= 1 << bit;
+                    }
                 }
             }
         }

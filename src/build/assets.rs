@@ -9,7 +9,7 @@ use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
-use super::trees::Tree;
+use super::trees::{self, Tree};
 use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
@@ -24,7 +24,10 @@ use crate::preset::plan::{Engine, Lod, WindData};
 
 /// The stages that pack and encode pictures, with their versions.
 const ATLAS: Stage = Stage("atlas", 3);
-const PNG: Stage = Stage("png", 1);
+const PNG: Stage = Stage("png", 2);
+/// Those that are kept in memory only.
+const PLACED: Stage = Stage("placed", 1);
+const FILES: Stage = Stage("files", 1);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -79,7 +82,9 @@ pub(super) struct Placed {
     /// Its maps.
     maps: Maps,
     /// By variant and level.
-    meshes: Vec<Vec<TreeMesh>>,
+    meshes: Vec<Arc<Vec<TreeMesh>>>,
+    /// By variant: what its meshes hang on.
+    keys: Vec<Key>,
     /// By variant and level: where an impostor's sheet lies.
     impostors: Vec<Vec<Option<ImpostorEntry>>>,
 }
@@ -167,6 +172,10 @@ pub(super) fn place(
         .par_iter()
         .zip(starts)
         .map(|(tree, start)| {
+            let own = shared + start as usize..shared + start as usize + tree.ladder.tiles.len();
+            let places = (atlas.size(), &atlas.rects[..shared], &atlas.rects[own]);
+            let key = PLACED.key().input(tree.key).params(&places).number(u64::from(plan.lightmap)).finish();
+            let weight = |meshes: &Vec<TreeMesh>| meshes.iter().map(trees::mesh_weight).sum();
             let level = |level: &Level| {
                 let mut mesh = level.mesh.clone();
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
@@ -176,10 +185,12 @@ pub(super) fn place(
                 unwrap_lightmap(plan, &mut mesh)?;
                 Ok(mesh)
             };
-            tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
+            let made = cache.remember_here(key, weight, || tree.ladder.levels.iter().map(level).collect())?;
+            Ok((made, key))
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    Ok(Placed { packed, maps, meshes, impostors })
+    let (meshes, keys) = meshes.into_iter().unzip();
+    Ok(Placed { packed, maps, meshes, keys, impostors })
 }
 
 /// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
@@ -237,7 +248,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
             names
                 .par_iter()
                 .enumerate()
-                .map(|(i, name)| engine_files(parts, placed, &materials, i, name))
+                .map(|(i, name)| kept_files(parts, placed, &materials, i, name))
                 .collect::<Result<Vec<_>, _>>()
         },
         || {
@@ -253,9 +264,9 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         },
     );
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    let glbs = glbs.map_err(|e| fail(&e))?;
+    let glbs = glbs?;
     let assets: Vec<Vec<AssetEntry>> = glbs.iter().map(|all| asset_entries(all)).collect();
-    files.extend(glbs.into_iter().flatten().flat_map(|(_, made)| made));
+    files.extend(glbs.iter().flat_map(|all| all.iter()).flat_map(|(_, made)| made.iter().cloned()));
     files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
         let maps = maps?;
@@ -296,6 +307,23 @@ fn asset_entries(all: &[EngineFiles]) -> Vec<AssetEntry> {
             files: files.iter().map(|(name, _)| name.clone()).collect(),
         })
         .collect()
+}
+
+/// The files of a variant, made when its meshes or what is said in them did change.
+fn kept_files(
+    parts: &SetParts<'_>,
+    placed: &Placed,
+    materials: &SetMaterials,
+    variant: usize,
+    name: &str,
+) -> Result<Arc<Vec<EngineFiles>>, Vec<Diagnostic>> {
+    let (plan, seed) = (parts.plan, parts.identities[variant].1);
+    let told = (name, &plan.name, &plan.engines, &plan.wind, &placed.impostors[variant]);
+    let key = FILES.key().input(placed.keys[variant]).params(&told).number(seed.bits()).finish();
+    let weight = |all: &Vec<EngineFiles>| all.iter().flat_map(|(_, made)| made).map(|(_, bytes)| bytes.len()).sum();
+    parts.cache.remember_here(key, weight, || {
+        engine_files(parts, placed, materials, variant, name).map_err(|e| vec![Diagnostic::new("", e.to_string())])
+    })
 }
 
 fn engine_files(
@@ -343,7 +371,7 @@ fn engine_files(
 /// Every variant at every level of detail.
 fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
     let columns = |variant: usize| {
-        let levels = parts.trees[variant].ladder.levels.iter().zip(&placed.meshes[variant]).enumerate();
+        let levels = parts.trees[variant].ladder.levels.iter().zip(placed.meshes[variant].iter()).enumerate();
         levels
             .map(|(i, (level, mesh))| SheetColumn {
                 label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
@@ -414,7 +442,7 @@ fn manifest(
             coverage: placed.packed.coverage.after.clone(),
         }),
         notes: parts.notes.iter().map(|note| format!("{}: {}", note.about, note.message)).collect(),
-        files: files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
+        files: files.par_iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
     }
     .to_json()
 }
@@ -432,7 +460,7 @@ fn variant_entry(
     let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
     let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
     let height = bounds.max[1] - bounds.min[1];
-    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes).enumerate();
+    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {
         name: name.to_owned(),
         file: assets.iter().flat_map(|asset| &asset.files).next().cloned().unwrap_or_default(),

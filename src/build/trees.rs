@@ -9,7 +9,7 @@ use super::stages::{Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
 use crate::base::{Key, Seed};
 use crate::lod::{self, Ladder, Stock};
-use crate::mesh::{Mesh, check_indices};
+use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::Variant;
@@ -100,8 +100,7 @@ impl Entry for Plant {
 
 impl Entry for Ladder {
     fn weight(&self) -> usize {
-        let meshes = self.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
-        let meshes: usize = meshes.map(|mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4).sum();
+        let meshes: usize = self.levels.iter().map(|level| mesh_weight(&level.mesh)).sum();
         meshes + self.tiles.iter().map(lod::Tile::weight).sum::<usize>()
     }
 
@@ -144,12 +143,16 @@ impl Entry for Pictures {
     }
 }
 
-pub(super) fn weight(maps: &Maps) -> usize {
+pub(super) fn mesh_weight(tree: &TreeMesh) -> usize {
+    [&tree.bark, &tree.leaf].map(|mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4).iter().sum()
+}
+
+fn weight(maps: &Maps) -> usize {
     maps.color.len() * 10
 }
 
 /// Whether every map has a pixel for each place.
-pub(super) fn is_whole(maps: &Maps) -> bool {
+fn is_whole(maps: &Maps) -> bool {
     let pixels = maps.width as usize * maps.height as usize;
     pixels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()] == [pixels; 3]
 }

@@ -9,6 +9,9 @@ use super::measure::{Measured, views};
 use crate::bake::{Cutout, Repeat, Shape, Silhouette, View};
 use crate::mesh::TreeMesh;
 
+/// Every which view is looked at in searches.
+const SOME: usize = 3;
+
 /// The full tree from all views.
 pub(super) struct Outlines {
     views: Vec<View>,
@@ -39,7 +42,19 @@ impl Outlines {
         self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
     }
 
-    fn one(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
+    /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
+    pub(super) fn some(&self, draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync)) -> Vec<Silhouette> {
+        self.views.par_iter().skip(1).step_by(SOME).map(|view| draw(self, view)).collect()
+    }
+
+    /// Covered area over the full tree's, mean of every third view.
+    pub(super) fn ratio_of_some(&self, drawn: &[Silhouette]) -> f32 {
+        let ratio = |(a, b): (&Silhouette, &Silhouette)| ratio(a, b);
+        self.drawn.iter().skip(1).step_by(SOME).zip(drawn).map(ratio).sum::<f32>() / drawn.len().max(1) as f32
+    }
+
+    /// One view.
+    pub(super) fn one(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
         let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled };
         let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout };
         // Wood first: it asks for no texels.

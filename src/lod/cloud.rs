@@ -89,16 +89,17 @@ impl Cloud {
     /// Sets the gain so that the whole tree covers what the full one does: secant steps. `worn` are the cutouts of all
     /// tiles before its own. Gives back its outlines.
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain, Vec::new()));
+        let own = |gain: f32| -> Vec<Cutout> { self.cards.par_iter().map(|card| card.cutout(gain)).collect() };
+        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain));
         let mut before: Option<(f32, f32)> = None;
         for _ in 0..ROUNDS {
-            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.cutout(gain)).collect();
+            let own = own(gain);
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let drawn = outlines.draw(&self.tree, &worn);
-            let coverage = outlines.ratio(&drawn);
+            let drawn = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
+            let coverage = outlines.ratio_of_some(&drawn);
             let off = (coverage - 1.0).abs();
             if off < best.0 {
-                best = (off, gain, drawn);
+                best = (off, gain);
             }
             if off < 0.006 || self.cards.is_empty() {
                 break;
@@ -111,8 +112,20 @@ impl Cloud {
             before = Some((gain, coverage));
             gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
+        let own = own(best.1);
+        let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+        let mut drawn = outlines.draw(&self.tree, &worn);
+        // All views know better than some by how much it is off; one step is enough.
+        let off = outlines.ratio(&drawn) - 1.0;
         self.gain = best.1;
-        best.2
+        if off.abs() > 0.012 && !self.cards.is_empty() {
+            self.gain = (best.1 - off / 0.5).clamp(0.3, 4.0);
+            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.cutout(self.gain)).collect();
+            let base = worn.len() - own.len();
+            let worn: Vec<&Cutout> = worn[..base].iter().copied().chain(&own).collect();
+            drawn = outlines.draw(&self.tree, &worn);
+        }
+        drawn
     }
 
     /// The finished pictures.

@@ -28,7 +28,8 @@ use crate::preset::plan::{Lod, MeshParams};
 const SCREEN: f32 = 1080.0;
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
-/// Views of a measurement, and every which of them is looked at for colours.
+/// Views of a measurement (half as many of thinned levels, which agree from everywhere alike), and every which of them is
+/// looked at for colours.
 const VIEWS: u32 = 8;
 const COLORED: usize = 4;
 /// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
@@ -253,7 +254,8 @@ impl Bench<'_> {
     /// The full tree's outlines on so many samples.
     fn outlines(&mut self, lines: u32) -> &Outlines {
         let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
-        kept.get_or_insert_with(|| Outlines::new(self.full, &self.cutouts, lines, VIEWS))
+        let views = if lines == FINE { VIEWS / 2 } else { VIEWS };
+        kept.get_or_insert_with(|| Outlines::new(self.full, &self.cutouts, lines, views))
     }
 
     /// A level that wears leaf pictures only.
@@ -352,14 +354,13 @@ fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
 
 /// The gain with which an impostor covers as much as the full tree, and its outlines with it.
 fn settled(views: &Views, outlines: &Outlines) -> (f32, Vec<Silhouette>) {
-    let draw = |gain: f32| outlines.draw_solid(&|view: &View| views.shown(view.frame, gain));
     let mut gain = 1.0_f32;
-    let mut best = (f32::INFINITY, gain, Vec::new());
+    let mut best = (f32::INFINITY, gain);
     for _ in 0..ROUNDS {
-        let drawn = draw(gain);
-        let off = outlines.ratio(&drawn) - 1.0;
+        let drawn = outlines.some(&|outlines, view| outlines.one(view, &views.shown(view.frame, gain), &[]));
+        let off = outlines.ratio_of_some(&drawn) - 1.0;
         if off.abs() < best.0 {
-            best = (off.abs(), gain, drawn);
+            best = (off.abs(), gain);
         }
         if off.abs() < 0.01 {
             break;
@@ -367,7 +368,15 @@ fn settled(views: &Views, outlines: &Outlines) -> (f32, Vec<Silhouette>) {
         // Texels that are moved hide each other.
         gain = (gain - off * 1.1).clamp(0.6, 1.8);
     }
-    (best.1, best.2)
+    let draw = |gain: f32| outlines.draw_solid(&|view: &View| views.shown(view.frame, gain));
+    let drawn = draw(best.1);
+    // All views know better than some by how much it is off.
+    let off = outlines.ratio(&drawn) - 1.0;
+    if off.abs() < 0.012 {
+        return (best.1, drawn);
+    }
+    let gain = (best.1 - off * 1.1).clamp(0.6, 1.8);
+    (gain, draw(gain))
 }
 
 /// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the
