@@ -135,7 +135,9 @@ fn half(from: &Level) -> Level {
         if even {
             let (upper, lower) = from.alpha[2 * y as usize * wide..][..2 * wide].split_at(wide);
             let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
-            alpha.extend(pairs.map(|(a, b)| ((u32::from(a[0]) + u32::from(a[1]) + u32::from(b[0]) + u32::from(b[1])) / 4) as u8));
+            alpha.extend(
+                pairs.map(|(a, b)| ((u32::from(a[0]) + u32::from(a[1]) + u32::from(b[0]) + u32::from(b[1])) / 4) as u8),
+            );
             continue;
         }
         for x in 0..width {

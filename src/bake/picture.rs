@@ -90,6 +90,23 @@ impl Picture {
         level
     }
 
+    /// The texel of a level at a place, counted through all levels.
+    pub(super) fn address(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> u32 {
+        let level = level.min(self.levels.len() - 1);
+        let before: usize = self.levels[..level].iter().map(|l| l.color.len()).sum();
+        let level = &self.levels[level];
+        let at = |t: f32, size: u32| {
+            let t = if repeat == Repeat::Tiled { t - t.floor() } else { t };
+            ((t * size as f32) as u32).min(size - 1)
+        };
+        before as u32 + at(v, level.height) * level.width + at(u, level.width)
+    }
+
+    /// The colours of all levels, as [`address`](Self::address) counts them.
+    pub(super) fn colors(maps: &Maps) -> Vec<[u16; 4]> {
+        Self::new(maps).levels.into_iter().flat_map(|level| level.color).collect()
+    }
+
     /// Bilinear sample; edges clamped or repeated.
     pub(super) fn sample(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> Texel {
         let level = &self.levels[level.min(self.levels.len() - 1)];

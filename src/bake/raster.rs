@@ -17,9 +17,10 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
-use super::shade::{Fragment, Shading};
+use super::shade::{Fragment, Light, Shading};
 use crate::base::Frame;
 use crate::mesh::Mesh;
 
@@ -145,7 +146,7 @@ pub fn rasterize(
     samples: u32,
     shading: &Shading,
 ) -> Target {
-    draw(surfaces, view, (width, height, samples), shading, None).0
+    draw(surfaces, view, (width, height, samples), shading, Noted::Nothing).0
 }
 
 /// As [`rasterize`] for [`Shading::Albedo`], with what each pixel's colour is mixed from: a picture that is seldom drawn
@@ -158,24 +159,51 @@ pub fn survey(surfaces: &[Surface<'_>], view: &View, width: u32, height: u32, sa
         Some(start)
     });
     let starts: Vec<u32> = starts.collect();
-    draw(surfaces, view, (width, height, samples), &Shading::Albedo, Some(&starts))
+    let (target, notes) = draw(surfaces, view, (width, height, samples), &Shading::Albedo, Noted::Palette(&starts));
+    (target, notes.recipe)
 }
 
-/// Draws; with the first picture of each surface's where recipes are asked for.
+/// What each pixel shows in the light, before colours: see [`Draft`]. Pixels that show nothing have no part.
+pub(super) fn draft(
+    surfaces: &[Surface<'_>],
+    view: &View,
+    (width, height, samples): (u32, u32, u32),
+    light: Light,
+) -> (Target, Draft) {
+    let (target, recipe) = draw(surfaces, view, (width, height, samples), &Shading::Lit(light), Noted::Light);
+    (target, recipe.draft)
+}
+
+/// What is noted of each pixel's parts.
+#[derive(Clone, Copy)]
+enum Noted<'a> {
+    Nothing,
+    /// Texels of a palette, by each surface's first picture.
+    Palette(&'a [u32]),
+    /// Texels of the pictures' mips, and the light on them.
+    Light,
+}
+
+/// What was noted.
+#[derive(Default)]
+struct Notes {
+    recipe: Recipe,
+    draft: Draft,
+}
+
 fn draw(
     surfaces: &[Surface<'_>],
     view: &View,
     (width, height, samples): (u32, u32, u32),
     shading: &Shading,
-    palette: Option<&[u32]>,
-) -> (Target, Recipe) {
+    noted: Noted<'_>,
+) -> (Target, Notes) {
     let samples = samples.clamp(1, 16);
     let (width, height) = (width.clamp(1, LARGEST / samples), height.clamp(1, LARGEST / samples));
     let grid = Grid { columns: (width * samples) as usize, rows: (height * samples) as usize };
     let per_pixel = samples as usize;
     // A small picture is one band: whoever draws many of them spreads the pictures. A band holds whole pixels.
-    let rows =
-        if grid.columns * grid.rows <= SMALL { grid.rows } else { (BAND / per_pixel).max(1) * per_pixel };
+    let rows = if grid.columns * grid.rows <= SMALL { grid.rows } else { (BAND / per_pixel).max(1) * per_pixel };
     let projected: Vec<Vec<Point>> = surfaces.iter().map(|s| project(s.mesh, view, grid)).collect();
     let scene = Scene::new(surfaces, &projected, view, grid, *shading == Shading::Nothing);
     let bands = (rows < grid.rows).then(|| Bands::new(&scene, rows));
@@ -198,7 +226,7 @@ fn draw(
             Some(bands) => bands.of(band).iter().for_each(|&name| scene.fill(name, first, &mut buffer)),
             None => scene.fill_all(&mut buffer),
         }
-        let mut recipe = Recipe::default();
+        let mut notes = Notes::default();
         let area = (samples * samples) as f32;
         let mut shader = Shader { scene: &scene, shading, area, held: NONE, surface: 0, setup: None };
         let mut shown: Vec<Shown> = Vec::new();
@@ -226,10 +254,17 @@ fn draw(
                     let mut sum = Fragment::default();
                     for part in &shown {
                         let fragment = shader.shade(part);
-                        if let Some(starts) = palette {
-                            let start = starts[shader.surface] * Palette::TEXELS;
-                            let place = if fragment.place == NONE { NONE } else { start + fragment.place };
-                            mixed.push((place, fragment.shade * part.count as f32 * scale));
+                        match noted {
+                            Noted::Nothing => {}
+                            Noted::Palette(starts) => {
+                                let start = starts[shader.surface] * Palette::TEXELS;
+                                let place = if fragment.place == NONE { NONE } else { start + fragment.place };
+                                mixed.push((place, fragment.shade * part.count as f32 * scale));
+                            }
+                            Noted::Light => {
+                                let light = fragment.light * (part.count as f32 / area);
+                                notes.draft.add(shader.surface, fragment.texel, light);
+                            }
                         }
                         sum.add(fragment, part.count as f32);
                     }
@@ -238,11 +273,13 @@ fn draw(
                     occlusion[pixel] = sum.occlusion * scale;
                 }
             }
-            if palette.is_some() {
-                recipe.push(&mut mixed);
+            match noted {
+                Noted::Nothing => {}
+                Noted::Palette(_) => notes.recipe.push(&mut mixed),
+                Noted::Light => notes.draft.end(shown.len()),
             }
         }
-        recipe
+        notes
     };
     let rows = (
         target.coverage.par_chunks_mut(pixels),
@@ -251,8 +288,9 @@ fn draw(
         target.occlusion.par_chunks_mut(pixels),
         target.depth.par_chunks_mut(pixels),
     );
-    let recipes: Vec<Recipe> = rows.into_par_iter().enumerate().map(drawn).collect();
-    (target, Recipe::joined(recipes))
+    let all: Vec<Notes> = rows.into_par_iter().enumerate().map(drawn).collect();
+    let (recipes, drafts) = all.into_iter().map(|notes| (notes.recipe, notes.draft)).unzip();
+    (target, Notes { recipe: Recipe::joined(recipes), draft: Draft::joined(drafts) })
 }
 
 /// The rows of a target that one task fills.
@@ -618,13 +656,14 @@ impl Setup {
             }
         }
         let mut normal = normal.normalize_or(Vec3::Y);
-        let (mut color, mut occlusion, mut place) = (Vec3::ONE, 1.0, NONE);
+        let (mut color, mut occlusion, mut place, mut address) = (Vec3::ONE, 1.0, NONE, NONE);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
             let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
             color = texel.color;
             occlusion = texel.occlusion;
             place = Palette::place(t as u32, uv, surface.repeat);
+            address = surface.pictures[t].address(self.level, uv.x, uv.y, surface.repeat);
             let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
             if tangent != Vec3::ZERO {
                 let n = texel.normal;
@@ -632,7 +671,16 @@ impl Setup {
                 normal = bent.normalize_or(normal);
             }
         }
-        Fragment { color: color * shade, normal, occlusion, back: self.back, shade, place }
+        Fragment {
+            color: color * shade,
+            light: Vec3::splat(shade),
+            normal,
+            occlusion,
+            back: self.back,
+            shade,
+            place,
+            texel: address,
+        }
     }
 }
 
@@ -699,9 +747,8 @@ impl Shader<'_> {
             self.surface = surface;
             let (points, surface) = (&self.scene.projected[surface], &self.scene.surfaces[surface]);
             let corners = surface.mesh.indices[triangle * 3..].first_chunk::<3>().copied();
-            self.setup = corners.and_then(|corners| {
-                Setup::new(surface, corner_points(points, corners)?, corners, Some(self.area))
-            });
+            self.setup = corners
+                .and_then(|corners| Setup::new(surface, corner_points(points, corners)?, corners, Some(self.area)));
         }
         let surface = &self.scene.surfaces[self.surface];
         let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, part.middle()));

@@ -176,13 +176,19 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Frame;
     use crate::bake::{Picture, Surface, View, survey};
+    use crate::base::Frame;
     use crate::mesh::Mesh;
 
     fn plain(color: [u8; 3]) -> Maps {
         let [r, g, b] = color;
-        Maps { width: 8, height: 8, color: vec![[r, g, b, 255]; 64], normal: vec![[128, 128, 255]; 64], orm: vec![[255; 3]; 64] }
+        Maps {
+            width: 8,
+            height: 8,
+            color: vec![[r, g, b, 255]; 64],
+            normal: vec![[128, 128, 255]; 64],
+            orm: vec![[255; 3]; 64],
+        }
     }
 
     /// Squares side by side, each wearing its own picture; the last one is shaded.

@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::atlas::{Picked, Relief};
 use super::Maps;
+use super::atlas::{Picked, Relief};
 
 /// `maps` at another, not larger size; both sides at least 1.
 pub(super) fn shrink(maps: &Maps, width: u32, height: u32) -> Maps {

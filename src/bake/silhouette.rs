@@ -225,7 +225,13 @@ mod tests {
     fn it_covers_what_the_rasterizer_draws() {
         let maps = |hole: u32| {
             let color = (0..64 * 64).map(|i| [9, 9, 9, if (i % 64 / 8 + i / 512) % hole == 0 { 255 } else { 0 }]);
-            Maps { width: 64, height: 64, color: color.collect(), normal: vec![[128, 128, 255]; 4096], orm: vec![[255; 3]; 4096] }
+            Maps {
+                width: 64,
+                height: 64,
+                color: color.collect(),
+                normal: vec![[128, 128, 255]; 4096],
+                orm: vec![[255; 3]; 4096],
+            }
         };
         let pictures = [Picture::new(&maps(2)), Picture::new(&maps(3))];
         let cutouts: Vec<&Cutout> = pictures.iter().map(Picture::cutout).collect();
@@ -243,7 +249,8 @@ mod tests {
     #[test]
     fn pixels_of_any_size_add_up() {
         let mesh = strewn(60);
-        let drawn = Silhouette::new(&[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled }], &front(1.5), 150, 90);
+        let drawn =
+            Silhouette::new(&[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled }], &front(1.5), 150, 90);
         for size in [1, 2, 3, 5, 10, 15, 30] {
             let sum: u64 = drawn.pixels(size).iter().map(|c| u64::from(*c)).sum();
             assert_eq!(sum, drawn.count(), "{size}");

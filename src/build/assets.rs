@@ -10,7 +10,7 @@ use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
 use super::trees::{self, Tree};
-use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetRow};
+use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetDraft, SheetRow};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
@@ -28,6 +28,7 @@ const PNG: Stage = Stage("png", 2);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
+const SHEET: Stage = Stage("sheet", 1);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -274,7 +275,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         files.push((uris.normal.clone(), maps.normal));
         files.push((uris.orm.clone(), maps.orm));
     }
-    files.push((format!("{set}_contact.png"), sheet.map_err(|e| fail(&e))?));
+    files.push((format!("{set}_contact.png"), sheet?));
     files.sort();
     let manifest = manifest(parts, placed, &materials, &names, (&files, &assets)).map_err(|e| fail(&e))?;
     files.push((manifest_name(set), manifest.into_bytes()));
@@ -368,8 +369,8 @@ fn engine_files(
     engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
 }
 
-/// Every variant at every level of detail.
-fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
+/// Every variant at every level of detail. Drawn when a shape did change, and painted.
+fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, Vec<Diagnostic>> {
     let columns = |variant: usize| {
         let levels = parts.trees[variant].ladder.levels.iter().zip(placed.meshes[variant].iter()).enumerate();
         levels
@@ -379,10 +380,17 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
             })
             .collect()
     };
-    let rows: Vec<SheetRow<'_>> =
-        names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
-    let sheet = bake::contact_sheet(&rows, &placed.maps, &parts.pictures.bark);
+    let key = SHEET.key().input(parts.pictures.shapes()).params(&names);
+    let key = placed.keys.iter().fold(key, |key, tree| key.input(*tree)).finish();
+    let (atlas, bark) = (&placed.maps, &parts.pictures.bark);
+    let draft = parts.cache.remember_here(key, SheetDraft::weight, || {
+        let rows: Vec<SheetRow<'_>> =
+            names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
+        Ok(SheetDraft::new(&rows, atlas, bark))
+    })?;
+    let sheet = draft.paint(atlas, bark);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+        .map_err(|e| vec![Diagnostic::new("", e.to_string())])
 }
 
 /// A level's kind as the manifest and the contact sheet name it.
@@ -409,10 +417,9 @@ fn manifest(
     let plan = parts.plan;
     let size = |maps: &Maps| (maps.width, maps.height);
     let mut textures = Vec::new();
-    for (material, uris, (width, height)) in [
-        ("bark", &materials.bark, size(&parts.pictures.bark)),
-        ("leaf", &materials.leaf, size(&placed.maps)),
-    ] {
+    for (material, uris, (width, height)) in
+        [("bark", &materials.bark, size(&parts.pictures.bark)), ("leaf", &materials.leaf, size(&placed.maps))]
+    {
         for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
             textures.push(TextureEntry {
                 file: file.clone(),

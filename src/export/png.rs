@@ -66,7 +66,8 @@ pub fn encode(pixels: &[u8], width: u32, height: u32, kind: PngKind) -> Result<V
         .collect();
     let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
     let color = if kind == PngKind::Rgba { 6 } else { 2 };
-    let header: Vec<u8> = [width.to_be_bytes(), height.to_be_bytes()].concat().into_iter().chain([8, color, 0, 0, 0]).collect();
+    let header: Vec<u8> =
+        [width.to_be_bytes(), height.to_be_bytes()].concat().into_iter().chain([8, color, 0, 0, 0]).collect();
     chunk(&mut out, b"IHDR", &header);
     let mut sum = Adler::EMPTY;
     for (i, strip) in deflated.iter().enumerate() {

@@ -8,8 +8,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::bake_card::{Card, Place};
 use super::agree::Outlines;
+use super::bake_card::{Card, Place};
 use super::measure::{Wardrobe, bounds};
 use super::planes::{self, Plane, Unit};
 use super::thin::append;

@@ -143,8 +143,7 @@ impl Kernels {
         };
         // Amplitude and width of each channel's Gaussians.
         let channel = |terms: &[(f32, f32)]| -> Vec<(Vec<f32>, f32)> {
-            let mut made: Vec<(Vec<f32>, f32)> =
-                terms.iter().map(|&(a, b)| (gauss(b), a * (PI / b).sqrt())).collect();
+            let mut made: Vec<(Vec<f32>, f32)> = terms.iter().map(|&(a, b)| (gauss(b), a * (PI / b).sqrt())).collect();
             let total: f32 = made.iter().map(|(k, w)| w * k.iter().sum::<f32>() * k.iter().sum::<f32>()).sum();
             made.iter_mut().for_each(|term| term.1 /= total);
             made

@@ -84,10 +84,7 @@ impl Stock {
         };
         let leaves: Vec<Maps> = leaf_art.iter().map(|maps| plain(maps, [96, 118, 58])).collect();
         let bark = plain(bark, [112, 98, 84]);
-        Self {
-            wardrobe: Wardrobe::new(&leaves, &bark),
-            palette: Palette::new(std::iter::once(&bark).chain(&leaves)),
-        }
+        Self { wardrobe: Wardrobe::new(&leaves, &bark), palette: Palette::new(std::iter::once(&bark).chain(&leaves)) }
     }
 }
 
@@ -107,14 +104,7 @@ pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps],
 
 /// As [`ladder`], with a mean edge of the cards' pictures of `texels`, 8..=1024.
 #[must_use]
-pub fn ladder_with(
-    plant: &Plant,
-    mesh: &MeshParams,
-    lods: &[Lod],
-    stock: &Stock,
-    texels: u32,
-    seed: Seed,
-) -> Ladder {
+pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock, texels: u32, seed: Seed) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
     let full = full_level(plant, &posed, &light, mesh);
@@ -290,7 +280,12 @@ impl Bench<'_> {
     }
 
     /// Adds the differences in colour of a level that wears some tiles of a ladder.
-    fn colors(&self, tree: &TreeMesh, (before, own): (&[Tile], &[Tile]), (at, found): (f32, Measured)) -> (f32, Measured) {
+    fn colors(
+        &self,
+        tree: &TreeMesh,
+        (before, own): (&[Tile], &[Tile]),
+        (at, found): (f32, Measured),
+    ) -> (f32, Measured) {
         let dressed;
         let wardrobe = if own.is_empty() {
             &self.stock.wardrobe

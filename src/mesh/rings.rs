@@ -117,7 +117,9 @@ fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
                 continue;
             }
             // Of the two the one that stands nearer to its other neighbour: the tube loses least with it.
-            let room = |k: usize, other: usize| if k == 0 || k == last { f32::INFINITY } else { (rings[k].arc - rings[other].arc).abs() };
+            let room = |k: usize, other: usize| {
+                if k == 0 || k == last { f32::INFINITY } else { (rings[k].arc - rings[other].arc).abs() }
+            };
             let (before, after) = (room(i, i.saturating_sub(1)), room(i + 1, (i + 2).min(last)));
             let victim = if before < after && !(i > 0 && gone[i - 1]) { i } else { i + 1 };
             if victim > 0 && victim < last {
