@@ -84,7 +84,8 @@ fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outco
         .flatten_iter()
         .collect();
     let scores = select::scores(&examined, &sources, &selection.scores);
-    let picked = select::pick(selection.pick, selection.keep, selection.filter.botany, &examined, &scores);
+    let Selection { pick, keep, decided, filter, .. } = selection;
+    let picked = select::pick_decided(*pick, *keep, decided, filter.botany, &examined, &scores);
     let picked = picked.map_err(|error| {
         let hint = match error {
             select::PickError::TooFew { .. } => "raise `candidates`, or lower `count`",

@@ -6,6 +6,7 @@
 //! and nothing else.
 
 mod blends;
+mod decided;
 mod guiding;
 mod json_schema;
 mod look;
