@@ -1,7 +1,7 @@
 //! The stages of one tree: dressed, and every level of detail. Keyed by the content of what goes in, so that a tree is
 //! made again only when it, its parameters or its pictures did change, whichever way they came about.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
@@ -34,15 +34,15 @@ pub(super) struct Tree {
 pub(super) struct Trees<'a> {
     plan: &'a Plan,
     wardrobe: &'a Wardrobe,
-    /// The content of the wardrobe's pictures.
-    pictures: Key,
+    /// The content of the wardrobe's pictures, once somebody asks.
+    pictures: OnceLock<Key>,
     cache: &'a Cache,
     sketches: &'a [Drawn],
 }
 
 impl<'a> Trees<'a> {
     pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
-        Self { plan, wardrobe, pictures: content(&wardrobe.pictures), cache, sketches }
+        Self { plan, wardrobe, pictures: OnceLock::new(), cache, sketches }
     }
 
     /// A variant with leaves.
@@ -64,7 +64,8 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let key = LADDER.key().input(content(plant)).input(self.pictures).params(mesh).params(lods).number(seed.bits());
+        let pictures = *self.pictures.get_or_init(|| content(&self.wardrobe.pictures));
+        let key = LADDER.key().input(content(plant)).input(pictures).params(mesh).params(lods).number(seed.bits());
         let Pictures { leaves, bark } = &self.wardrobe.pictures;
         let key = key.finish();
         (self.made(LADDER, key, || lod::ladder(plant, mesh, lods, leaves, bark, seed)), key)

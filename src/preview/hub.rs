@@ -10,10 +10,12 @@ use axum::body::{Bytes, HttpBody};
 use hyper::body::Frame;
 use tokio::sync::mpsc;
 
+use super::drafts::Workshop;
 use super::project::Project;
 use super::scene::{self, Wear};
 use super::three::Three;
 use super::turntable::{self, Framing};
+use crate::build::{Cache, Limits};
 use crate::export::Manifest;
 use crate::mesh::TreeMesh;
 use crate::watch::{Event, WatchOptions};
@@ -32,6 +34,8 @@ pub(super) struct Hub {
     project: Mutex<Project>,
     pub(super) listeners: Listeners,
     pub(super) three: Option<Three>,
+    pub(super) workshop: Workshop,
+    pub(super) limits: Limits,
     drawn: Mutex<Kept<Vec<u8>>>,
     wears: Mutex<Kept<Wear>>,
     meshes: Mutex<Kept<TreeMesh>>,
@@ -49,12 +53,14 @@ pub(super) struct Shot {
 }
 
 impl Hub {
-    pub(super) fn new(watch: &WatchOptions, three: Option<Three>) -> Self {
+    pub(super) fn new(watch: &WatchOptions, three: Option<Three>, cache: Arc<Cache>) -> Self {
         let version = three.as_ref().map(|three| three.version.clone());
         Self {
             project: Mutex::new(Project::new(&watch.folder, &watch.out, version)),
             listeners: Listeners::default(),
             three,
+            workshop: Workshop::new(cache, watch.limits.clone()),
+            limits: watch.limits.clone(),
             drawn: Mutex::default(),
             wears: Mutex::default(),
             meshes: Mutex::default(),
@@ -68,7 +74,11 @@ impl Hub {
 
     /// Takes what the watcher tells, and tells the page.
     pub(super) fn take(&self, event: Event<'_>) {
-        if let Some(news) = self.project().take(event) {
+        if matches!(event, Event::Preset(_)) {
+            self.workshop.saved();
+        }
+        let news = self.project().take(event);
+        if let Some(news) = news {
             self.listeners.tell("state", &news);
         }
     }

@@ -17,6 +17,7 @@
 //! | `GET /api/knobs?preset=&file=` | what sliders can set in a preset or species, with the schema's ranges (JSON) |
 //! | `POST /api/draft` | a tree that is in no set: a variant or source with edits, a mix, a sketch; picture or mesh |
 //! | `POST /api/save` | edits of a preset's or species' text, kept with its comments and order |
+//! | `POST /api/decide` | a variant's number goes into `keep:` or `reject:` of its entry, or leaves it |
 //! | `POST /api/sketch` | a drawn crown as SVG beside the preset |
 //!
 //! # Limits
@@ -27,6 +28,8 @@
 //! looked up, never joined to a path. Written are `*.ron` files that a preset reads and that lie in the project's
 //! folder, and SVGs in its `sketches`; each whole or not at all, and only if it still is what the page saw.
 
+pub mod desk;
+pub mod drafts;
 pub mod gate;
 mod hub;
 mod pages;
@@ -88,7 +91,8 @@ impl Preview {
     ) -> Result<Self, String> {
         let PreviewOptions { watch, listen, three } = options;
         let three = three::found(three.as_deref(), &watch.folder)?;
-        let hub = Arc::new(Hub::new(&watch, three));
+        let mut watcher = Watcher::new(watch.clone());
+        let hub = Arc::new(Hub::new(&watch, three, watcher.cache()));
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let (address, serving) = server::start(listen, hub.clone(), stopped)
             .map_err(|error| format!("can't listen at {listen}: {error}"))?;
@@ -96,7 +100,6 @@ impl Preview {
         let over = ends.clone();
         // It waits for the system most of the time and can't be woken: it ends with the process, or at the next event.
         std::thread::spawn(move || {
-            let mut watcher = Watcher::new(watch);
             watcher.run(&|event| {
                 tell(&event);
                 hub.take(event);

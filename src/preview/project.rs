@@ -9,8 +9,9 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::desk::{Standing, standings};
 use crate::base::Diagnostic;
-use crate::build::{BuildError, Happened, Progress};
+use crate::build::{BuildError, Happened, Progress, load_preset};
 use crate::export::{Manifest, VariantEntry};
 use crate::watch::Event;
 
@@ -46,6 +47,9 @@ struct Preset {
     /// The set's name.
     set: String,
     manifest: Option<Arc<Manifest>>,
+    /// Where the variants stand in the text; empty until the set is what the text means.
+    standings: Vec<Standing>,
+    rejected: Vec<(usize, u64)>,
     building: bool,
     steps: (usize, usize),
     errors: Vec<ErrorView>,
@@ -149,9 +153,13 @@ impl Project {
             Progress::Set { outcome, folder } => {
                 let manifest = manifest(folder, &outcome.set);
                 self.errors.clear();
+                let path = self.current.clone()?;
                 let preset = self.now()?;
                 preset.building = false;
                 preset.errors.clear();
+                if let (Some(manifest), Ok(loaded)) = (&manifest, load_preset(&path)) {
+                    (preset.standings, preset.rejected) = standings(&loaded, manifest);
+                }
                 preset.set.clone_from(&outcome.set);
                 if outcome.happened == Happened::Built {
                     preset.took = outcome.took.as_secs_f64();
@@ -213,6 +221,8 @@ impl Preset {
             set: stem,
             notes: manifest.as_ref().map(|m| m.notes.clone()).unwrap_or_default(),
             manifest,
+            standings: Vec::new(),
+            rejected: Vec::new(),
             building: false,
             steps: (0, 0),
             errors: Vec::new(),
@@ -221,7 +231,13 @@ impl Preset {
     }
 
     fn view(&self) -> Value {
-        let variants = self.manifest.iter().flat_map(|m| m.variants.iter().enumerate().map(|(i, v)| variant(i, v)));
+        let variants = self.manifest.iter().flat_map(|m| m.variants.iter().enumerate()).map(|(i, v)| {
+            let mut told = variant(i, v);
+            let standing = self.standings.get(i).copied().unwrap_or_default();
+            told["number"] = json!(standing.number);
+            told["kept"] = json!(standing.kept);
+            told
+        });
         json!({
             "preset": self.file,
             "set": self.set,
@@ -232,6 +248,7 @@ impl Preset {
             "errors": self.errors,
             "notes": self.notes,
             "took": self.took,
+            "rejected": self.rejected,
             "wind": self.manifest.as_ref().is_some_and(|m| m.wind.is_some()),
             "textures": self.manifest.as_ref().map(|m| &m.textures),
             "variants": variants.collect::<Vec<_>>(),

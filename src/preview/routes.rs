@@ -10,13 +10,19 @@ use axum::extract::{Path, Query, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use tokio::sync::Semaphore;
 
+use super::desk::{self, Decide, Drawn as Crown, Refused, Save};
+use super::drafts::Draft;
 use super::gate::{self, Asked, Refusal};
 use super::hub::{Hub, Shot};
+use super::project::ErrorView;
 use super::{pages, turntable};
+use crate::base::Diagnostic;
+use crate::build::{Loaded, load_edited};
 
 /// Largest body of a request, bytes.
 const LARGEST: usize = 1 << 20;
@@ -56,6 +62,11 @@ pub(super) fn router(hub: Arc<Hub>, address: SocketAddr) -> Router {
         .route("/three/{file}", get(three))
         .route("/api/state", get(state))
         .route("/api/events", get(events))
+        .route("/api/knobs", get(knobs))
+        .route("/api/draft", post(draft))
+        .route("/api/save", post(save))
+        .route("/api/decide", post(decide))
+        .route("/api/sketch", post(sketch))
         .route("/set/{set}/{file}", get(set_file))
         .route("/picture/{set}/{variant}", get(picture))
         .fallback(|| async { refused(404, "there is nothing here") })
@@ -227,4 +238,125 @@ async fn picture(
         Some(png) => typed("image/png", png.to_vec()),
         None => refused(404, "there is no such variant"),
     }
+}
+
+/// What a request asks, as JSON.
+async fn asked<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
+    let bytes = body(request).await?;
+    serde_json::from_slice(&bytes).map_err(|error| refused(400, &format!("this is not what is asked for here: {error}")))
+}
+
+/// Errors of presets as JSON.
+fn wrong(hub: &Hub, errors: &[Diagnostic]) -> Response {
+    let folder = hub.project().folder.clone();
+    let shown: Vec<ErrorView> = errors.iter().take(20).map(|error| ErrorView::of(error, &folder)).collect();
+    let message = errors.first().map(ToString::to_string).unwrap_or_default();
+    let mut response = json(&serde_json::json!({ "message": message, "errors": shown }));
+    *response.status_mut() = StatusCode::UNPROCESSABLE_ENTITY;
+    response
+}
+
+/// Why nothing was written, as an answer.
+fn told(hub: &Hub, why: &Refused) -> Response {
+    match why {
+        Refused::Stale => refused(409, "the file or the set has changed meanwhile; look again"),
+        Refused::NoFile => refused(403, "this is no file that the page may read or write"),
+        Refused::Wrong(sentence) => refused(422, sentence),
+        Refused::Broken(errors) => wrong(hub, errors),
+    }
+}
+
+/// Reads a preset by its file's name, does something with it aside, and answers.
+async fn with_preset(
+    shared: &Shared,
+    file: String,
+    work: impl FnOnce(&Hub, &std::path::Path, &Loaded) -> Result<serde_json::Value, Refused> + Send + 'static,
+) -> Response {
+    let answer = aside(shared, move |hub| {
+        let (path, folder) = {
+            let project = hub.project();
+            (project.preset(&file), project.folder.clone())
+        };
+        let Some(path) = path else { return refused(404, "there is no such preset") };
+        match load_edited(&path, &hub.limits, std::collections::BTreeMap::new()) {
+            Ok(loaded) => match work(hub, &folder, &loaded) {
+                Ok(value) => json(&value),
+                Err(why) => told(hub, &why),
+            },
+            Err(errors) => wrong(hub, &errors),
+        }
+    });
+    answer.await.unwrap_or_else(|| refused(500, "it went wrong"))
+}
+
+#[derive(Debug, Deserialize)]
+struct KnobsQuery {
+    preset: String,
+    file: Option<String>,
+}
+
+async fn knobs(State(shared): State<Shared>, Query(query): Query<KnobsQuery>) -> Response {
+    let KnobsQuery { preset, file } = query;
+    let file = file.unwrap_or_else(|| preset.clone());
+    with_preset(&shared, preset, move |_, folder, loaded| desk::knobs_of(folder, loaded, &file)).await
+}
+
+async fn save(State(shared): State<Shared>, request: Request) -> Response {
+    match asked::<Save>(request).await {
+        Ok(asked) => {
+            with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
+                desk::save(folder, loaded, &hub.limits, &asked)
+            })
+            .await
+        }
+        Err(response) => response,
+    }
+}
+
+async fn decide(State(shared): State<Shared>, request: Request) -> Response {
+    match asked::<Decide>(request).await {
+        Ok(asked) => {
+            with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
+                let set = hub.project().set(&loaded.plan.name).ok_or(Refused::Stale)?;
+                desk::decide(folder, loaded, &hub.limits, &set.0, &asked)
+            })
+            .await
+        }
+        Err(response) => response,
+    }
+}
+
+async fn sketch(State(shared): State<Shared>, request: Request) -> Response {
+    match asked::<Crown>(request).await {
+        Ok(asked) => {
+            with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
+                desk::draw(folder, loaded, &hub.limits, &asked)
+            })
+            .await
+        }
+        Err(response) => response,
+    }
+}
+
+async fn draft(State(shared): State<Shared>, request: Request) -> Response {
+    let draft = match asked::<Draft>(request).await {
+        Ok(draft) => draft,
+        Err(response) => return response,
+    };
+    let made = aside(&shared, move |hub| {
+        let path = hub.project().preset(&draft.preset);
+        let Some(path) = path else { return refused(404, "there is no such preset") };
+        match hub.workshop.draw(&path, &draft) {
+            Ok((png, facts)) => {
+                let mut response = typed("image/png", png);
+                let facts = serde_json::to_string(&facts).unwrap_or_default();
+                if let Ok(facts) = HeaderValue::from_str(&facts) {
+                    response.headers_mut().insert("x-treewright", facts);
+                }
+                response
+            }
+            Err(errors) => wrong(hub, &errors),
+        }
+    });
+    made.await.unwrap_or_else(|| refused(500, "it went wrong"))
 }

@@ -130,6 +130,12 @@ impl Watcher {
         watcher
     }
 
+    /// What its builds keep.
+    #[must_use]
+    pub fn cache(&self) -> std::sync::Arc<crate::build::Cache> {
+        self.builder.cache()
+    }
+
     /// Looks at files from now on; what the system still tells is heard as well.
     fn poll_because(&mut self, error: &notify::Error) {
         if self.polling.is_none() {
