@@ -5,15 +5,15 @@ import { el, picture } from './kit.js';
 const STEP = 15;
 
 export function turntable(box) {
-  const image = el('img', { alt: '', draggable: false });
-  box.append(image);
+  const image = el('img', { alt: '', draggable: false }), second = el('img.flat', { alt: '', draggable: false, hidden: true });
+  box.append(image, second);
   let shown = null, turn = 30, from = null;
   const near = new Map();
 
-  function source(at) {
+  function source(at, index = shown.index) {
     const height = Math.min(1024, Math.max(240, Math.round(box.clientHeight)));
-    const width = Math.min(1024, Math.max(240, Math.round(box.clientWidth)));
-    return picture(shown.set, shown.index, { level: shown.level, turn: at, width, height });
+    const width = Math.min(1024, Math.max(200, Math.round(box.clientWidth / (shown.beside === undefined ? 1 : 2))));
+    return picture(shown.set, index, { level: shown.level, turn: at, width, height });
   }
   function draw() {
     if (!shown) return;
@@ -27,6 +27,9 @@ export function turntable(box) {
     next.decode().then(() => {
       if (image.dataset.wanted !== wanted) return;
       image.src = wanted;
+      second.hidden = shown.beside === undefined;
+      box.classList.toggle('halves', !second.hidden);
+      if (!second.hidden) second.src = source(snapped, shown.beside);
       image.alt = `${shown.name}, seen from ${snapped} degrees`;
       box.dataset.drawn = wanted;
       for (const by of [STEP, -STEP, 2 * STEP]) {
@@ -43,6 +46,6 @@ export function turntable(box) {
   return {
     show(what) { shown = what; near.clear(); draw(); },
     turn(by) { turn += by; draw(); },
-    close() { resized.disconnect(); },
+    close() { resized.disconnect(); box.classList.remove('halves'); },
   };
 }
