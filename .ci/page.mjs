@@ -109,6 +109,12 @@ async function page(address, options = {}) {
 }
 const shot = (page, name) => page.screenshot({ path: join(shots, `${name}.png`) });
 const drawn = page => page.waitForFunction(() => { const d = document.querySelector('.canvas')?.dataset.drawn; return d && !d.startsWith('error') && d; }).then(handle => handle.jsonValue());
+/** Opens a view and waits until it shows something. */
+async function go(page, view) {
+  await page.evaluate(view => { document.getElementById('main').dataset.view = ''; location.hash = `#/${view}`; }, view);
+  await page.waitForFunction(name => document.getElementById('main').dataset.view === name, view.split('/')[0]);
+  return drawn(page);
+}
 const pictures = page => page.waitForFunction(() => { const all = [...document.querySelectorAll('.card img')].filter(i => i.getBoundingClientRect().top < innerHeight); return all.length && all.every(i => i.complete && i.naturalWidth); });
 
 let servers = [];
@@ -135,8 +141,8 @@ try {
   check(await p.locator('.card').count() === 1, 'the filter finds a source');
   await p.locator('input[type=search]').fill('');
   await p.locator('select').first().selectOption('height');
-  const heights = await p.locator('.card dd:first-of-type').allTextContents();
-  check(heights.length > 0, 'it sorts');
+  const heights = (await p.locator('.card dl div:first-child dd').allTextContents()).map(parseFloat);
+  check(heights.every((h, i) => i === 0 || h <= heights[i - 1]), `it sorts by height: ${heights.join(', ')}`);
   await p.locator('select').first().selectOption('order');
   await p.locator('.card', { hasText: 'street_004' }).getByRole('button', { name: /Keep/ }).click();
   await p.waitForFunction(() => document.querySelector('.card.kept'));
@@ -153,8 +159,7 @@ try {
   await until('as before', async () => { const s = await state(address); return s.idle && s.sets[0].variants.every(v => !v.kept) && !s.sets[0].rejected.length; });
 
   // The view in space at each level, with wireframe, wind, beside another, by distance, and a forest.
-  await p.goto(`${address}#/view/street/2`);
-  await drawn(p);
+  await go(p, 'view/street/2');
   check((await p.locator('.canvas canvas').count()) === 1, 'the view in space draws by three.js');
   const triangles = [];
   for (const level of [0, 1, 2, 3]) {
@@ -198,8 +203,7 @@ try {
   check(counts.reduce((a, b) => a + b, 0) === 1000 && counts.filter(Boolean).length > 1, `a thousand trees at their levels: ${counts.join(', ')}`);
 
   // The pad.
-  await p.goto(`${address}#/explore`);
-  await drawn(p);
+  await go(p, 'explore');
   const pad = await p.locator('.pad').boundingBox();
   await p.mouse.move(pad.x + pad.width / 2, pad.y + pad.height / 2);
   await p.mouse.down();
@@ -217,13 +221,12 @@ try {
   check(text.includes('// On the way from one to the other.') && text.indexOf('slim": 1.0}),\n        Mix(') > 0, 'the mix is added in the style of the list, comments stay');
 
   // Sliders.
-  await p.goto(`${address}#/tune`);
-  await drawn(p);
+  await go(p, 'tune');
   await p.locator('.knob input[type=number]').first().waitFor();
-  const first = p.locator('.knob[data-path=height] input[type=number]');
-  await first.fill('6');
+  const first = p.locator('.knob[data-path=bole] input[type=number]');
+  await first.fill('0.4');
   await first.press('Enter');
-  await p.waitForFunction(() => document.querySelector('.canvas').dataset.drawn?.includes('"6.0"'));
+  await p.waitForFunction(() => document.querySelector('.canvas').dataset.drawn?.includes('"0.4"'));
   await shot(p, '09-tune');
   const species = join(folder, 'species/oak.ron');
   const old = readFileSync(species, 'utf8');
@@ -234,8 +237,7 @@ try {
   writeFileSync(species, old);
 
   // The sketch.
-  await p.goto(`${address}#/sketch`);
-  await drawn(p);
+  await go(p, 'sketch');
   const paper = await p.locator('.canvas').boundingBox();
   const around = t => [paper.x + paper.width * (.5 + .17 * Math.sin(t) * (1 + .25 * Math.cos(t))), paper.y + paper.height * (.45 - .3 * Math.cos(t))];
   await p.mouse.move(...around(0));
@@ -251,13 +253,14 @@ try {
   await until('the sketched tree is built', async () => { const s = await state(address); return s.idle && !s.sets[0].errors.length && s.sets[0].variants.length >= 8; });
 
   // Live: a broken preset, and a mended one.
-  await p.goto(`${address}#/gallery`);
+  await p.evaluate(() => { location.hash = '#/gallery'; });
   await p.waitForFunction(() => document.querySelectorAll('.card').length === 8);
   const latency = [];
   for (let i = 0; i < 5; i++) {
     for (const next of [PAIR.replace('density', 'densty'), PAIR]) {
-      const news = p.evaluate(() => new Promise(done => addEventListener('treewright', () => done(Date.now()), { once: true })));
       await wait(400);
+      const news = p.evaluate(() => new Promise(done => addEventListener('treewright', () => done(Date.now()), { once: true })));
+      await wait(100);
       const at = Date.now();
       writeFileSync(preset, next);
       latency.push((await news) - at);
@@ -292,8 +295,7 @@ try {
   const wide = await small.page.evaluate(() => document.documentElement.scrollWidth);
   check(wide <= 390, `nothing sticks out on a small screen: ${wide} px`);
   for (const [view, name] of [['view/street/2', '14-small-dark-view'], ['explore', '15-small-dark-explore']]) {
-    await small.page.goto(`${address}#/${view}`);
-    await drawn(small.page);
+    await go(small.page, view);
     await wait(300);
     await shot(small.page, name);
   }
@@ -303,8 +305,7 @@ try {
   await dark.page.goto(address);
   await pictures(dark.page);
   await shot(dark.page, '16-dark-gallery');
-  await dark.page.goto(`${address}#/view/street/2`);
-  await drawn(dark.page);
+  await go(dark.page, 'view/street/2');
   await wait(300);
   await shot(dark.page, '17-dark-view');
   await dark.context.close();

@@ -49,8 +49,7 @@ struct Answer {
 
 impl Answer {
     fn json(&self) -> Value {
-        serde_json::from_slice(&self.body)
-            .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&self.body)))
+        serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&self.body)))
     }
 
     fn read(mut stream: TcpStream) -> Option<Self> {
@@ -191,9 +190,10 @@ fn the_page_its_sets_and_its_pictures_are_served() {
     assert!(glb.status == 200 && glb.body.starts_with(b"glTF"));
     assert_eq!(glb.body, fs::read(page.project.path().join("out/pair/pair_001.glb")).unwrap());
     let tag = glb.head.lines().find_map(|line| line.strip_prefix("etag: ")).unwrap().to_owned();
-    let again = page.get_as("/set/pair/pair_001.glb", &page.address().to_string(), &format!("If-None-Match: {tag}\r\n"));
+    let again =
+        page.get_as("/set/pair/pair_001.glb", &page.address().to_string(), &format!("If-None-Match: {tag}\r\n"));
     assert_eq!((again.status, again.body.len()), (304, 0));
-    for query in ["", "?level=1&turn=90&width=200&height=100", "?turn=-400&width=0&height=99999"] {
+    for query in ["", "?level=1&turn=90&width=200&height=100", "?turn=-400&width=300&height=99999"] {
         let picture = page.get(&format!("/picture/pair/2{query}"));
         assert_eq!(picture.status, 200, "{query}");
         let image = image::load_from_memory(&picture.body).unwrap().into_rgba8();
@@ -267,7 +267,8 @@ fn other_pages_and_other_names_are_sent_away() {
     let no_host = page.raw(b"GET /api/state HTTP/1.1\r\nConnection: close\r\n\r\n");
     assert!(no_host.is_none_or(|answer| answer.status == 421 || answer.status == 400));
     let own = here.to_string();
-    for origin in ["http://evil.example", "null", "https://localhost", &format!("http://localhost.evil.example:{port}")] {
+    for origin in ["http://evil.example", "null", "https://localhost", &format!("http://localhost.evil.example:{port}")]
+    {
         assert_eq!(page.get_as("/api/state", &own, &format!("Origin: {origin}\r\n")).status, 403, "{origin}");
     }
     assert_eq!(page.get_as("/api/state", &own, &format!("Origin: http://{own}\r\n")).status, 200);
@@ -282,7 +283,8 @@ fn other_pages_and_other_names_are_sent_away() {
     ] {
         assert_eq!(page.post_as("/api/decide", decide.as_bytes(), more).status, status, "{more}");
     }
-    let other = page.raw(format!("DELETE /set/pair/pair_001.glb HTTP/1.1\r\nHost: {own}\r\nConnection: close\r\n\r\n").as_bytes());
+    let other = page
+        .raw(format!("DELETE /set/pair/pair_001.glb HTTP/1.1\r\nHost: {own}\r\nConnection: close\r\n\r\n").as_bytes());
     assert_eq!(other.unwrap().status, 405);
     assert_eq!(page.files(), before, "nothing is written");
 }
@@ -306,11 +308,18 @@ fn what_is_too_large_or_no_request_is_refused_and_the_page_goes_on() {
         }
     }
     // A length that is not kept.
-    let claimed = format!("POST /api/save HTTP/1.1\r\nHost: {own}\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n{{}}");
+    let claimed = format!(
+        "POST /api/save HTTP/1.1\r\nHost: {own}\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n{{}}"
+    );
     let mut stream = page.connect();
     stream.write_all(claimed.as_bytes()).unwrap();
     drop(stream);
-    for noise in [&b"\0\0\0\0\0\0\0\0\r\n\r\n"[..], b"GET\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", &[0x16, 3, 1, 2, 0, 1, 0, 1, 0xfc, 3, 3]] {
+    for noise in [
+        &b"\0\0\0\0\0\0\0\0\r\n\r\n"[..],
+        b"GET\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        &[0x16, 3, 1, 2, 0, 1, 0, 1, 0xfc, 3, 3],
+    ] {
         let mut stream = page.connect();
         let _ = stream.write_all(noise);
     }
@@ -426,7 +435,8 @@ fn what_is_kept_stays_what_is_rejected_goes_and_the_text_keeps_its_comments() {
 fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     let page = Page::start();
     let draft = |edits: Value, show: Value| {
-        let asked = json!({"preset": "pair.ron", "edits": edits, "show": show, "width": 96, "height": 128, "care": "quick"});
+        let asked =
+            json!({"preset": "pair.ron", "edits": edits, "show": show, "width": 96, "height": 128, "care": "quick"});
         let answer = page.post("/api/draft", &asked);
         let facts = answer.head.lines().find_map(|line| line.strip_prefix("x-treewright: ")).map(str::to_owned);
         (answer.status, facts.map(|f| serde_json::from_str::<Value>(&f).unwrap()), answer.body)
@@ -438,7 +448,8 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     let taller = json!({"species/tiny.ron": [{"path": "height", "value": "9.0"}]});
     let (_, facts, _) = draft(taller.clone(), json!({"source": "a"}));
     assert!(facts.unwrap()["height"].as_f64() > Some(6.0));
-    let (status, _, body) = draft(json!({"species/tiny.ron": [{"path": "height", "value": "-9.0"}]}), json!({"source": "a"}));
+    let (status, _, body) =
+        draft(json!({"species/tiny.ron": [{"path": "height", "value": "-9.0"}]}), json!({"source": "a"}));
     let told: Value = serde_json::from_slice(&body).unwrap();
     assert!(status == 422 && told["errors"][0]["field"] == "height", "{told}");
     let points = json!([[-1.5, 1.0], [1.5, 1.0], [0.0, 4.5]]);
@@ -447,7 +458,10 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     // Saved, the species is the drafted one, with its comments and order.
     let knobs = page.get("/api/knobs?preset=pair.ron&file=species/tiny.ron").json();
     let height = knobs["knobs"].as_array().unwrap().iter().find(|k| k["path"] == "height").unwrap();
-    assert_eq!((height["value"].as_str(), height["low"].as_f64(), height["unit"].as_str()), (Some("3.0"), Some(0.1), Some("m")));
+    assert_eq!(
+        (height["value"].as_str(), height["low"].as_f64(), height["unit"].as_str()),
+        (Some("3.0"), Some(0.1), Some("m"))
+    );
     let save = |base: &Value| {
         let edits = json!([{"path": "height", "value": "9.0"}]);
         page.post("/api/save", &json!({"preset": "pair.ron", "file": "species/tiny.ron", "base": base, "edits": edits}))

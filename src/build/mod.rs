@@ -24,8 +24,8 @@ mod selections;
 mod shapes;
 mod sketches;
 mod stages;
-mod studio;
 pub(crate) mod stamp;
+mod studio;
 mod trees;
 mod world;
 

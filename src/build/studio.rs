@@ -6,20 +6,18 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::blends;
 use super::cache::Cache;
 use super::find::Loaded;
 use super::pipeline::{self, Prepared};
 use super::selections::{self, Selected};
 use super::trees::Trees;
-use super::blends;
 use crate::bake::Maps;
 use crate::base::{Diagnostic, Seed};
 use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{
-    BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, StemRule, Variant, Wear,
-};
+use crate::preset::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, StemRule, Variant, Wear};
 use crate::relate::{self, Family};
 use crate::sketch::{Drawing, Method, Sketch, SketchSize, SketchViews, Sketcher, ViewKind};
 
@@ -190,8 +188,7 @@ impl Studio {
             let views = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
             Sketcher::bind(plant, views).map_err(|error| wrong(error.to_string()))
         })?;
-        let sketch =
-            Sketch { front: &drawing, side: None, size: SketchSize::Metres(height), method: Method::Adaptive };
+        let sketch = Sketch { front: &drawing, side: None, size: SketchSize::Metres(height), method: Method::Adaptive };
         let made = sketcher.draw(&sketch).map_err(|error| wrong(format!("the drawing {error}")))?;
         Ok(made.at(1.0))
     }
@@ -248,7 +245,7 @@ mod tests {
     #[test]
     fn what_a_studio_makes_is_what_the_preset_means() {
         let folder = tempfile::tempdir().unwrap();
-        let oak = "(height: 6.0, nodes: 2000, iterations: [(endpoints: Bottom(count: 1)), (endpoints: Surface(k: 4, count: 60))])";
+        let oak = "(height: 6.0, nodes: 2000, iterations: [(endpoints: Volume(shape: Point(height: 0.5), count: 1)), (endpoints: Surface(k: 4, count: 60))])";
         std::fs::write(folder.path().join("oak.ron"), oak).unwrap();
         let preset = folder.path().join("a.ron");
         let text = "(sources: {\"a\": Grow(species: \"oak.ron\", seed: 1), \"b\": Grow(species: \"oak.ron\", seed: 2)}, \

@@ -11,7 +11,9 @@
 
 use super::decided::{KEEP_FIELD, REJECT_FIELD, decided};
 use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
-use super::plan::{BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule};
+use super::plan::{
+    BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
+};
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;

@@ -275,7 +275,11 @@ fn bytes(text: &str, span: Span) -> Option<std::ops::Range<usize>> {
     let offset = |line: u32, column: u32| {
         let start: usize = text.split_inclusive('\n').take((line as usize).checked_sub(1)?).map(str::len).sum();
         let rest = text.get(start..)?;
-        rest.char_indices().map(|(i, _)| i).chain([rest.len()]).nth((column as usize).checked_sub(1)?).map(|i| start + i)
+        rest.char_indices()
+            .map(|(i, _)| i)
+            .chain([rest.len()])
+            .nth((column as usize).checked_sub(1)?)
+            .map(|i| start + i)
     };
     let (start, end) = (offset(span.line, span.column)?, offset(span.end_line, span.end_column)?);
     (start <= end).then_some(mark + start..mark + end)
@@ -314,7 +318,10 @@ mod tests {
         let added = |edit: Edit| edited(TEXT, &[edit]).unwrap();
         assert_eq!(added(set("sources[\"b\"].height", "9.0")), TEXT.replace("oak.ron\")}", "oak.ron\", height: 9.0)}"));
         assert_eq!(added(set("foliage.density", "0.5")), TEXT.replace("foliage: ()", "foliage: (density: 0.5)"));
-        assert_eq!(added(set("atlas.size", "512")), TEXT.replace("foliage: ()", "foliage: (),\n    atlas: (size: 512),"));
+        assert_eq!(
+            added(set("atlas.size", "512")),
+            TEXT.replace("foliage: ()", "foliage: (),\n    atlas: (size: 512),")
+        );
         assert_eq!(
             added(append("variants", "Source(\"bröad\")")),
             TEXT.replace("count: 6) // six", "count: 6), // six\n        Source(\"bröad\"),")
@@ -322,18 +329,21 @@ mod tests {
         assert_eq!(edited("(a: [1])", &[append("a", "2")]).unwrap(), "(a: [1, 2])");
         assert_eq!(edited("(a: [1,])", &[append("a", "2")]).unwrap(), "(a: [1, 2,])");
         assert_eq!(edited("(a: [])", &[append("a", "2")]).unwrap(), "(a: [2])");
-        assert_eq!(
-            edited("(\r\n  a: 1,\r\n)", &[set("b", "2")]).unwrap(),
-            "(\r\n  a: 1,\r\n  b: 2,\r\n)"
-        );
+        assert_eq!(edited("(\r\n  a: 1,\r\n)", &[set("b", "2")]).unwrap(), "(\r\n  a: 1,\r\n  b: 2,\r\n)");
     }
 
     #[test]
     fn what_is_taken_out_leaves_the_rest_as_it_was() {
         assert_eq!(edited(TEXT, &[remove("variants[1].count")]).unwrap(), TEXT.replace(", count: 6", ""));
-        assert_eq!(edited(TEXT, &[remove("sources[\"bröad\"].species")]).unwrap(), TEXT.replace("(species: \"oak.ron\", seed", "(seed"));
+        assert_eq!(
+            edited(TEXT, &[remove("sources[\"bröad\"].species")]).unwrap(),
+            TEXT.replace("(species: \"oak.ron\", seed", "(seed")
+        );
         assert_eq!(edited("(\n  a: 1,\n  // of b\n  b: 2,\n)", &[remove("b")]).unwrap(), "(\n  a: 1,\n  // of b\n)");
-        assert_eq!(edited(TEXT, &[remove("atlas.size"), remove("nothing")]), Err(EditError::NoPlace("atlas.size".into())));
+        assert_eq!(
+            edited(TEXT, &[remove("atlas.size"), remove("nothing")]),
+            Err(EditError::NoPlace("atlas.size".into()))
+        );
         assert_eq!(edited(TEXT, &[remove("nothing")]).unwrap(), TEXT);
     }
 

@@ -237,9 +237,9 @@ mod tests {
                 for end in [low, high] {
                     let value = if whole { format!("{end:.0}") } else { format!("{end:?}") };
                     let made = edited(&text, &[Edit::Set { path: knob.path.clone(), value }]).unwrap();
-                    let out_of_range = crate::preset::species("s.ron", &made)
-                        .err()
-                        .is_some_and(|all| all.iter().any(|d| d.field == knob.path && d.message.contains("out of range")));
+                    let out_of_range = crate::preset::species("s.ron", &made).err().is_some_and(|all| {
+                        all.iter().any(|d| d.field == knob.path && d.message.contains("out of range"))
+                    });
                     assert!(!out_of_range, "{} {end}", knob.path);
                     tried += 1;
                 }

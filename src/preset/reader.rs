@@ -396,7 +396,9 @@ impl<'t, 'r> Reader<'t, 'r> {
     pub(super) fn list(&self, name: &str) -> Vec<Item<'t>> {
         let kind = self.schema(name).kind;
         let (low, high) = match kind {
-            Kind::ListOf { low, high, .. } | Kind::Rows { low, high, .. } | Kind::Texts { low, high, .. } => (low, high),
+            Kind::ListOf { low, high, .. } | Kind::Rows { low, high, .. } | Kind::Texts { low, high, .. } => {
+                (low, high)
+            }
             Kind::Numbers { most, .. } => (0, most),
             _ => return Vec::new(),
         };

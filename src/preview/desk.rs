@@ -140,7 +140,8 @@ pub fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<
         return Ok((edits, "What was rejected may come back".to_owned()));
     }
     let wrong = |why: &str| Refused::Wrong(why.to_owned());
-    let name = manifest.variants.get(asked.index).map(|v| v.name.clone()).ok_or_else(|| wrong("there is no such variant"))?;
+    let name =
+        manifest.variants.get(asked.index).map(|v| v.name.clone()).ok_or_else(|| wrong("there is no such variant"))?;
     let Some(Standing { entry, number: Some(number), .. }) = all.get(asked.index).copied() else {
         return Err(wrong("its entry gives this one tree; edit the entry to change it"));
     };
@@ -164,9 +165,7 @@ pub fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<
     let (keep, reject, told) = match asked.decision {
         Decision::Keep => (list("keep", &with), list("reject", &without), format!("{name} is kept: keep has {number}")),
         Decision::Free => (list("keep", &without), None, format!("{name} is kept no longer")),
-        _ => {
-            (list("keep", &without), list("reject", &with), format!("{name} is rejected; another grows in its place"))
-        }
+        _ => (list("keep", &without), list("reject", &with), format!("{name} is rejected; another grows in its place")),
     };
     Ok((keep.into_iter().chain(reject).collect(), told))
 }
@@ -271,7 +270,8 @@ pub fn decide(
 pub fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
     let wrong = |why: &str| Refused::Wrong(why.to_owned());
     let name = asked.name.as_str();
-    let good = (1..=64).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-');
+    let good =
+        (1..=64).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-');
     if !good || crate::preset::beside("", &format!("{name}.svg")).is_none() {
         return Err(wrong("name it with letters a to z, digits, _ and -"));
     }

@@ -170,7 +170,8 @@ impl Workshop {
         };
         let open = self.opened(preset, &draft.edits, focus)?;
         let studio = &open.studio;
-        let index = |name: &str| studio.source_index(name).ok_or_else(|| wrong(&format!("there is no source \"{name}\"")));
+        let index =
+            |name: &str| studio.source_index(name).ok_or_else(|| wrong(&format!("there is no source \"{name}\"")));
         let mut outline = Vec::new();
         let plant: Arc<Plant> = match &draft.show {
             Show::Variant(place) => studio.variant(*place)?.ok_or_else(|| wrong("there is no such variant"))?,
@@ -219,9 +220,9 @@ impl Workshop {
         focus: Focus<'_>,
     ) -> Result<Arc<Open>, Vec<Diagnostic>> {
         let about = match focus {
-            Focus::All => "all",
-            Focus::Sources => "sources",
-            Focus::Source(name) => name,
+            Focus::All => "all".to_owned(),
+            Focus::Sources => "sources".to_owned(),
+            Focus::Source(name) => format!("source {name}"),
         };
         let name = format!("{about} {}", preset.display());
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -235,7 +236,10 @@ impl Workshop {
         for (file, changes) in edits {
             let wrong = |message: String| vec![Diagnostic::new(file, message)];
             // Only what lies below the folder; names come from the page.
-            let inside = !file.is_empty() && file.split('/').all(|part| !matches!(part, "" | "." | "..")) && !file.contains(['\\', ':']);
+            let inside = !file.is_empty()
+                && file.split('/').all(|part| !matches!(part, "" | "." | ".."))
+                && !file.contains(['\\', ':'])
+                && file.ends_with(".ron");
             let text = inside.then(|| std::fs::read_to_string(folder.join(file)).ok()).flatten();
             let text = text.ok_or_else(|| wrong("can't be read".to_owned()))?;
             let edits: Vec<Edit> = changes.iter().map(Change::edit).collect();
@@ -244,7 +248,8 @@ impl Workshop {
         let loaded = load_edited(preset, &self.limits, texts)?;
         // What the plan names lies in files; their content is part of the key.
         let inputs = crate::build::pipeline::read_inputs(&loaded)?;
-        let key = Key::stage("open", 1).params(&about).input(crate::build::pipeline::set_key(&loaded.plan, &inputs)).finish();
+        let key =
+            Key::stage("open", 1).params(&about).input(crate::build::pipeline::set_key(&loaded.plan, &inputs)).finish();
         let lock = || self.open.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, known)) = lock().iter().find(|(known, _)| *known == key) {
             return Ok(known.clone());

@@ -139,7 +139,9 @@ mod tests {
         ] {
             assert_eq!(tried(|a| a.hosts = hosts), Err(Refusal::Host), "{hosts:?}");
         }
-        for origins in [&["http://evil.example"][..], &["null"], &["https://127.0.0.1:8750"], &["http://127.0.0.1:87500"]] {
+        for origins in
+            [&["http://evil.example"][..], &["null"], &["https://127.0.0.1:8750"], &["http://127.0.0.1:87500"]]
+        {
             assert_eq!(tried(|a| a.origins = origins), Err(Refusal::Origin), "{origins:?}");
         }
         assert_eq!(tried(|a| a.site = Some("cross-site")), Err(Refusal::Origin));
@@ -150,7 +152,8 @@ mod tests {
     fn what_changes_something_is_json_of_the_page() {
         let post = |content| tried(|a| (a.method, a.content) = ("POST", content));
         assert_eq!(post(Some("application/json; charset=utf-8")), Ok(()));
-        for content in [None, Some("text/plain"), Some("application/x-www-form-urlencoded"), Some("application/jsonx")] {
+        for content in [None, Some("text/plain"), Some("application/x-www-form-urlencoded"), Some("application/jsonx")]
+        {
             assert_eq!(post(content), Err(Refusal::Form));
         }
         assert_eq!(tried(|a| a.method = "DELETE"), Err(Refusal::Method));

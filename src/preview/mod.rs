@@ -85,10 +85,7 @@ impl Preview {
     /// # Errors
     ///
     /// One sentence, when the address can't be listened at.
-    pub fn start(
-        options: PreviewOptions,
-        tell: impl Fn(&Event<'_>) + Send + Sync + 'static,
-    ) -> Result<Self, String> {
+    pub fn start(options: PreviewOptions, tell: impl Fn(&Event<'_>) + Send + Sync + 'static) -> Result<Self, String> {
         let PreviewOptions { watch, listen, three } = options;
         let three = three::found(three.as_deref(), &watch.folder)?;
         let mut watcher = Watcher::new(watch.clone());

@@ -112,7 +112,8 @@ impl Project {
             Event::Build(progress) => return self.progress(&progress),
             Event::Failed(error) => self.failed(&error),
             Event::Polling { every, why } => {
-                self.polling = Some(why.unwrap_or_else(|| format!("files are looked at every {} ms", every.as_millis())));
+                self.polling =
+                    Some(why.unwrap_or_else(|| format!("files are looked at every {} ms", every.as_millis())));
                 json!({ "what": "polling" })
             }
             Event::Idle { .. } => {
@@ -308,8 +309,7 @@ impl ErrorView {
             .unwrap_or_default();
         let (line, column) = span.map_or((0, 0), |s| (s.line, s.column));
         let numbered = text.lines().zip(1_u32..).map(|(text, n)| (n, text.chars().take(LONGEST).collect::<String>()));
-        let lines: Vec<(u32, String)> =
-            numbered.filter(|(n, _)| line > 0 && n.abs_diff(line) <= AROUND).collect();
+        let lines: Vec<(u32, String)> = numbered.filter(|(n, _)| line > 0 && n.abs_diff(line) <= AROUND).collect();
         let end = span.map_or(0, |s| if s.end_line == s.line { s.end_column } else { u32::MAX });
         let width = lines.iter().find(|(n, _)| *n == line).map_or(0, |(_, text)| text.chars().count() as u32);
         let start = column.saturating_sub(1).min(width);

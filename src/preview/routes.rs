@@ -188,7 +188,8 @@ async fn set_file(
     let read = aside(&shared, move |_| {
         // A link in the folder of sets could lead anywhere.
         let inside = path.canonicalize().ok()?.starts_with(folder.canonicalize().ok()?);
-        let fits = std::fs::metadata(&path).is_ok_and(|m| m.is_file() && m.len() <= most.saturating_mul(2).max(1 << 20));
+        let fits =
+            std::fs::metadata(&path).is_ok_and(|m| m.is_file() && m.len() <= most.saturating_mul(2).max(1 << 20));
         (inside && fits).then(|| std::fs::read(path).ok()).flatten()
     })
     .await
@@ -243,7 +244,8 @@ async fn picture(
 /// What a request asks, as JSON.
 async fn asked<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
     let bytes = body(request).await?;
-    serde_json::from_slice(&bytes).map_err(|error| refused(400, &format!("this is not what is asked for here: {error}")))
+    serde_json::from_slice(&bytes)
+        .map_err(|error| refused(400, &format!("this is not what is asked for here: {error}")))
 }
 
 /// Errors of presets as JSON.

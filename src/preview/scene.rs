@@ -44,10 +44,8 @@ fn picture([color, normal]: [&[u8]; 2]) -> Picture {
     Picture::new(&Maps {
         width: color.width(),
         height: color.height(),
-        normal: normal.map_or_else(
-            || vec![[128, 128, 255]; count],
-            |n| n.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect(),
-        ),
+        normal: normal
+            .map_or_else(|| vec![[128, 128, 255]; count], |n| n.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect()),
         color: color.pixels().map(|p| p.0).collect(),
         orm: vec![[255; 3]; count],
     })
@@ -86,8 +84,10 @@ fn part(info: &GlbInfo<'_>, mesh: usize, primitive: usize) -> Option<Mesh> {
         normals,
         tangents: tangents.map_or_else(|| vec![[1.0, 0.0, 0.0, 1.0]; count], |t| t.0),
         uvs: uvs.map_or_else(|| vec![Vec2::ZERO; count], |u| u.0.into_iter().map(Vec2::from).collect()),
-        occlusion: occlusion
-            .map_or_else(|| vec![255; count], |o| o.0.into_iter().map(|c| (c[0].clamp(0.0, 1.0) * 255.0) as u8).collect()),
+        occlusion: occlusion.map_or_else(
+            || vec![255; count],
+            |o| o.0.into_iter().map(|c| (c[0].clamp(0.0, 1.0) * 255.0) as u8).collect(),
+        ),
         indices: info.triangles(mesh, primitive).ok()?.into_flattened(),
         ..Mesh::default()
     })

@@ -31,7 +31,8 @@ pub(super) struct Three {
 /// When a folder was named that is not it.
 pub(super) fn found(named: Option<&Path>, presets: &Path) -> Result<Option<Three>, String> {
     if let Some(folder) = named {
-        let why = || format!("{} is not the folder of the package three (it lacks build/three.module.js)", folder.display());
+        let why =
+            || format!("{} is not the folder of the package three (it lacks build/three.module.js)", folder.display());
         return at(folder).map(Some).ok_or_else(why);
     }
     let here = std::env::current_dir().unwrap_or_default();
@@ -88,7 +89,8 @@ mod tests {
     #[test]
     fn imports_name_files_beside() {
         let text = "import {\n A,\n B\n} from 'three';\nimport { c } from '../utils/C.js'; export * from './core.js';";
-        let told = "import {\n A,\n B\n} from './three.module.js';\nimport { c } from './C.js'; export * from './core.js';";
+        let told =
+            "import {\n A,\n B\n} from './three.module.js';\nimport { c } from './C.js'; export * from './core.js';";
         assert_eq!(beside(text), told);
         assert_eq!(beside("x from '"), "x from '");
     }

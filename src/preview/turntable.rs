@@ -82,8 +82,8 @@ pub fn png(target: &Target) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::scene::blank;
+    use super::*;
     use crate::mesh::Mesh;
 
     fn post() -> TreeMesh {

@@ -109,8 +109,7 @@ pub fn pick_decided(
             let points: Vec<Vec<f32>> = good.iter().map(|&i| scores.each[i].summands(&scores.params)).collect();
             let found = clusters(&points, keep);
             let open = found.iter().filter(|c| !c.iter().any(|&i| kept.contains(&good[i])));
-            let new: Vec<usize> =
-                open.filter_map(|c| representative(&points, c)).map(|i| good[i]).take(left).collect();
+            let new: Vec<usize> = open.filter_map(|c| representative(&points, c)).map(|i| good[i]).take(left).collect();
             kept.extend(new);
             // Fewer different trees than asked for: the next ones in order.
             let rest: Vec<usize> = good.iter().copied().filter(|i| !kept.contains(i)).collect();

@@ -102,7 +102,8 @@ export function open(main) {
     const some = state.sets.reduce((sum, set) => sum + shown(set).length, 0);
     told.textContent = all === some ? `${all} trees in ${state.sets.length} ${state.sets.length === 1 ? 'set' : 'sets'}` : `${some} of ${all} trees`;
     // What looks the same stays, so that a scrolled page and a focused card stay where they are.
-    const look = JSON.stringify([kept, state.sets.map(set => [set.key, set.building, set.notes, set.took, set.variants.map(v => v.kept), set.rejected])]);
+    const look = JSON.stringify([kept, state.sets.map(set => [set.key, set.preset, set.variants.length ? 0 : set.building, set.notes, set.took, set.variants.map(v => v.kept), set.rejected])]);
+    for (const set of state.sets) sets.querySelector(`[data-set="${CSS.escape(set.set)}"]`)?.classList.toggle('stale', set.building);
     if (look === seen) return;
     seen = look;
     const focused = document.activeElement?.closest?.('.card');
@@ -114,6 +115,48 @@ export function open(main) {
   project.listeners.add(fill);
   fill();
 
+  // While a set is built anew, drafts of what is in sight: a tree is seen long before its levels and textures are made.
+  let drafting = null;
+  async function drafts(preset) {
+    const set = project.state.sets.find(set => set.preset === preset);
+    if (!set?.variants.length) return;
+    drafting?.abort();
+    const mine = drafting = new AbortController();
+    const cards = [...sets.querySelectorAll(`.card[data-set="${CSS.escape(set.set)}"]`)].filter(card => {
+      const box = card.getBoundingClientRect();
+      return box.bottom > 0 && box.top < innerHeight;
+    }).slice(0, 12);
+    for (const card of cards) {
+      const start = performance.now();
+      try {
+        const show = { variant: Number(card.dataset.index) };
+        const answer = await post('/api/draft', { preset, show, turn: 26, width: 300, height: 360, care: 'quick' }, mine.signal);
+        const url = URL.createObjectURL(await answer.blob());
+        if (mine.signal.aborted) return;
+        const image = card.querySelector('img');
+        image.addEventListener('load', () => URL.revokeObjectURL(url), { once: true });
+        image.src = url;
+        card.classList.add('draft');
+      } catch { return; }
+      // A set that takes this long is better left to the build.
+      if (performance.now() - start > 4000) return;
+    }
+  }
+  const news = ({ detail }) => {
+    if (detail.what === 'building') drafts(detail.preset);
+    else if (detail.what === 'built' || detail.what === 'failed') {
+      drafting?.abort();
+      const set = project.state.sets.find(set => set.preset === detail.preset);
+      // What was only a draft shows the last good set again; a new one comes with its own pictures.
+      for (const card of sets.querySelectorAll(`.card.draft[data-set="${CSS.escape(set?.set ?? '')}"]`)) {
+        card.classList.remove('draft');
+        if (detail.what === 'failed') card.querySelector('img').src = picture(set, Number(card.dataset.index));
+      }
+      if (detail.what === 'built') seen = '';
+    }
+  };
+  window.addEventListener('treewright', news);
+
   function step(by) {
     const cards = [...sets.querySelectorAll('.card a.open')];
     const at = cards.indexOf(document.activeElement);
@@ -124,7 +167,7 @@ export function open(main) {
     next?.scrollIntoView({ block: 'nearest' });
   }
   return {
-    close: () => project.listeners.delete(fill),
+    close() { project.listeners.delete(fill); window.removeEventListener('treewright', news); drafting?.abort(); },
     key(event) {
       const by = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -2, ArrowDown: 2 }[event.key];
       const focused = document.activeElement?.closest?.('.card');

@@ -87,7 +87,7 @@ export function open(main) {
     let input, top;
     if (knob.kind === 'number') {
       const scale = ruler(knob);
-      const exact = el('input', { type: 'number', min: knob.low, max: knob.high, step: knob.whole ? 1 : 'any', value: Number(value), 'aria-label': `${knob.name}, exact` });
+      const exact = el('input', { type: 'number', min: knob.low, max: knob.high, step: knob.whole ? 1 : 'any', value: value === '' ? '' : Number(value), 'aria-label': `${knob.name}, exact` });
       input = el('input', { type: 'range', id, min: 0, max: 1000, step: 1 });
       input.value = scale.to(Number(value === '' ? knob.low : value));
       if (knob.high > 1e6) input = null;
