@@ -16,6 +16,8 @@ pub mod lod;
 pub mod mesh;
 pub mod plant;
 pub mod preset;
+#[cfg(feature = "preview")]
+pub mod preview;
 pub mod relate;
 pub mod select;
 pub mod sketch;

@@ -21,6 +21,7 @@ const LAYERS: &[&[&str]] = &[
     &["export"],
     &["build"],
     &["watch"],
+    &["preview"],
     &["cli"],
 ];
 

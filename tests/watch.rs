@@ -52,7 +52,7 @@ impl Watched {
                         Said::Current(outcome.set.clone())
                     }
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
-                    Event::Build(_) | Event::Polling { .. } => return Next::Watch,
+                    Event::Preset(_) | Event::Build(_) | Event::Polling { .. } => return Next::Watch,
                     Event::Failed(error) => Said::Failed(error.to_string()),
                     Event::Idle { .. } => Said::Idle,
                 };

@@ -1,7 +1,7 @@
 //! Prints the figures that this project claims, one JSON object a line, measured on this machine when it is run.
 //!
 //! `cargo run --release --example figures -- [TOPIC]…`; without a topic all of them. Topics: `line`,
-//! `grow`, `import`, `blend`, `space`, `morph`, `sketch`, `lod`, `build`.
+//! `grow`, `import`, `blend`, `space`, `morph`, `sketch`, `lod`, `build`, `page`.
 //!
 //! Times are medians of several runs in this process after a warm-up. Nothing printed is a constant that someone typed,
 //! but the goals.
@@ -20,6 +20,7 @@ mod lod_asset;
 mod lod_mesh;
 mod lod_speed;
 mod morph;
+mod page;
 mod plausibility;
 mod select;
 mod shells;
@@ -98,7 +99,7 @@ pub(crate) fn data() -> Option<PathBuf> {
 }
 
 /// The topics, each with what prints it.
-const TOPICS: [(&str, fn()); 9] = [
+const TOPICS: [(&str, fn()); 10] = [
     ("line", line::print),
     ("grow", grow::print),
     ("import", import::print),
@@ -108,6 +109,7 @@ const TOPICS: [(&str, fn()); 9] = [
     ("sketch", sketch::print),
     ("lod", lod::print),
     ("build", build::print),
+    ("page", page::print),
 ];
 
 fn main() -> ExitCode {

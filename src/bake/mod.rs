@@ -46,6 +46,8 @@ pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};
 pub use silhouette::{Shape, Silhouette};
 pub use spray::spray_span;
+#[cfg(feature = "preview")]
+pub(crate) use srgb::encode as srgb_byte;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 use crate::base::bulk;

@@ -202,7 +202,7 @@ pub(super) fn variant(
     variant: &Variant,
     sources: &[Plant],
     blends: &Blends,
-    selected: &Selected<'_>,
+    selected: &Selected,
     morphs: &Morphs,
 ) -> Plant {
     let made = match variant {
@@ -219,7 +219,7 @@ pub(super) fn variant(
 
 /// What a variant is, for the manifest, and the address of its randomness: what it is and not its place in the list, so
 /// that adding a variant changes no other, nor does being picked.
-pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) -> (serde_json::Value, Seed) {
+pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected) -> (serde_json::Value, Seed) {
     if let Variant::Sketched { sketch, of } = variant {
         // The tree is what it is without a sketch, leaf by leaf.
         let (mut recipe, seed) = identity(plan, of, selected);
@@ -227,7 +227,7 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
         return (recipe, seed);
     }
     let kept = selected.get(variant);
-    let mut recipe = match kept.map_or(variant, |kept| kept.recipe) {
+    let mut recipe = match kept.map_or(variant, |kept| &kept.recipe) {
         Variant::Source(index) => serde_json::json!({ "source": plan.sources[*index].name }),
         Variant::Blend { blend, tree } => blend_identity(plan, &plan.blends[*blend], tree),
         Variant::Shape { shape, shares } => shapes::identity(plan, &plan.shapes[*shape], shares),
@@ -242,7 +242,7 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected<'_>) 
     (recipe, seed)
 }
 
-fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_json::Value {
+pub(super) fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree) -> serde_json::Value {
     let names: Vec<&str> = params.of.iter().map(|&s| plan.sources[s].name.as_str()).collect();
     let mut recipe = match tree {
         BlendTree::State { batch, progress, .. } => serde_json::json!({

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -20,14 +21,14 @@ use crate::base::{Diagnostic, Key};
 #[derive(Debug)]
 pub struct Builder {
     options: BuildOptions,
-    cache: Cache,
+    cache: Arc<Cache>,
 }
 
 impl Builder {
     /// A builder with nothing in memory.
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
-        Self { cache: Cache::new(options.cache.as_ref()).within(options.limits.memory), options }
+        Self { cache: Arc::new(Cache::new(options.cache.as_ref()).within(options.limits.memory)), options }
     }
 
     /// A builder that takes what it can from part files, as [`make_part`] writes them.
@@ -36,7 +37,13 @@ impl Builder {
     ///
     /// The first file that is no whole part.
     pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
-        Ok(Self { cache: Cache::of_parts(parts)?.within(options.limits.memory), options })
+        Ok(Self { cache: Arc::new(Cache::of_parts(parts)?.within(options.limits.memory)), options })
+    }
+
+    /// What it keeps in memory and on disk, for others who make trees of the same presets.
+    #[must_use]
+    pub fn cache(&self) -> Arc<Cache> {
+        self.cache.clone()
     }
 
     /// Builds the sets of some preset files, in their order.

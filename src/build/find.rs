@@ -1,6 +1,6 @@
 //! Finding presets, and reading one with everything that it names.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -76,10 +76,23 @@ pub fn load_preset(path: &Path) -> Result<Loaded, Vec<Diagnostic>> {
     load_or_reads(path, &Limits::default()).map_err(|failure| failure.0)
 }
 
+/// As [`load_preset`], where some files, by their names relative to the preset's folder, hold other texts than they do.
+///
+/// # Errors
+///
+/// As [`load_preset`].
+pub fn load_edited(path: &Path, limits: &Limits, texts: BTreeMap<String, String>) -> Result<Loaded, Vec<Diagnostic>> {
+    let world = World::within(path.parent().unwrap_or(Path::new("")), limits.clone()).with_texts(texts);
+    load_in(path, world).map_err(|failure| failure.0)
+}
+
 /// As [`load_preset`], reading no file beyond `limits`; with the errors comes the world that knows what was read up
 /// to them.
 pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
-    let world = World::within(path.parent().unwrap_or(Path::new("")), limits.clone());
+    load_in(path, World::within(path.parent().unwrap_or(Path::new("")), limits.clone()))
+}
+
+fn load_in(path: &Path, world: World) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     load_from(world, &name, shown(path))
 }

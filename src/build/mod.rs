@@ -26,6 +26,7 @@ mod shapes;
 mod sketches;
 mod stages;
 pub(crate) mod stamp;
+mod studio;
 mod trees;
 mod world;
 
@@ -37,10 +38,11 @@ pub use builder::{Builder, check, make_part, make_set};
 pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
 pub use depfile::depfile;
 pub use entries::entry_is_sound;
-pub use find::{Loaded, find_presets, load_preset};
+pub use find::{Loaded, find_presets, load_edited, load_preset};
 pub use gallery::{GALLERY, gallery};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
+pub use studio::{Focus, Studio, extent};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};

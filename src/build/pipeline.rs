@@ -212,16 +212,16 @@ pub fn steps(plan: &Plan) -> usize {
 }
 
 /// What all trees of a set share.
-struct Prepared {
-    sources: Vec<Arc<SourcePlant>>,
-    wardrobe: Wardrobe,
-    morphs: Morphs,
-    blended: Blends,
-    sketches: Vec<Drawn>,
+pub(super) struct Prepared {
+    pub(super) sources: Vec<Arc<SourcePlant>>,
+    pub(super) wardrobe: Wardrobe,
+    pub(super) morphs: Morphs,
+    pub(super) blended: Blends,
+    pub(super) sketches: Vec<Drawn>,
 }
 
 /// Sources, pictures, and sources in correspondence.
-fn prepared(
+pub(super) fn prepared(
     plan: &Plan,
     inputs: &Inputs,
     cache: &Cache,
@@ -243,7 +243,7 @@ fn prepared(
 fn trees(
     plan: &Plan,
     prepared: &Prepared,
-    selected: &Selected<'_>,
+    selected: &Selected,
     cache: &Cache,
     places: &[usize],
     step: &(dyn Fn(&str) + Sync),
@@ -264,7 +264,7 @@ fn trees(
 }
 
 /// What was mended in the sources, rejected and removed.
-fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected<'_>) -> Vec<Note> {
+fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
     let mut notes = stages::source_notes(plan, &prepared.sources);
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());

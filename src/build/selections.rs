@@ -12,9 +12,9 @@ use crate::relate::Blender;
 use crate::select::{self, Examined, Picked, Scores, Sources};
 
 /// A kept tree.
-pub(super) struct Kept<'a> {
+pub(super) struct Kept {
     /// The candidate.
-    pub(super) recipe: &'a Variant,
+    pub(super) recipe: Variant,
     /// Branches that the filter removes.
     pub(super) gone: Vec<ChainId>,
     /// Why it was kept, for the manifest.
@@ -23,16 +23,16 @@ pub(super) struct Kept<'a> {
 
 /// What all selections keep.
 #[derive(Default)]
-pub(super) struct Selected<'a> {
+pub(super) struct Selected {
     /// By selection and place.
-    kept: Vec<Vec<Kept<'a>>>,
+    kept: Vec<Vec<Kept>>,
     /// What was rejected and removed.
     pub(super) notes: Vec<Note>,
 }
 
-impl Selected<'_> {
+impl Selected {
     /// The kept tree that a variant is; none for a variant that no selection decides.
-    pub(super) fn get(&self, variant: &Variant) -> Option<&Kept<'_>> {
+    pub(super) fn get(&self, variant: &Variant) -> Option<&Kept> {
         match variant {
             Variant::Selected { selection, place } => self.kept.get(*selection)?.get(*place),
             _ => None,
@@ -45,7 +45,7 @@ impl Selected<'_> {
 /// # Errors
 ///
 /// When a selection selects nothing, at its field.
-pub(super) fn selected<'a>(plan: &'a Plan, made: &Blends) -> Result<Selected<'a>, Vec<Diagnostic>> {
+pub(super) fn selected(plan: &Plan, made: &Blends) -> Result<Selected, Vec<Diagnostic>> {
     let mut all = Selected { kept: Vec::new(), notes: Vec::new() };
     let mut errors = Vec::new();
     for selection in &plan.selections {
@@ -61,9 +61,9 @@ pub(super) fn selected<'a>(plan: &'a Plan, made: &Blends) -> Result<Selected<'a>
 }
 
 /// The kept trees of one selection and what is to be said of them.
-type Outcome<'a> = (Vec<Kept<'a>>, Vec<Note>);
+type Outcome = (Vec<Kept>, Vec<Note>);
 
-fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outcome<'a>, Diagnostic> {
+fn one(plan: &Plan, selection: &Selection, made: &Blends) -> Result<Outcome, Diagnostic> {
     let first = selection.candidates.first().and_then(|recipe| blends::blend_of(plan, recipe, made));
     let Some((family, _)) = first else { return Ok((Vec::new(), Vec::new())) };
     let sources = Sources::of(family, &selection.filter);
@@ -84,7 +84,8 @@ fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outco
         .flatten_iter()
         .collect();
     let scores = select::scores(&examined, &sources, &selection.scores);
-    let picked = select::pick(selection.pick, selection.keep, selection.filter.botany, &examined, &scores);
+    let Selection { pick, keep, decided, filter, .. } = selection;
+    let picked = select::pick_decided(*pick, *keep, decided, filter.botany, &examined, &scores);
     let picked = picked.map_err(|error| {
         let hint = match error {
             select::PickError::TooFew { .. } => "raise `candidates`, or lower `count`",
@@ -93,7 +94,7 @@ fn one<'a>(plan: &Plan, selection: &'a Selection, made: &Blends) -> Result<Outco
         Diagnostic::new("", error.to_string()).with_field(format!("{}.pick", selection.field)).with_hint(hint)
     })?;
     let kept = picked.kept.iter().map(|&i| Kept {
-        recipe: &selection.candidates[i],
+        recipe: selection.candidates[i].clone(),
         gone: examined[i].gone(),
         told: told(i, selection, &picked, &examined[i], &scores),
     });
@@ -169,7 +170,7 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
 }
 
 /// A kept tree, bare.
-pub(super) fn plant(plan: &Plan, kept: &Kept<'_>, made: &Blends) -> Option<Plant> {
-    let (family, weights) = blends::blend_of(plan, kept.recipe, made)?;
+pub(super) fn plant(plan: &Plan, kept: &Kept, made: &Blends) -> Option<Plant> {
+    let (family, weights) = blends::blend_of(plan, &kept.recipe, made)?;
     Some(select::without(&family.blend(&weights), &kept.gone))
 }

@@ -431,11 +431,16 @@ impl Wardrobe {
         if matches!(variant, Variant::Frame { .. }) {
             return None;
         }
-        if ingredients(plan, variant).into_iter().all(|i| !self.plants[i].leaves().is_empty()) {
-            return Some(Dressing::Own { params: plan.dress.clone() });
+        Some(self.dressing_of(plan, &ingredients(plan, variant)))
+    }
+
+    /// How a tree that is made of some sources gets its leaves.
+    pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
+        if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
+            return Dressing::Own { params: plan.dress.clone() };
         }
         let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
-        Some(Dressing::Made { params, first: self.dressed.0 })
+        Dressing::Made { params, first: self.dressed.0 }
     }
 }
 

@@ -34,8 +34,8 @@ pub(super) struct Tree {
 pub(super) struct Trees<'a> {
     plan: &'a Plan,
     wardrobe: &'a Wardrobe,
-    /// All of the wardrobe's pictures but their colours.
-    shapes: Key,
+    /// All of the wardrobe's pictures but their colours, once somebody asks.
+    shapes: OnceLock<Key>,
     /// The same, ready to be drawn; made when a ladder is.
     stock: OnceLock<Stock>,
     cache: &'a Cache,
@@ -44,7 +44,7 @@ pub(super) struct Trees<'a> {
 
 impl<'a> Trees<'a> {
     pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
-        Self { plan, wardrobe, shapes: wardrobe.pictures.shapes(), stock: OnceLock::new(), cache, sketches }
+        Self { plan, wardrobe, shapes: OnceLock::new(), stock: OnceLock::new(), cache, sketches }
     }
 
     /// A variant with leaves.
@@ -66,7 +66,8 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let key = LADDER.key().input(content(plant)).input(self.shapes).params(mesh).params(lods).number(seed.bits());
+        let shapes = *self.shapes.get_or_init(|| self.wardrobe.pictures.shapes());
+        let key = LADDER.key().input(content(plant)).input(shapes).params(mesh).params(lods).number(seed.bits());
         let key = key.finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;

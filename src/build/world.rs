@@ -15,15 +15,23 @@ use crate::base::Key;
 /// What is said of a file that is not there.
 const NONE: &str = "there is no such file";
 
+/// Where files are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    Disk,
+    Memory,
+}
+
 /// Reads files relative to one folder and remembers each.
 #[derive(Debug)]
 pub struct World {
     folder: PathBuf,
-    /// In place of those on disk.
-    files: Option<BTreeMap<PathBuf, Vec<u8>>>,
+    source: Source,
     limits: Limits,
     reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
     stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
+    /// What stands for files, or for what they hold.
+    instead: BTreeMap<PathBuf, Vec<u8>>,
     /// When the first file may have been read.
     start: u64,
 }
@@ -39,15 +47,24 @@ impl World {
     #[must_use]
     pub fn within(folder: impl Into<PathBuf>, limits: Limits) -> Self {
         let (reads, stamps) = (Mutex::default(), Mutex::default());
-        Self { folder: folder.into(), files: None, limits, reads, stamps, start: stamp::now() }
+        let (instead, source) = (BTreeMap::new(), Source::Disk);
+        Self { folder: folder.into(), source, limits, reads, stamps, instead, start: stamp::now() }
     }
 
     /// A world of files in memory, by their paths with `/` between folders; nothing on disk is looked at.
     #[must_use]
     pub fn in_memory(files: BTreeMap<String, Vec<u8>>) -> Self {
         let mut world = Self::at("");
-        world.files = Some(files.into_iter().map(|(name, bytes)| (world.path(&name), bytes)).collect());
+        world.source = Source::Memory;
+        world.instead = files.into_iter().map(|(name, bytes)| (world.path(&name), bytes)).collect();
         world
+    }
+
+    /// The same, where some files, relative to the folder, hold other texts than they do: edits that are not saved.
+    #[must_use]
+    pub fn with_texts(mut self, texts: BTreeMap<String, String>) -> Self {
+        self.instead = texts.into_iter().map(|(name, text)| (self.path(&name), text.into_bytes())).collect();
+        self
     }
 
     /// The file's bytes; `relative` has `/` between folders.
@@ -57,9 +74,12 @@ impl World {
     /// One sentence for people, without the file's name.
     pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
         let path = self.path(relative);
-        let found = match &self.files {
-            Some(files) => files.get(&path).map(|bytes| (bytes.clone(), None)).ok_or_else(|| NONE.to_owned()),
-            None => self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)),
+        let found = match (self.instead.get(&path), self.source) {
+            (Some(bytes), Source::Memory) => Ok((bytes.clone(), None)),
+            // What is not saved is no input that a build could be repeated from: it is not remembered.
+            (Some(bytes), Source::Disk) => return Ok(bytes.clone()),
+            (None, Source::Memory) => Err(NONE.to_owned()),
+            (None, Source::Disk) => self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)),
         };
         let (result, stamp) = match found {
             Ok((bytes, stamp)) => (Ok(bytes), stamp),

@@ -33,6 +33,9 @@ pub(super) enum Command {
     New(NewArguments),
     /// Writes a build as a graph of commands that share no folder, for Ninja, Bazel or a farm.
     Plan(PlanArguments),
+    /// Shows the sets on a local page that follows every saved file: pictures, levels of detail, mixes, sketches.
+    #[cfg(feature = "preview")]
+    Preview(PreviewArguments),
     /// Prints every field of presets and species, with range, unit and default, as Markdown or JSON Schema.
     Schema(SchemaArguments),
     /// Runs one command of a `plan`.
@@ -363,6 +366,35 @@ pub(super) struct WatchArguments {
     pub(super) out: PathBuf,
     /// Looks at the files every so many milliseconds instead of asking the system for changes: for network drives and
     /// shared folders of virtual machines. Without it that is done, and said, when the system can't watch.
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(10..=3_600_000))]
+    pub(super) poll: Option<u32>,
+    #[command(flatten)]
+    pub(super) cache: CacheFolder,
+    #[command(flatten)]
+    pub(super) limits: LimitArguments,
+}
+
+/// What `preview` takes.
+#[cfg(feature = "preview")]
+#[derive(Debug, Args)]
+pub(super) struct PreviewArguments {
+    /// The folder whose *.ron files are presets.
+    pub(super) folder: PathBuf,
+    /// The folder that the sets are written to.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(super) out: PathBuf,
+    /// The port; 0 takes any that is free.
+    #[arg(long, value_name = "N", default_value_t = 8750)]
+    pub(super) port: u16,
+    /// The address to listen at. Whoever can reach it can read the sets and change the presets: keep to the loopback
+    /// unless you trust everybody in the network.
+    #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
+    pub(super) listen: std::net::IpAddr,
+    /// The folder of the package three.js, for the view in space; without it one is looked for in node_modules of the
+    /// presets' folder, of the working folder and of those above them. TREEWRIGHT_THREE names it as well.
+    #[arg(long, value_name = "DIR")]
+    pub(super) three: Option<PathBuf>,
+    /// Looks at the files every so many milliseconds instead of asking the system for changes.
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(10..=3_600_000))]
     pub(super) poll: Option<u32>,
     #[command(flatten)]

@@ -12,6 +12,8 @@ mod inspect;
 mod messages;
 mod new;
 mod plan;
+#[cfg(feature = "preview")]
+mod preview;
 mod report;
 mod watch;
 
@@ -39,6 +41,8 @@ pub fn run() -> ExitCode {
         Command::Inspect(inspect) => inspect::run(&inspect),
         Command::New(new) => new::run(&new),
         Command::Plan(plan) => plan::run(&plan),
+        #[cfg(feature = "preview")]
+        Command::Preview(preview) => preview::run(&preview),
         Command::Step(step) => plan::step(&step),
         Command::Schema(schema) => match schema.of {
             args::SchemaOf::Presets => report::print(&crate::preset::describe()),

@@ -19,19 +19,25 @@ pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
     });
     let meter = Meter::plain();
     watcher.run(&|event| {
-        match event {
-            Event::Build(progress) => meter.take(&progress),
-            Event::Failed(error) => {
-                failure(&Failure::from(error));
-                meter.line("the old set stays");
-            }
-            Event::Polling { every, why } => {
-                let why = why.map(|why| format!("{why}; ")).unwrap_or_default();
-                meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
-            }
-            Event::Idle { files } => meter.line(&format!("watching {files} files")),
-        }
+        tell(&meter, &event);
         Next::Watch
     });
     Ok(())
+}
+
+/// Tells people what a watcher does.
+pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
+    match event {
+        Event::Preset(_) => {}
+        Event::Build(progress) => meter.take(progress),
+        Event::Failed(error) => {
+            failure(&Failure::Diagnostics(error.diagnostics.clone()));
+            meter.line("the old set stays");
+        }
+        Event::Polling { every, why } => {
+            let why = why.as_ref().map(|why| format!("{why}; ")).unwrap_or_default();
+            meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
+        }
+        Event::Idle { files } => meter.line(&format!("watching {files} files")),
+    }
 }

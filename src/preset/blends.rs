@@ -9,8 +9,11 @@
 //! Parts of sources: chains have no names in files, so a preset names them. A part is a branch by its number in the
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
+use super::decided::{KEEP_FIELD, REJECT_FIELD, decided};
 use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
-use super::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule};
+use super::plan::{
+    BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
+};
 use super::reader::{Reader, clip};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;
@@ -113,6 +116,8 @@ pub(super) static BLEND: Record = Record {
         CANDIDATES_FIELD,
         SCORES_FIELD,
         FILTER_FIELD,
+        KEEP_FIELD,
+        REJECT_FIELD,
         SKETCH_FIELD,
     ],
 };
@@ -138,6 +143,8 @@ pub(super) static MIX: Record = Record {
         SEED,
         MATCHED,
         ONLY_SOME,
+        KEEP_FIELD,
+        REJECT_FIELD,
         SKETCH_FIELD,
     ],
 };
@@ -162,6 +169,8 @@ pub(super) static EXPLORE: Record = Record {
         CANDIDATES_FIELD,
         SCORES_FIELD,
         FILTER_FIELD,
+        KEEP_FIELD,
+        REJECT_FIELD,
         SKETCH_FIELD,
     ],
 };
@@ -307,6 +316,10 @@ pub(super) struct Blended {
     pub(super) blend: BlendParams,
     /// All trees that it makes.
     pub(super) trees: Vec<BlendTree>,
+    /// The number of each, from 0; empty where trees are told apart by nothing that a number could mean.
+    pub(super) numbers: Vec<usize>,
+    /// What was decided about single trees.
+    pub(super) decided: Decided,
     /// Which of them are kept, where not all are.
     pub(super) wanted: Option<Wanted>,
     /// How many are kept.
@@ -319,7 +332,9 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let count = fields.integer("count");
     let pooled = fields.has("trees");
     let wanted = wanted(fields, count);
-    let candidates = wanted.as_ref().map_or(count, |wanted| wanted.candidates);
+    let decided = decided(fields, count);
+    let numbers = decided.numbers(count);
+    let candidates = candidates(wanted.as_ref(), &decided, count);
     let batches = fields.integer_or("batches", if pooled { 4 } else { candidates });
     let trees = fields.integer_or("trees", 0);
     // With `trees`, what is picked is picked of all of them.
@@ -327,7 +342,7 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let made = match (pooled, wanted.is_some()) {
         (true, true) => in_pool,
         // Never more than there are, also where that is an error.
-        (true, false) => count.min(in_pool),
+        (true, false) => candidates.min(in_pool),
         _ => candidates,
     };
     let seed = fields.integer("seed");
@@ -346,6 +361,11 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     if pooled && batches * trees < count {
         let message = format!("{count} trees of {batches} batches with {trees} trees each");
         fields.fault("count", message, "raise `trees` or `batches`");
+    }
+    if pooled && decided.reach(count) > batches * trees && batches * trees >= count {
+        let message = format!("asks for tree {} of {}", decided.reach(count), batches * trees);
+        let field = if decided.keep.is_empty() { "reject" } else { "keep" };
+        fields.fault(field, message, "raise `trees` or `batches`, or decide about fewer");
     }
     if batches * trees > MOST_IN_POOL {
         let message = format!("{batches} batches of {trees} trees are more than {MOST_IN_POOL}");
@@ -374,7 +394,30 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
             .map(|i| BlendTree::State { batch: batch(i), progress: at(radical_inverse(i + 1)), pace: 1.0 })
             .collect()
     };
-    Some(Blended { blend, trees, wanted, count })
+    Some(taken(blend, trees, numbers, decided, wanted, count))
+}
+
+/// How many trees an entry makes, of which those are taken that it gives.
+fn candidates(wanted: Option<&Wanted>, decided: &Decided, count: u64) -> u64 {
+    let reach = decided.reach(count);
+    wanted.map_or(reach, |wanted| wanted.candidates.max(reach))
+}
+
+/// An entry's trees out of all that it makes: all of them where a selection picks, else those of the given numbers.
+fn taken(
+    blend: BlendParams,
+    trees: Vec<BlendTree>,
+    numbers: Vec<usize>,
+    decided: Decided,
+    wanted: Option<Wanted>,
+    count: u64,
+) -> Blended {
+    let (trees, numbers) = if wanted.is_some() {
+        (trees, Vec::new())
+    } else {
+        numbers.into_iter().filter_map(|n| Some((trees.get(n)?.clone(), n))).unzip()
+    };
+    Blended { blend, trees, numbers, decided, wanted, count }
 }
 
 /// The numbers below `count`, each once, so that any first ones of them spread evenly.
@@ -417,6 +460,12 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
         fields.fault("count", message, "give `scatter`, or take Explore");
         sound = false;
     }
+    let decided = decided(fields, count);
+    if scatter == 0.0 && !decided.is_empty() {
+        let field = if decided.keep.is_empty() { "reject" } else { "keep" };
+        fields.fault(field, "there is one tree of these weights alone", "give `scatter`, or leave it out");
+        sound = false;
+    }
     let only = only(fields);
     let matching = fields.group("matching", matching)?;
     if !sound || of.len() < 2 {
@@ -425,8 +474,13 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
     check_parts(fields, &only, &of, sources);
     let shares: Vec<f32> = shares.iter().map(|share| share / sum).collect();
     let tree = |i| BlendTree::Point { shares: shares.clone(), scatter, draw: (seed << 32) | i };
-    let trees = (0..count).map(tree).collect();
-    Some(Blended { blend: n_way(entry, of, matching, only), trees, wanted: None, count })
+    let trees = (0..decided.reach(count)).map(tree).collect();
+    let numbers = decided.numbers(count);
+    let mut made = taken(n_way(entry, of, matching, only), trees, numbers, decided, None, count);
+    if scatter == 0.0 {
+        made.numbers.clear();
+    }
+    Some(made)
 }
 
 /// An `Explore` and its trees.
@@ -444,9 +498,10 @@ pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sou
         scatter,
         draw: (seed << 32) | i,
     };
-    let made = wanted.as_ref().map_or(count, |wanted| wanted.candidates);
-    let trees = (0..made).map(tree).collect();
-    Some(Blended { blend: n_way(entry, of, matching, only), trees, wanted, count })
+    let decided = decided(fields, count);
+    let trees = (0..candidates(wanted.as_ref(), &decided, count)).map(tree).collect();
+    let numbers = decided.numbers(count);
+    Some(taken(n_way(entry, of, matching, only), trees, numbers, decided, wanted, count))
 }
 
 fn n_way(entry: usize, of: Vec<usize>, matching: MatchParams, only: OnlyParams) -> BlendParams {

@@ -112,6 +112,10 @@ fn of_kind(kind: Kind, defs: &mut Defs) -> Value {
         Kind::Texts { low, high, .. } => {
             json!({ "type": "array", "items": { "type": "string" }, "minItems": low, "maxItems": high })
         }
+        Kind::Numbers { low, high, most, .. } => {
+            let of = json!({ "type": "integer", "minimum": low, "maximum": high });
+            json!({ "type": "array", "items": of, "maxItems": most })
+        }
         Kind::Named { choice, low, high } => {
             let of = of_choice(choice, defs);
             json!({ "type": "object", "additionalProperties": of, "minProperties": low, "maxProperties": high })

@@ -6,8 +6,11 @@
 //! and nothing else.
 
 mod blends;
+mod decided;
+mod edit;
 mod guiding;
 mod json_schema;
+mod knobs;
 mod look;
 mod morphs;
 mod nearest;
@@ -28,7 +31,9 @@ mod syntax;
 mod token;
 mod variants;
 
+pub use edit::{Edit, EditError, edited, value_of};
 pub use json_schema::describe_json;
+pub use knobs::{Knob, KnobsOf, Turns, knobs};
 pub use path::beside;
 pub use place::place;
 pub use plan::Plan;

@@ -20,7 +20,7 @@ pub fn place(text: &str, field: &str) -> Option<Span> {
 }
 
 /// The value that the first part of a path names, and what is left of the path.
-fn step<'n, 'p>(node: &'n Node, path: &'p str) -> Option<(&'n Node, &'p str)> {
+pub(super) fn step<'n, 'p>(node: &'n Node, path: &'p str) -> Option<(&'n Node, &'p str)> {
     match &node.value {
         Value::Record(_, fields) => {
             let (name, rest) = path.split_at(path.find(['.', '[']).unwrap_or(path.len()));

@@ -18,8 +18,8 @@ pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use sketches::{SketchDepth, SketchParams, SketchScale};
 pub use variants::{
-    BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, Pick, ScoreParams, Selection, StemRule,
-    Variant,
+    BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, Pick, ScoreParams,
+    Selection, StemRule, Variant,
 };
 
 /// A preset, resolved: everything that a build needs but the bytes of the files it names.
@@ -33,6 +33,9 @@ pub struct Plan {
     pub sources: Vec<Source>,
     /// One entry for each output variant, numbered from 1 in file names.
     pub variants: Vec<Variant>,
+    /// Where each variant comes from in the preset's text; no part of what it means, so not of any key.
+    #[serde(skip)]
+    pub origins: Vec<Origin>,
     /// What blended variants are made of, one for each entry of the preset that blends.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blends: Vec<BlendParams>,

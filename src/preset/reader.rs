@@ -395,9 +395,12 @@ impl<'t, 'r> Reader<'t, 'r> {
     /// The items of a list, between `low` and `high` of them; none where it is absent or no list.
     pub(super) fn list(&self, name: &str) -> Vec<Item<'t>> {
         let kind = self.schema(name).kind;
-        let (Kind::ListOf { low, high, .. } | Kind::Rows { low, high, .. } | Kind::Texts { low, high, .. }) = kind
-        else {
-            return Vec::new();
+        let (low, high) = match kind {
+            Kind::ListOf { low, high, .. } | Kind::Rows { low, high, .. } | Kind::Texts { low, high, .. } => {
+                (low, high)
+            }
+            Kind::Numbers { most, .. } => (0, most),
+            _ => return Vec::new(),
         };
         let Some(item) = self.item(name) else { return Vec::new() };
         let Item { node, path, given } = item;
@@ -423,6 +426,23 @@ impl<'t, 'r> Reader<'t, 'r> {
             .enumerate()
             .map(|(i, node)| Item { node, path: format!("{path}[{i}]"), given })
             .collect()
+    }
+
+    /// The whole numbers of a list that are in their range.
+    pub(super) fn numbers(&self, name: &str) -> Vec<u64> {
+        let Kind::Numbers { low, high, .. } = self.schema(name).kind else { return Vec::new() };
+        let number = |item: Item<'t>| {
+            let message = match item.node.value {
+                Value::Integer(value) => match u64::try_from(value) {
+                    Ok(value) if (low..=high).contains(&value) => return Some(value),
+                    _ => format!("{value} is out of range: {low} to {high}"),
+                },
+                ref other => format!("expected a whole number, {low} to {high}, found {}", other.is_called()),
+            };
+            self.report.at(item.span(), &item.path, message, "");
+            None
+        };
+        self.list(name).into_iter().filter_map(number).collect()
     }
 
     /// The entries of a map from names, with the place of each name.

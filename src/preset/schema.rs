@@ -47,6 +47,8 @@ pub(super) enum Kind {
     Rows { record: &'static Record, low: usize, high: usize },
     /// A list of `low` to `high` texts.
     Texts { what: &'static str, low: usize, high: usize },
+    /// A list of at most `most` whole numbers of a range, both ends included.
+    Numbers { what: &'static str, low: u64, high: u64, most: usize },
     /// A map from names to kinds, `low` to `high` of them.
     Named { choice: &'static Choice, low: usize, high: usize },
     /// A map from names to numbers of a range, both ends included, `least` to `most` of them.
@@ -210,6 +212,7 @@ impl Kind {
             Self::Rows { low, high, .. } => format!("a list of {low} to {high} groups of fields"),
             Self::Texts { what, low, high } if low == high => format!("a list of {low} {what}"),
             Self::Texts { what, low, high } => format!("a list of {low} to {high} {what}"),
+            Self::Numbers { what, low, high, most } => format!("a list of up to {most} {what}, each {low} to {high}"),
             Self::Named { choice, low, high } => {
                 format!("a map of {low} to {high} names, each to {}", one_of(choice.names()))
             }

@@ -308,7 +308,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     }
     let seed = set.integer("seed");
     let (sources, names) = sources(set, files);
-    let Variants { trees: variants, blends, selections, shapes, morphs, sketches } =
+    let Variants { trees: variants, origins, blends, selections, shapes, morphs, sketches } =
         variants(set, &names, &sources, seed);
     let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
@@ -330,6 +330,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         seed,
         sources,
         variants,
+        origins,
         blends,
         selections,
         shapes,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::blends::{self, Blended};
 use super::morphs;
 use super::pick::Wanted;
-use super::plan::{BlendParams, MorphKind, MorphParams, Selection, ShapeParams, SketchParams, Source, Variant};
+use super::plan::{BlendParams, MorphKind, MorphParams, Origin, Selection, ShapeParams, SketchParams, Source, Variant};
 use super::reader::{Item, Reader};
 use super::set::VARIANT;
 use super::shapes::{self, Shaped};
@@ -17,6 +17,8 @@ pub(super) const MOST_VARIANTS: usize = 4096;
 /// What the variants of a preset are.
 pub(super) struct Variants {
     pub(super) trees: Vec<Variant>,
+    /// One a tree.
+    pub(super) origins: Vec<Origin>,
     pub(super) blends: Vec<BlendParams>,
     pub(super) selections: Vec<Selection>,
     pub(super) shapes: Vec<ShapeParams>,
@@ -62,6 +64,7 @@ pub(super) fn variants(
     let names: Vec<&str> = names.keys().map(String::as_str).collect();
     let mut made = Variants {
         trees: Vec::new(),
+        origins: Vec::new(),
         blends: Vec::new(),
         selections: Vec::new(),
         shapes: Vec::new(),
@@ -76,9 +79,11 @@ pub(super) fn variants(
         }
         // The sketch that all trees of the entry follow.
         let mut on_all: Option<usize> = None;
+        // The numbers of its trees, where it can decide about single ones.
+        let mut numbers: Vec<usize> = Vec::new();
         // The trees, each with what tells it from all others, and which of them are kept.
         let read = set.kind(&VARIANT, &item, |kind, fields| {
-            let Blended { blend, trees, wanted, count } = match kind {
+            let Blended { blend, trees, numbers: of_trees, decided, wanted, count } = match kind {
                 "Source" => {
                     let index = source(fields, &fields.item("of")?, &names)?;
                     return Some((vec![(index.to_string(), Variant::Source(index))], None));
@@ -113,6 +118,7 @@ pub(super) fn variants(
                 "Explore" => blends::explore(entry, fields, &names, sources)?,
                 _ => blends::blend(entry, fields, &names, sources)?,
             };
+            numbers = of_trees;
             let alike = BlendParams { entry: 0, ..blend.clone() };
             let index = made.blends.len();
             made.blends.push(blend);
@@ -121,7 +127,7 @@ pub(super) fn variants(
             let of = |tree| (format!("{alike:?} {tree:?} {shaped}"), Variant::Blend { blend: index, tree });
             let selection = wanted.map(|Wanted { pick, scores, filter, candidates: _ }| {
                 let field = fields.path().to_string();
-                Selection { field, candidates: Vec::new(), keep: count as usize, pick, scores, filter }
+                Selection { field, candidates: Vec::new(), keep: count as usize, decided, pick, scores, filter }
             });
             on_all = sketch.as_ref().map(|known| known.0);
             Some((trees.into_iter().map(of).collect(), selection))
@@ -148,6 +154,8 @@ pub(super) fn variants(
             }
         }
         let trees = trees.into_iter().map(|(_, tree)| tree);
+        let number = |place: usize| numbers.get(place).map(|n| n + 1).filter(|_| selection.is_none());
+        made.origins.extend((0..kept).map(|place| Origin { entry, number: number(place) }));
         match selection {
             None => made.trees.extend(trees.map(|tree| followed(on_all, tree))),
             Some(selection) => {

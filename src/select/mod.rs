@@ -20,7 +20,7 @@ pub use cluster::{clusters, representative};
 pub use collide::{Collision, Habits, collisions};
 pub use edit_distance::edit_distance;
 pub use examine::{Examined, Sources, examine, without};
-pub use pick::{PickError, Picked, pick};
+pub use pick::{PickError, Picked, pick, pick_decided};
 pub use profile::Profile;
 pub use proportions::{Departure, Proportions};
 pub use score::{Difference, Score, Scores, scores};

@@ -7,13 +7,16 @@
 //! - `Diverse`: farthest-point sampling (Gonzalez 1985), begun at the tree that is farthest from its nearest source.
 //! - `Natural`: the trees nearest to the first source, the second, … in turn.
 //!
+//! What a designer decided goes before: trees to keep are kept, and stand for their cluster, their source or their place
+//! among those far from each other; trees to reject are as if they were not there.
+//!
 //! Trees that the filter rejects are passed over. Where fewer are left than are to be kept, those that depart least from
 //! their sources' kind are taken all the same, and that is told. Kept trees come in the order of the candidates.
 
 use super::cluster::{clusters, representative};
 use super::examine::Examined;
 use super::score::Scores;
-use crate::preset::plan::Pick;
+use crate::preset::plan::{Decided, Pick};
 
 /// What was picked.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,14 +62,35 @@ pub enum PickError {
 ///
 /// When there are too few candidates, or no two of them are as far apart as `Diverse` wants.
 pub fn pick(how: Pick, keep: usize, botany: f32, trees: &[Examined], scores: &Scores) -> Result<Picked, PickError> {
-    if trees.len() < keep {
-        return Err(PickError::TooFew { candidates: trees.len(), keep });
+    pick_decided(how, keep, &Decided::default(), botany, trees, scores)
+}
+
+/// As [`pick`], where some trees are kept or passed over in any case; of more than `keep` such ones the first are kept.
+///
+/// # Errors
+///
+/// As [`pick`].
+pub fn pick_decided(
+    how: Pick,
+    keep: usize,
+    decided: &Decided,
+    botany: f32,
+    trees: &[Examined],
+    scores: &Scores,
+) -> Result<Picked, PickError> {
+    let mut must: Vec<usize> = decided.keep.iter().copied().filter(|&i| i < trees.len()).take(keep).collect();
+    must.sort_unstable();
+    must.dedup();
+    let open: Vec<usize> = (0..trees.len()).filter(|i| must.contains(i) || !decided.reject.contains(i)).collect();
+    if open.len() < keep {
+        return Err(PickError::TooFew { candidates: open.len(), keep });
     }
-    let good: Vec<usize> = (0..trees.len()).filter(|&i| trees[i].departure.by <= botany).collect();
-    let rejected = trees.len() - good.len();
+    let good: Vec<usize> =
+        open.iter().copied().filter(|i| trees[*i].departure.by <= botany || must.contains(i)).collect();
+    let rejected = open.len() - good.len();
     if good.len() <= keep {
         let mut kept = good;
-        let mut rest: Vec<usize> = (0..trees.len()).filter(|i| !kept.contains(i)).collect();
+        let mut rest: Vec<usize> = open.iter().copied().filter(|i| !kept.contains(i)).collect();
         rest.sort_by(|&a, &b| trees[a].departure.by.total_cmp(&trees[b].departure.by).then(a.cmp(&b)));
         let in_spite = keep - kept.len();
         kept.extend(&rest[..in_spite]);
@@ -74,20 +98,26 @@ pub fn pick(how: Pick, keep: usize, botany: f32, trees: &[Examined], scores: &Sc
         let apart = (matches!(how, Pick::Diverse { .. }) && keep > 1).then(|| nearest_two(&kept, trees, scores));
         return Ok(Picked { kept, rejected, in_spite, apart });
     }
-    let (mut kept, mut apart) = (Vec::new(), None);
+    let (mut kept, mut apart) = (must, None);
+    let left = keep - kept.len();
     match how {
-        Pick::All => kept.extend(&good[..keep]),
+        Pick::All => {
+            let others: Vec<usize> = good.iter().copied().filter(|i| !kept.contains(i)).take(left).collect();
+            kept.extend(others);
+        }
         Pick::Inspiring => {
             let points: Vec<Vec<f32>> = good.iter().map(|&i| scores.each[i].summands(&scores.params)).collect();
             let found = clusters(&points, keep);
-            kept.extend(found.iter().filter_map(|c| representative(&points, c)).map(|i| good[i]));
+            let open = found.iter().filter(|c| !c.iter().any(|&i| kept.contains(&good[i])));
+            let new: Vec<usize> = open.filter_map(|c| representative(&points, c)).map(|i| good[i]).take(left).collect();
+            kept.extend(new);
             // Fewer different trees than asked for: the next ones in order.
             let rest: Vec<usize> = good.iter().copied().filter(|i| !kept.contains(i)).collect();
             kept.extend(rest.into_iter().take(keep - kept.len()));
         }
-        Pick::Natural => kept = nearest(keep, &good, scores),
+        Pick::Natural => kept = nearest(keep, kept, &good, scores),
         Pick::Diverse { apart: asked } => {
-            let (found, least, first) = farthest(keep, &good, trees, scores);
+            let (found, least, first) = farthest(keep, kept, &good, trees, scores);
             if keep > 1 && first < asked {
                 return Err(PickError::Apart { candidates: good.len(), asked, found: first });
             }
@@ -99,10 +129,11 @@ pub fn pick(how: Pick, keep: usize, botany: f32, trees: &[Examined], scores: &Sc
     Ok(Picked { kept, rejected, in_spite: 0, apart })
 }
 
-/// The trees nearest to each source in turn.
-fn nearest(keep: usize, good: &[usize], scores: &Scores) -> Vec<usize> {
+/// The trees nearest to each source in turn, beside those that are kept.
+fn nearest(keep: usize, mut kept: Vec<usize>, good: &[usize], scores: &Scores) -> Vec<usize> {
     let sources = scores.each.first().map_or(0, |s| s.from_sources.len());
     let mut taken = vec![false; scores.each.len()];
+    kept.iter().for_each(|&i| taken[i] = true);
     let orders: Vec<Vec<usize>> = (0..sources)
         .map(|s| {
             let mut order = good.to_vec();
@@ -112,7 +143,6 @@ fn nearest(keep: usize, good: &[usize], scores: &Scores) -> Vec<usize> {
         })
         .collect();
     let mut next = vec![0; sources];
-    let mut kept = Vec::with_capacity(keep);
     for turn in 0.. {
         if kept.len() == keep || sources == 0 {
             break;
@@ -135,14 +165,32 @@ fn nearest_two(of: &[usize], trees: &[Examined], scores: &Scores) -> f32 {
     of.iter().enumerate().flat_map(below).map(|d| d.total).fold(f32::INFINITY, f32::min)
 }
 
-/// Trees that are far from each other; the least difference of two of them, and that of the first two.
-fn farthest(keep: usize, good: &[usize], trees: &[Examined], scores: &Scores) -> (Vec<usize>, f32, f32) {
+/// Trees that are far from each other and from those that are kept; the least difference of two of them, and that of the first two.
+fn farthest(
+    keep: usize,
+    mut kept: Vec<usize>,
+    good: &[usize],
+    trees: &[Examined],
+    scores: &Scores,
+) -> (Vec<usize>, f32, f32) {
     let to_source = |i: usize| scores.each[i].from_sources.iter().map(|d| d.total).fold(f32::INFINITY, f32::min);
     let better = |a: (f32, usize), b: (f32, usize)| if b.0 > a.0 { b } else { a };
     let start = good.iter().map(|&i| (to_source(i), i)).reduce(better).map_or(0, |(_, i)| i);
-    let mut kept = vec![start];
+    if kept.is_empty() {
+        kept.push(start);
+    }
     let mut far = vec![f32::INFINITY; good.len()];
     let (mut least, mut first) = (f32::INFINITY, 0.0);
+    for i in 0..kept.len() - 1 {
+        let differences = scores.between(trees, kept[i], good);
+        for (far, difference) in far.iter_mut().zip(differences) {
+            *far = far.min(difference.total);
+        }
+        let others = scores.between(trees, kept[i], &kept[i + 1..]);
+        least = others.iter().map(|d| d.total).fold(least, f32::min);
+        // What is decided needs not be apart as asked.
+        first = f32::INFINITY;
+    }
     while kept.len() < keep {
         let last = kept[kept.len() - 1];
         for (far, difference) in far.iter_mut().zip(scores.between(trees, last, good)) {
@@ -238,6 +286,27 @@ mod tests {
         assert_eq!((picked.kept.as_slice(), picked.rejected, picked.in_spite), (&[1, 3, 5][..], 6, 0));
         let picked = pick(Pick::Inspiring, 8, 1.0, &trees, &scores).unwrap();
         assert_eq!((picked.kept.as_slice(), picked.in_spite), (&[0, 1, 2, 3, 5, 7, 9, 11][..], 2));
+    }
+
+    #[test]
+    fn what_is_decided_goes_before_every_way_of_picking() {
+        let (trees, scores) = candidates(32);
+        for how in [Pick::All, Pick::Inspiring, Pick::Natural, Pick::Diverse { apart: 0.0 }] {
+            for keep in [2, 5, 29] {
+                let free = pick(how, keep, 1e9, &trees, &scores).unwrap().kept;
+                let out = (0..32).find(|i| !free.contains(i)).unwrap();
+                let decided = Decided { keep: vec![out], reject: vec![free[0]] };
+                let kept = pick_decided(how, keep, &decided, 1e9, &trees, &scores).unwrap().kept;
+                assert!(kept.contains(&out) && !kept.contains(&free[0]), "{how:?} {keep}");
+                assert!(kept.len() == keep && kept.windows(2).all(|w| w[0] < w[1]), "{how:?} {keep} {kept:?}");
+                // What was picked freely and is then kept stays as it was.
+                let again = Decided { keep: free.clone(), reject: Vec::new() };
+                assert_eq!(pick_decided(how, keep, &again, 1e9, &trees, &scores).unwrap().kept, free);
+            }
+        }
+        let all = Decided { keep: Vec::new(), reject: (0..31).collect() };
+        let found = pick_decided(Pick::All, 2, &all, 1e9, &trees, &scores);
+        assert_eq!(found, Err(PickError::TooFew { candidates: 1, keep: 2 }));
     }
 
     #[test]

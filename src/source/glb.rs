@@ -246,7 +246,7 @@ impl GlbInfo<'_> {
     }
 
     /// An attribute of some vertices (all where none are given), its first `N` numbers each, and how many a vertex has.
-    pub(super) fn attribute<const N: usize>(
+    pub(crate) fn attribute<const N: usize>(
         &self,
         mesh: usize,
         primitive: usize,

@@ -59,6 +59,9 @@ impl WatchOptions {
 /// What a watcher tells.
 #[derive(Debug)]
 pub enum Event<'a> {
+    /// A preset, or a file that it reads, was saved, or all is built for the first time: this preset's set comes next.
+    /// What is told up to the next such event is about it.
+    Preset(&'a Path),
     /// Something of a running build.
     Build(Progress<'a>),
     /// A build failed; the old sets stay.
@@ -125,6 +128,12 @@ impl Watcher {
             watcher.listen_near(&folder.join("preset"));
         }
         watcher
+    }
+
+    /// What its builds keep.
+    #[must_use]
+    pub fn cache(&self) -> std::sync::Arc<crate::build::Cache> {
+        self.builder.cache()
     }
 
     /// Looks at files from now on; what the system still tells is heard as well.
@@ -207,6 +216,7 @@ impl Watcher {
             if !concerned {
                 continue;
             }
+            tell(Event::Preset(&preset));
             let built = self.builder.build(std::slice::from_ref(&preset), &|progress| {
                 tell(Event::Build(progress));
             });

@@ -141,12 +141,43 @@ pub struct Selection {
     pub candidates: Vec<Variant>,
     /// How many are kept.
     pub keep: usize,
-    /// Which of them.
+    /// Which of them are kept or passed over in any case; not written where there are none, so that such plans keep
+    /// their keys.
+    #[serde(skip_serializing_if = "Decided::is_empty")]
+    pub decided: Decided,
+    /// Which of the rest.
     pub pick: Pick,
     /// What makes trees differ.
     pub scores: ScoreParams,
     /// What is mended and rejected before.
     pub filter: FilterParams,
+}
+
+/// Trees of an entry that a designer decided about, by number from 0, rising.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Decided {
+    /// Those that are in the set in any case.
+    pub keep: Vec<usize>,
+    /// Those that never are.
+    pub reject: Vec<usize>,
+}
+
+impl Decided {
+    /// Whether nothing was decided.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.keep.is_empty() && self.reject.is_empty()
+    }
+}
+
+/// Where a variant comes from, for who edits the preset; it says nothing about the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Which entry of the preset's variants makes it, from 0.
+    pub entry: usize,
+    /// Its number among the trees of the entry, from 1, as `keep` and `reject` count; none where the entry can't decide
+    /// about single trees, or a selection finds out which it is.
+    pub number: Option<usize>,
 }
 
 /// Which candidates are kept.

@@ -118,6 +118,7 @@ fn fits(node: &Node, kind: Kind) -> bool {
         (Kind::Texts { low, high, .. }, Value::List(items)) => {
             (low..=high).contains(&items.len()) && items.iter().all(|item| matches!(item.value, Value::Text(_)))
         }
+        (Kind::Numbers { most, .. }, Value::List(items)) => items.is_empty() && most > 0,
         (Kind::Fields(record), Value::Record(None, fields)) => {
             fields.is_empty() && record.fields.iter().all(|field| !matches!(field.default, Default::Required))
         }

@@ -1,0 +1,408 @@
+//! What a designer decides, written back: edits of presets and species, trees to keep and to reject, drawn crowns.
+//!
+//! A file is written only where it still is what the page saw, where it lies in the project's folder and is one that the
+//! preset reads, and where the preset still loads with it; whole or not at all. Comments and order stay
+//! ([`crate::preset::edited`]).
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::drafts::{Change, crown_svg};
+use crate::base::{Diagnostic, Key};
+use crate::build::{Limits, Loaded, load_edited};
+use crate::export::Manifest;
+use crate::preset::plan::SourceRecipe;
+use crate::preset::{Edit, KnobsOf, edited, knobs, value_of};
+
+/// Why nothing was written.
+#[derive(Debug)]
+pub enum Refused {
+    /// Somebody else was faster: the page must look again.
+    Stale,
+    /// It is no file that may be written.
+    NoFile,
+    /// One sentence.
+    Wrong(String),
+    /// The preset would not load.
+    Broken(Vec<Diagnostic>),
+}
+
+/// Edits of one file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Save {
+    /// The preset's file.
+    pub preset: String,
+    /// The file, relative to the preset's folder.
+    pub file: String,
+    /// Hash of the text that the page saw, as [`knobs_of`] told it.
+    pub base: String,
+    /// Changed fields.
+    #[serde(default)]
+    pub edits: Vec<Change>,
+    /// Items that are added to lists, each a path and a value.
+    #[serde(default)]
+    pub append: Vec<(String, String)>,
+}
+
+/// What becomes of a variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Decision {
+    /// The build repeats it.
+    Keep,
+    /// It is kept no longer.
+    Free,
+    /// Another takes its place.
+    Reject,
+    /// All that was rejected in the preset may come back.
+    Forgive,
+}
+
+/// A decision about a variant.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Decide {
+    /// The preset's file.
+    pub preset: String,
+    /// The variant, from 0.
+    pub index: usize,
+    /// The key of the set that the page shows.
+    pub key: Option<String>,
+    /// What becomes of it.
+    pub decision: Decision,
+}
+
+/// A drawn crown that is kept.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawn {
+    /// The preset's file.
+    pub preset: String,
+    /// The source whose crown it is.
+    pub of: String,
+    /// Name of the SVG, without folder and extension.
+    pub name: String,
+    /// Metres from the foot, x to the right, y up.
+    pub points: Vec<[f32; 2]>,
+    /// Whether an SVG of that name may be replaced.
+    #[serde(default)]
+    pub replace: bool,
+}
+
+/// A variant's place in the preset's text, and what is decided about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// Which entry of `variants`.
+    pub entry: usize,
+    /// Its number there, from 1; none where nothing can be decided about it.
+    pub number: Option<u64>,
+    /// Whether `keep` has it.
+    pub kept: bool,
+}
+
+/// Where the variants of a set stand in its preset, and which numbers of each entry are rejected.
+#[must_use]
+pub fn standings(loaded: &Loaded, manifest: &Manifest) -> (Vec<Standing>, Vec<(usize, u64)>) {
+    let of = |(i, origin): (usize, &crate::preset::plan::Origin)| {
+        let picked = manifest.variants.get(i).and_then(|v| v.recipe["selected"]["candidate"].as_u64());
+        let number = origin.number.map(|n| n as u64).or(picked);
+        let kept = number.is_some_and(|n| decided(&loaded.text, origin.entry, "keep").contains(&n));
+        Standing { entry: origin.entry, number, kept }
+    };
+    let standings = loaded.plan.origins.iter().enumerate().map(of).collect();
+    let entries = loaded.plan.origins.iter().map(|o| o.entry).max().map_or(0, |last| last + 1);
+    let rejected = (0..entries).flat_map(|e| decided(&loaded.text, e, "reject").into_iter().map(move |n| (e, n)));
+    (standings, rejected.collect())
+}
+
+/// The numbers of `keep` or `reject` of an entry.
+fn decided(text: &str, entry: usize, field: &str) -> Vec<u64> {
+    value_of(text, &format!("variants[{entry}].{field}")).and_then(|v| ron::from_str(v).ok()).unwrap_or_default()
+}
+
+/// The edits that write a decision, and a sentence that says what was done.
+///
+/// # Errors
+///
+/// When nothing can be decided about the variant.
+pub fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<(Vec<Edit>, String), Refused> {
+    let (all, rejected) = standings(loaded, manifest);
+    if asked.decision == Decision::Forgive {
+        let mut entries: Vec<usize> = rejected.iter().map(|r| r.0).collect();
+        entries.dedup();
+        let edits = entries.iter().map(|e| Edit::Remove { path: format!("variants[{e}].reject") }).collect();
+        return Ok((edits, "What was rejected may come back".to_owned()));
+    }
+    let wrong = |why: &str| Refused::Wrong(why.to_owned());
+    let name =
+        manifest.variants.get(asked.index).map(|v| v.name.clone()).ok_or_else(|| wrong("there is no such variant"))?;
+    let Some(Standing { entry, number: Some(number), .. }) = all.get(asked.index).copied() else {
+        return Err(wrong("its entry gives this one tree; edit the entry to change it"));
+    };
+    let list = |field: &str, change: &dyn Fn(&mut Vec<u64>)| {
+        let mut numbers = decided(&loaded.text, entry, field);
+        let before = numbers.clone();
+        change(&mut numbers);
+        numbers.sort_unstable();
+        numbers.dedup();
+        let path = format!("variants[{entry}].{field}");
+        if numbers == before {
+            None
+        } else if numbers.is_empty() {
+            Some(Edit::Remove { path })
+        } else {
+            Some(Edit::Set { path, value: format!("{numbers:?}") })
+        }
+    };
+    let without = |numbers: &mut Vec<u64>| numbers.retain(|n| *n != number);
+    let with = |numbers: &mut Vec<u64>| numbers.push(number);
+    let (keep, reject, told) = match asked.decision {
+        Decision::Keep => (list("keep", &with), list("reject", &without), format!("{name} is kept: keep has {number}")),
+        Decision::Free => (list("keep", &without), None, format!("{name} is kept no longer")),
+        _ => (list("keep", &without), list("reject", &with), format!("{name} is rejected; another grows in its place")),
+    };
+    Ok((keep.into_iter().chain(reject).collect(), told))
+}
+
+/// What sliders can set in a file of a preset, and the hash of its text.
+///
+/// # Errors
+///
+/// When it is no file of the preset.
+pub fn knobs_of(folder: &Path, loaded: &Loaded, file: &str) -> Result<Value, Refused> {
+    let own = own_file(loaded);
+    let files = files(folder, loaded);
+    let path = files.get(file).ok_or(Refused::NoFile)?;
+    let text = fs::read_to_string(path).map_err(|_| Refused::NoFile)?;
+    let of = if file == own { KnobsOf::Preset } else { KnobsOf::Species };
+    let sources: Vec<Value> = loaded
+        .plan
+        .sources
+        .iter()
+        .map(|source| {
+            let kind = match &source.recipe {
+                SourceRecipe::Grow(_) => "grown",
+                SourceRecipe::Import(_) => "imported",
+                SourceRecipe::Like(_) => "grown like a scan",
+            };
+            let species = value_of(&loaded.text, &format!("sources[\"{}\"].species", source.name));
+            let species: Option<String> = species.and_then(|s| ron::from_str(s).ok());
+            json!({ "name": source.name, "kind": kind, "species": species })
+        })
+        .collect();
+    Ok(json!({
+        "file": file,
+        "base": hash(&text),
+        "knobs": knobs(&text, of),
+        "files": files.keys().collect::<Vec<_>>(),
+        "sources": sources,
+    }))
+}
+
+fn hash(text: &str) -> String {
+    Key::of_bytes(text.as_bytes()).to_hex()
+}
+
+fn own_file(loaded: &Loaded) -> String {
+    loaded.preset.rsplit('/').next().unwrap_or_default().to_owned()
+}
+
+/// The texts of a preset that may be edited, by name relative to its folder: itself, and the species that it reads.
+fn files(folder: &Path, loaded: &Loaded) -> BTreeMap<String, PathBuf> {
+    let base = loaded.world.path("");
+    let inside = |path: &Path| {
+        let real = path.canonicalize().ok()?;
+        (real.starts_with(folder) && real.is_file() && path.extension().is_some_and(|e| e == "ron")).then_some(real)
+    };
+    let name = |path: &Path| Some(path.strip_prefix(&base).unwrap_or(path).to_str()?.replace('\\', "/"));
+    loaded.world.reads().keys().filter_map(|path| Some((name(path)?, inside(path)?))).collect()
+}
+
+/// Writes edits of a file.
+///
+/// # Errors
+///
+/// See [`Refused`]; then nothing was written.
+pub fn save(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Save) -> Result<Value, Refused> {
+    let files = files(folder, loaded);
+    let path = files.get(&asked.file).ok_or(Refused::NoFile)?;
+    let mut edits: Vec<Edit> = asked.edits.iter().map(Change::edit).collect();
+    let append = asked.append.iter().cloned();
+    edits.extend(append.map(|(path, value)| Edit::Append { path, value }));
+    let text = write(loaded, limits, (&asked.file, path), Some(&asked.base), &edits)?;
+    Ok(json!({ "base": hash(&text) }))
+}
+
+/// Writes a decision.
+///
+/// # Errors
+///
+/// See [`Refused`]; then nothing was written.
+pub fn decide(
+    folder: &Path,
+    loaded: &Loaded,
+    limits: &Limits,
+    manifest: &Manifest,
+    asked: &Decide,
+) -> Result<Value, Refused> {
+    if asked.key.as_ref() != Some(&manifest.key) {
+        return Err(Refused::Stale);
+    }
+    let (edits, told) = decision(loaded, manifest, asked)?;
+    let own = own_file(loaded);
+    let files = files(folder, loaded);
+    let path = files.get(&own).ok_or(Refused::NoFile)?;
+    write(loaded, limits, (&own, path), Some(&hash(&loaded.text)), &edits)?;
+    Ok(json!({ "told": told }))
+}
+
+/// Writes a drawn crown as `sketches/NAME.svg`, and an entry of the preset that follows it where there is none yet.
+///
+/// # Errors
+///
+/// See [`Refused`].
+pub fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
+    let wrong = |why: &str| Refused::Wrong(why.to_owned());
+    let name = asked.name.as_str();
+    let good =
+        (1..=64).contains(&name.len()) && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-');
+    if !good || crate::preset::beside("", &format!("{name}.svg")).is_none() {
+        return Err(wrong("name it with letters a to z, digits, _ and -"));
+    }
+    if loaded.plan.sources.iter().all(|source| source.name != asked.of) {
+        return Err(wrong("there is no such source"));
+    }
+    let (svg, height) = crown_svg(&asked.points).ok_or_else(|| wrong("draw a closed outline above the ground"))?;
+    let sketches = folder.join("sketches");
+    fs::create_dir_all(&sketches).map_err(|e| Refused::Wrong(format!("can't make the folder sketches: {e}")))?;
+    // A link named `sketches` may lead elsewhere.
+    let sketches = sketches.canonicalize().ok().filter(|real| real.starts_with(folder)).ok_or(Refused::NoFile)?;
+    let path = sketches.join(format!("{name}.svg"));
+    if !asked.replace && path.symlink_metadata().is_ok() {
+        return Err(wrong("there is a sketch of that name; choose another, or replace it"));
+    }
+    let relative = format!("sketches/{name}.svg");
+    let own = own_file(loaded);
+    let all = files(folder, loaded);
+    let preset = all.get(&own).ok_or(Refused::NoFile)?;
+    // In this order a build that comes in between finds no name without a file.
+    replace(&path, &svg).map_err(|e| Refused::Wrong(format!("can't write {relative}: {e}")))?;
+    let item = format!("Sketch(of: {:?}, crown: {relative:?}, size: Metres({:.2}))", asked.of, height);
+    let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
+    if !named {
+        let edit = Edit::Append { path: "variants".to_owned(), value: item };
+        write(loaded, limits, (&own, preset), None, &[edit])?;
+    }
+    Ok(json!({ "file": relative, "added": !named }))
+}
+
+/// Edits a file, sees that the preset still loads, and writes it.
+fn write(
+    loaded: &Loaded,
+    limits: &Limits,
+    (file, path): (&str, &Path),
+    base: Option<&str>,
+    edits: &[Edit],
+) -> Result<String, Refused> {
+    let old = fs::read_to_string(path).map_err(|_| Refused::NoFile)?;
+    if base.is_some_and(|base| base != hash(&old)) {
+        return Err(Refused::Stale);
+    }
+    let new = edited(&old, edits).map_err(|error| Refused::Wrong(error.to_string()))?;
+    let texts = BTreeMap::from([(file.to_owned(), new.clone())]);
+    load_edited(Path::new(&loaded.preset), limits, texts).map_err(Refused::Broken)?;
+    if new != old {
+        replace(path, &new).map_err(|e| Refused::Wrong(format!("can't write {file}: {e}")))?;
+    }
+    Ok(new)
+}
+
+/// Replaces a file as one: a build sees the old text or the new one.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.{}.treewright", std::process::id()));
+    let write = || {
+        let mut file = fs::OpenOptions::new().write(true).create_new(true).open(&beside)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        if let Ok(old) = fs::metadata(path) {
+            file.set_permissions(old.permissions())?;
+        }
+        fs::rename(&beside, path)
+    };
+    let written = write();
+    if written.is_err() {
+        let _ = fs::remove_file(&beside);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::load_preset;
+
+    const TEXT: &str = "// two oaks\n(\n    sources: {\n        \"a\": Import(file: \"a.swc\"), // first\n        \"b\": \
+        Import(file: \"a.swc\"),\n    },\n    variants: [Source(\"a\"), Blend(of: [\"a\", \"b\"], count: 3)],\n)\n";
+
+    fn project() -> (tempfile::TempDir, PathBuf, Loaded) {
+        let folder = tempfile::tempdir().unwrap();
+        let real = folder.path().canonicalize().unwrap();
+        fs::write(real.join("p.ron"), TEXT).unwrap();
+        let loaded = load_preset(&real.join("p.ron")).unwrap();
+        (folder, real, loaded)
+    }
+
+    fn saved(file: &str, base: &str, value: &str) -> Save {
+        let edits = vec![Change { path: "variants[1].count".into(), value: Some(value.into()) }];
+        Save { preset: "p.ron".into(), file: file.into(), base: base.into(), edits, append: Vec::new() }
+    }
+
+    #[test]
+    fn edits_are_saved_with_all_comments_and_only_where_the_text_is_the_one_that_was_seen() {
+        let (_folder, real, loaded) = project();
+        let limits = Limits::default();
+        let base = hash(TEXT);
+        save(&real, &loaded, &limits, &saved("p.ron", &base, "5")).unwrap();
+        let now = fs::read_to_string(real.join("p.ron")).unwrap();
+        assert_eq!(now, TEXT.replace("count: 3", "count: 5"));
+        assert!(matches!(save(&real, &loaded, &limits, &saved("p.ron", &base, "6")), Err(Refused::Stale)));
+        let base = hash(&now);
+        assert!(matches!(save(&real, &loaded, &limits, &saved("p.ron", &base, "-1")), Err(Refused::Broken(_))));
+        for file in ["../p.ron", "a.swc", "/etc/passwd", "", "q.ron"] {
+            assert!(matches!(save(&real, &loaded, &limits, &saved(file, &base, "6")), Err(Refused::NoFile)), "{file}");
+        }
+        assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), now);
+        assert_eq!(fs::read_dir(&real).unwrap().count(), 1, "nothing is left behind");
+    }
+
+    #[test]
+    fn a_crown_is_saved_beside_the_preset_and_named_in_it_once() {
+        let (_folder, real, loaded) = project();
+        let limits = Limits::default();
+        let drawn = |name: &str, replace| Drawn {
+            preset: "p.ron".into(),
+            of: "a".into(),
+            name: name.into(),
+            points: vec![[-1.0, 1.0], [1.0, 1.0], [0.0, 4.0]],
+            replace,
+        };
+        for name in ["", "../x", "a b", "x/y", &"n".repeat(65)] {
+            assert!(draw(&real, &loaded, &limits, &drawn(name, true)).is_err(), "{name}");
+        }
+        assert_eq!(draw(&real, &loaded, &limits, &drawn("spike", false)).unwrap()["added"], true);
+        let text = fs::read_to_string(real.join("p.ron")).unwrap();
+        let entry = "count: 3), Sketch(of: \"a\", crown: \"sketches/spike.svg\", size: Metres(4.00))]";
+        assert_eq!(text, TEXT.replace("count: 3)]", entry));
+        let loaded = load_preset(&real.join("p.ron")).unwrap();
+        assert!(draw(&real, &loaded, &limits, &drawn("spike", false)).is_err());
+        assert_eq!(draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap()["added"], false);
+        assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
+    }
+}

@@ -1,0 +1,248 @@
+// The view in space, by three.js: the set's own GLB files, every level of detail, side by side, and a forest.
+
+import * as THREE from '/three/three.module.js';
+import { GLTFLoader } from '/three/GLTFLoader.js';
+import { OrbitControls } from '/three/OrbitControls.js';
+
+const FIELD = 60;
+const TREES = 1000;
+const slope = 2 * Math.tan(FIELD / 2 * Math.PI / 180);
+
+/** The level for a share of the screen's height: each is shown down to its measured threshold. */
+export function levelAt(levels, coverage) {
+  const found = levels.findIndex(level => coverage >= level.coverage);
+  return found < 0 ? levels.length - 1 : found;
+}
+
+/** Wind for a material: by the file's own weights where the preset writes them, else by height. */
+function sway(material, time, strength, hasWeights, height) {
+  material.onBeforeCompile = shader => {
+    shader.uniforms.twTime = time;
+    shader.uniforms.twWind = strength;
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', `#include <common>\nuniform float twTime; uniform float twWind;${hasWeights ? '\nattribute vec4 _wind;' : ''}`)
+      .replace('#include <begin_vertex>', `#include <begin_vertex>
+        {
+          ${hasWeights
+            ? 'float bend = _wind.x, swing = _wind.y, flutter = _wind.z, phase = _wind.w * 6.2832;'
+            : `float up = clamp(position.y / ${height.toFixed(3)}, 0.0, 1.0); float bend = up * up, swing = up * length(position.xz) * 0.12, flutter = 0.0, phase = position.x * 1.7 + position.z * 2.3;`}
+          float gust = 0.6 + 0.4 * sin(twTime * 0.7);
+          vec3 push = vec3(1.0, 0.0, 0.35) * bend * gust * sin(twTime * 1.1) * ${(height * 0.02).toFixed(4)};
+          push += vec3(0.6, 0.25, 0.8) * swing * sin(twTime * 2.3 + phase) * ${(height * 0.012).toFixed(4)};
+          push += vec3(0.5, 1.0, 0.5) * flutter * sin(twTime * 7.0 + phase * 3.0) * ${(height * 0.002).toFixed(4)};
+          transformed += push * twWind;
+        }`);
+  };
+  material.customProgramCacheKey = () => `sway ${hasWeights} ${height.toFixed(3)}`;
+}
+
+export function space(box, tell) {
+  const renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
+  renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  renderer.setScissorTest(true);
+  renderer.toneMapping = THREE.NeutralToneMapping;
+  box.prepend(renderer.domElement);
+  const camera = new THREE.PerspectiveCamera(FIELD, 1, 0.05, 20000);
+  const controls = new OrbitControls(camera, renderer.domElement);
+  Object.assign(controls, { enableDamping: true, dampingFactor: .12, maxPolarAngle: Math.PI * .495, zoomSpeed: .8 });
+  const time = { value: 0 }, strength = { value: 0 };
+  const loader = new GLTFLoader();
+  const files = new Map();
+  const dark = matchMedia('(prefers-color-scheme: dark)');
+
+  function world() {
+    const scene = new THREE.Scene();
+    const sky = new THREE.HemisphereLight(0xdfe9f2, 0x77705c, 1.9);
+    const sun = new THREE.DirectionalLight(0xfff1dc, 2.6);
+    sun.position.set(.48, .72, .49);
+    const ground = new THREE.Mesh(new THREE.CircleGeometry(1, 72), new THREE.MeshStandardMaterial({ roughness: 1 }));
+    ground.rotation.x = -Math.PI / 2;
+    ground.position.y = -.005;
+    scene.add(sky, sun, ground);
+    return { scene, ground, trees: new THREE.Group() };
+  }
+  const left = world(), right = world();
+  for (const w of [left, right]) w.scene.add(w.trees);
+  const tint = () => { for (const w of [left, right]) w.ground.material.color.set(dark.matches ? 0x2d332c : 0xd9d5c4); };
+  tint();
+  dark.addEventListener('change', tint);
+
+  /** All levels of a variant, each a group of meshes; loaded once for a key. */
+  function load(set, variant) {
+    const name = `${set.key} ${variant.name}`;
+    if (!files.has(name)) {
+      if (files.size > 40) files.delete(files.keys().next().value);
+      files.set(name, (async () => {
+        const url = `/set/${encodeURIComponent(set.set)}/${encodeURIComponent(variant.file)}`;
+        const gltf = await loader.loadAsync(url);
+        const json = gltf.parser.json;
+        return Promise.all(variant.levels.map(async level => {
+          const mesh = json.meshes.findIndex(m => m.name === level.mesh);
+          const node = json.nodes.findIndex(n => n.mesh === mesh);
+          // A level in a file of its own, or a level that the file does not hold: what the scene shows.
+          const object = node < 0 ? gltf.scene : await gltf.parser.getDependency('node', node);
+          const group = new THREE.Group();
+          const copy = object.clone();
+          copy.traverse(part => {
+            if (!part.isMesh) return;
+            if (part.material.alphaTest > 0 || /leaf/.test(part.material.name)) { part.material.alphaToCoverage = true; part.material.side = THREE.DoubleSide; }
+          });
+          group.add(copy);
+          return group;
+        }));
+      })());
+    }
+    return files.get(name);
+  }
+  function dressed(group, height) {
+    group.traverse(part => {
+      if (!part.isMesh || part.userData.swaying) return;
+      part.material = part.material.clone();
+      sway(part.material, time, strength, Boolean(part.geometry.attributes._wind), height);
+      part.userData.swaying = true;
+    });
+    return group;
+  }
+
+  let wanted = null, trees = [null, null], forest = null, run = 0, framed = '', drawn = 0;
+  async function show(what) {
+    wanted = what;
+    strength.value = what.wind ? 1 : 0;
+    const mine = ++run;
+    let made;
+    try {
+      made = what.forest
+        ? await plant(what.set)
+        : await Promise.all([what.variant, what.other].map(async v => v && { variant: v, levels: (await load(what.set, v)).map(g => dressed(g, v.height)) }));
+    } catch (error) { if (mine === run) box.dataset.drawn = `error ${error.message}`; return; }
+    if (mine !== run) return;
+    left.trees.clear();
+    right.trees.clear();
+    forest = what.forest ? made : null;
+    trees = what.forest ? [null, null] : made;
+    if (forest) left.trees.add(...forest.parts.flat().map(p => p.mesh));
+    for (const w of [left, right]) w.trees.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; });
+    const frame = `${what.set.set} ${what.forest ? 'forest' : what.variant.name}`;
+    if (frame !== framed) { framed = frame; look(what); }
+    if (!forest) for (const [tree, w] of [[trees[0], left], [trees[1], right]]) {
+      if (!tree) continue;
+      tree.levels.forEach(level => level.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; }));
+      w.trees.add(...tree.levels);
+    }
+    drawn = 0;
+  }
+  function look({ variant, set, forest: many }) {
+    const tall = many ? Math.max(...set.variants.map(v => v.height)) : variant.height;
+    const reach = many ? tall * 3 : Math.max(tall, Math.max(...variant.bounds.max.map(Math.abs), ...variant.bounds.min.map(Math.abs)) * 1.25);
+    controls.target.set(0, many ? tall * .5 : tall * .48, 0);
+    camera.position.set(reach * .62, tall * (many ? 1.3 : .62), reach * 1.15);
+    controls.minDistance = tall * .1;
+    controls.maxDistance = tall * 140;
+    for (const w of [left, right]) w.ground.scale.setScalar(many ? tall * 60 : tall * 1.2);
+  }
+
+  /** A thousand trees of the set on a jittered grid; each is drawn at the level of its distance. */
+  async function plant(set) {
+    const some = set.variants.slice(0, 8);
+    const all = await Promise.all(some.map(v => load(set, v)));
+    const far = Math.max(...some.map(v => Math.max(v.bounds.max[0] - v.bounds.min[0], v.bounds.max[2] - v.bounds.min[2], v.height * .4)));
+    const side = Math.ceil(Math.sqrt(TREES));
+    const places = [];
+    // Addressed, so that the same forest grows each time.
+    const dice = n => { let h = Math.imul(n ^ 0x9e3779b9, 0x85ebca6b); h ^= h >>> 13; h = Math.imul(h, 0xc2b2ae35); return ((h ^ h >>> 16) >>> 0) / 2 ** 32; };
+    for (let i = 0; i < TREES; i++) {
+      const x = (i % side - side / 2 + (dice(i * 5) - .5) * .7) * far, z = (Math.floor(i / side) - side / 2 + (dice(i * 5 + 1) - .5) * .7) * far;
+      const turn = new THREE.Matrix4().makeRotationY(dice(i * 5 + 2) * Math.PI * 2).scale(new THREE.Vector3().setScalar(.85 + dice(i * 5 + 3) * .3));
+      places.push({ variant: Math.floor(dice(i * 5 + 4) * some.length), at: new THREE.Vector3(x, 0, z), matrix: turn.setPosition(x, 0, z) });
+    }
+    const counts = some.map((_, v) => places.filter(p => p.variant === v).length);
+    const parts = all.map((levels, v) => levels.flatMap((group, level) => {
+      const made = [];
+      group.traverse(part => {
+        if (!part.isMesh) return;
+        const material = part.material.clone();
+        sway(material, time, strength, Boolean(part.geometry.attributes._wind), some[v].height);
+        const mesh = new THREE.InstancedMesh(part.geometry, material, counts[v]);
+        mesh.frustumCulled = false;
+        made.push({ mesh, level });
+      });
+      return made;
+    }));
+    return { some, parts, places };
+  }
+  function sort({ some, parts, places }) {
+    const fill = parts.map(all => all.map(() => 0));
+    const most = Math.max(...some.map(v => v.levels.length));
+    const counts = Array(most).fill(0);
+    for (const place of places) {
+      const { levels, height } = some[place.variant];
+      const away = Math.max(.01, camera.position.distanceTo(place.at));
+      const level = wanted.level === 'auto' ? levelAt(levels, height / (away * slope)) : Math.min(wanted.level, levels.length - 1);
+      counts[level]++;
+      parts[place.variant].forEach((part, i) => { if (part.level === level) part.mesh.setMatrixAt(fill[place.variant][i]++, place.matrix); });
+    }
+    parts.forEach((all, v) => all.forEach((part, i) => { part.mesh.count = fill[v][i]; part.mesh.visible = fill[v][i] > 0; part.mesh.instanceMatrix.needsUpdate = true; }));
+    return counts;
+  }
+
+  let last = 0, told = '';
+  function draw(now) {
+    const wide = box.clientWidth, tall = box.clientHeight;
+    if (!wide || !tall) return;
+    const size = renderer.getSize(new THREE.Vector2());
+    if (size.x !== wide || size.y !== tall) renderer.setSize(wide, tall, false);
+    time.value = now / 1000;
+    controls.update();
+    const pair = !forest && trees[0] && trees[1];
+    camera.aspect = (pair ? wide / 2 : wide) / tall;
+    camera.updateProjectionMatrix();
+    let facts = null;
+    if (forest) {
+      if (now - last > 120 || !drawn) { last = now; forest.counts = sort(forest); }
+      facts = { distance: 0, coverage: 0, level: 0, levels: wanted.variant.levels, counts: forest.counts };
+    } else {
+      const away = Math.max(.01, camera.position.distanceTo(controls.target));
+      for (const tree of trees) {
+        if (!tree) continue;
+        const { levels, height } = tree.variant;
+        const coverage = height / (away * slope);
+        const level = wanted.level === 'auto' ? levelAt(levels, coverage) : Math.min(wanted.level, levels.length - 1);
+        tree.levels.forEach((group, i) => { group.visible = i === level; });
+        facts ??= { distance: away, coverage, level, levels, counts: [] };
+      }
+    }
+    const views = pair ? [[left, 0, wide / 2], [right, wide / 2, wide / 2]] : [[left, 0, wide]];
+    renderer.setClearColor(0, 0);
+    for (const [w, x, width] of views) {
+      renderer.setViewport(x, 0, width, tall);
+      renderer.setScissor(x, 0, width, tall);
+      renderer.render(w.scene, camera);
+    }
+    if (facts) {
+      const look = `${facts.level} ${facts.distance.toFixed(1)} ${facts.counts} ${wanted.variant.name}`;
+      if (look !== told) { told = look; tell(facts); }
+      drawn++;
+      if (drawn === 2) box.dataset.drawn = JSON.stringify([wanted.variant.name, wanted.level, wanted.other?.name ?? null, wanted.forest, wanted.wire, wanted.wind, renderer.info.render.triangles]);
+    }
+  }
+  renderer.setAnimationLoop(draw);
+  return {
+    show(what) { delete box.dataset.drawn; told = ''; show(what); },
+    turn(degrees) {
+      const offset = camera.position.clone().sub(controls.target).applyAxisAngle(new THREE.Vector3(0, 1, 0), degrees * Math.PI / 180);
+      camera.position.copy(controls.target).add(offset);
+    },
+    near(by) {
+      const offset = camera.position.clone().sub(controls.target);
+      camera.position.copy(controls.target).add(offset.setLength(Math.min(controls.maxDistance, Math.max(controls.minDistance, offset.length() * by))));
+    },
+    close() {
+      renderer.setAnimationLoop(null);
+      controls.dispose();
+      dark.removeEventListener('change', tint);
+      files.clear();
+      renderer.dispose();
+      renderer.domElement.remove();
+    },
+  };
+}

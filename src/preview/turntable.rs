@@ -1,0 +1,117 @@
+//! Pictures of trees, drawn by the rasterizer that bakes cards and contact sheets: the turntable, which needs no graphics
+//! hardware and no library, and the small pictures of the gallery.
+//!
+//! A picture stands on transparent ground, so that it suits a dark page as well as a light one. Pure.
+
+use glam::Vec3;
+
+use super::scene::Wear;
+use crate::bake::{Light, Repeat, Shading, Surface, Target, View, rasterize, srgb_byte};
+use crate::export::{self, PngKind};
+use crate::mesh::TreeMesh;
+
+/// Smallest and largest edge of a picture, pixels.
+pub const EDGES: (u32, u32) = (32, 1024);
+
+/// How a tree is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Framing {
+    /// Where from: radians, 0 from +Z, towards +X.
+    pub azimuth: f32,
+    /// Pixels; [`EDGES`] bound it.
+    pub width: u32,
+    /// Pixels; [`EDGES`] bound it.
+    pub height: u32,
+    /// Half of the width that must be seen, metres.
+    pub reach: f32,
+    /// The height that must be seen, metres.
+    pub top: f32,
+    /// The lowest that must be seen, metres.
+    pub foot: f32,
+}
+
+impl Framing {
+    /// A frame that shows all of a tree from wherever it is turned to.
+    #[must_use]
+    pub fn around(tree: &TreeMesh, azimuth: f32, width: u32, height: u32) -> Self {
+        let (mut reach, mut top, mut foot) = (0.1_f32, 0.1_f32, 0.0_f32);
+        for p in tree.bark.positions.iter().chain(&tree.leaf.positions).filter(|p| p.is_finite()) {
+            reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
+            top = top.max(p.y);
+            foot = foot.min(p.y);
+        }
+        let edge = |e: u32| e.clamp(EDGES.0, EDGES.1);
+        Self { azimuth, width: edge(width), height: edge(height), reach: reach.min(1e5), top: top.min(1e5), foot }
+    }
+
+    /// Metres of a pixel, and the height of the picture's middle above the tree's foot.
+    #[must_use]
+    pub fn scale(&self) -> (f32, f32) {
+        let tall = (self.top - self.foot).max(0.1) * 1.06;
+        let wide = self.reach.max(0.05) * 2.0 * 1.04;
+        let metres = (tall / self.height as f32).max(wide / self.width as f32);
+        // The foot stands a little above the lower edge, wherever the width decides.
+        let middle = self.foot - tall * 0.03 + metres * self.height as f32 * 0.5;
+        (metres, middle)
+    }
+}
+
+/// Draws a tree; straight alpha, sRGB.
+#[must_use]
+pub fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32) -> Target {
+    let (metres, middle) = framing.scale();
+    let (half_width, half_height) = (metres * framing.width as f32 * 0.5, metres * framing.height as f32 * 0.5);
+    let view = View::level(framing.azimuth, Vec3::Y * middle, half_width, half_height);
+    let surfaces = [
+        Surface { mesh: &tree.bark, pictures: &wear.bark, repeat: Repeat::Tiled },
+        Surface { mesh: &tree.leaf, pictures: &wear.leaf, repeat: Repeat::Cutout },
+    ];
+    rasterize(&surfaces, &view, framing.width, framing.height, samples, &Shading::Lit(Light::DAY))
+}
+
+/// A drawing as PNG.
+#[must_use]
+pub fn png(target: &Target) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(target.coverage.len() * 4);
+    for (color, cover) in target.color.iter().zip(&target.coverage) {
+        let byte = |v: f32| srgb_byte(v.clamp(0.0, 1.0));
+        bytes.extend([byte(color.x), byte(color.y), byte(color.z), (cover.clamp(0.0, 1.0) * 255.0) as u8]);
+    }
+    export::encode(&bytes, target.width, target.height, PngKind::Rgba).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::blank;
+    use super::*;
+    use crate::mesh::Mesh;
+
+    fn post() -> TreeMesh {
+        let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 4.0), (-0.5, 4.0)];
+        let bark = Mesh {
+            positions: corners.map(|(x, y)| Vec3::new(x, y, 0.0)).into(),
+            indices: vec![0, 1, 2, 0, 2, 3],
+            ..Mesh::default()
+        };
+        TreeMesh { bark, leaf: Mesh::default() }
+    }
+
+    #[test]
+    fn a_tree_is_drawn_whole_on_transparent_ground_from_every_side() {
+        let wear = Wear { leaf: vec![blank()], bark: vec![blank()] };
+        for (width, height) in [(100, 100), (300, 64), (64, 300)] {
+            let framing = Framing::around(&post(), 0.0, width, height);
+            let target = draw(&post(), &wear, &framing, 1);
+            let (metres, _) = framing.scale();
+            let shown: f32 = target.coverage.iter().sum::<f32>() * metres * metres;
+            assert!((shown - 4.0).abs() < 0.4, "{width} {height} {shown}");
+            let edge = (0..width).all(|x| target.coverage[x as usize] == 0.0);
+            assert!(edge, "nothing touches the upper edge");
+            let image = image::load_from_memory(&png(&target)).expect("a PNG").into_rgba8();
+            assert_eq!(image.dimensions(), (width, height));
+            assert!(image.get_pixel(0, 0).0[3] == 0 && image.get_pixel(width / 2, height / 2).0[3] == 255);
+        }
+        let bounded = Framing::around(&post(), 0.0, 1, u32::MAX);
+        assert_eq!((bounded.width, bounded.height), EDGES);
+    }
+}
