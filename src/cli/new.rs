@@ -31,7 +31,7 @@ const PRESET: &str = r#"// NAME: two young trees and four between them. Metres, 
         Blend(of: ["low", "high"], count: 4, from: 0.2, to: 0.8),
     ],
 
-    // oak, birch, beech, maple, willow, ash, pine, or pictures of your own.
+    // oak, birch, beech, maple, willow, ash, pine, linden, poplar, elm, olive, or pictures of your own.
     foliage: (leaf: "birch", density: 1.0),
 
     // From fine to coarse.

@@ -6,6 +6,7 @@
 //! stay on the crown.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::grid::Lattice;
 use super::nodes::Nodes;
@@ -59,7 +60,8 @@ fn places(
                 return (Some(nodes.nearest(point)).filter(free).into_iter().collect(), None);
             }
             let solid = volume::solid(shape, solids);
-            let held = (0..nodes.len() as u32).filter(|&node| volume::holds(shape, solid, nodes.at(node)));
+            let all = (0..nodes.len() as u32).into_par_iter().with_min_len(4096);
+            let held = all.filter(|&node| volume::holds(shape, solid, nodes.at(node)));
             (held.filter(free).collect(), None)
         }
         Endpoints::Surface { k, t, .. } => {
@@ -109,8 +111,9 @@ pub(super) fn choose(endpoints: &Endpoints, candidates: &[u32], nodes: &Nodes, c
 /// Nodes in an order of chance that each has by itself.
 fn shuffled(nodes: &[u32], seed: Seed) -> Vec<u32> {
     let seed = seed.child("spread");
-    let mut order: Vec<(u64, u32)> = nodes.iter().map(|&n| (seed.at(u64::from(n)).bits(), n)).collect();
-    order.sort_unstable();
+    let mut order: Vec<(u64, u32)> =
+        nodes.par_iter().with_min_len(4096).map(|&n| (seed.at(u64::from(n)).bits(), n)).collect();
+    order.par_sort_unstable();
     order.into_iter().map(|(_, node)| node).collect()
 }
 

@@ -116,11 +116,15 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// What is asked of every neighbour of a finalized node, in one place in memory.
+/// What is asked of every neighbour of a finalized node, in one place in memory: a pass waits for memory most of its time.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     at: Vec3,
     cost: f32,
+    /// What the cost of a step to it is multiplied by.
+    whim: f32,
+    /// The node before it; itself at a source, [`NONE`] where nothing leads.
+    before: u32,
 }
 
 /// One plant's part in a pass.
@@ -142,8 +146,6 @@ pub(super) struct Party<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Paths {
     places: Vec<Place>,
-    /// The node before each; itself at a source, [`NONE`] where nothing leads.
-    before: Vec<u32>,
     /// [`FINAL`] and [`WANTED`].
     marks: Vec<u8>,
     states: Vec<State>,
@@ -179,11 +181,17 @@ impl Paths {
         let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
         // What costs less than nothing is never reached more cheaply.
         let shut = |i: usize| ways.is_some_and(|ways| !ways[i]);
-        let place = |(i, at): (usize, &Vec3)| Place { at: *at, cost: if shut(i) { -1.0 } else { f32::INFINITY } };
+        // One whim for all plants of a pass: they share no node.
+        let whims = parties.first().map_or(Seed::new(0), |first| first.seed).child("whim");
+        let place = |(i, at): (usize, &Vec3)| Place {
+            at: *at,
+            cost: if shut(i) { -1.0 } else { f32::INFINITY },
+            whim: 1.0 + WHIM * (2.0 * whims.at(i as u64).unit() - 1.0),
+            before: NONE,
+        };
         let positions = parties.first().map_or(&[][..], |first| &first.nodes.positions);
         let mut paths = Self {
-            places: positions.iter().enumerate().map(place).collect(),
-            before: vec![NONE; count],
+            places: positions.par_iter().enumerate().with_min_len(4096).map(place).collect(),
             marks: vec![0; count],
             states: vec![blank; count],
         };
@@ -198,7 +206,7 @@ impl Paths {
                 leans[i] = lean;
                 owners[i] = p as u8;
                 paths.places[i].cost = 0.0;
-                paths.before[i] = node;
+                paths.places[i].before = node;
                 paths.states[i] = State { source: node, hops: 0.0, vector };
                 paths.marks[i] = if closed { FINAL } else { 0 };
                 if !closed {
@@ -215,15 +223,13 @@ impl Paths {
         let turnings: Vec<Turning<'_>> =
             parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
-        let whims = whims(first.seed, count);
         while let Some((cost, node)) = frontier.pop() {
             let i = node as usize;
-            let Place { at: here, cost: best } = paths.places[i];
+            let Place { at: here, cost: best, before, .. } = paths.places[i];
             // A node is added again whenever it gets cheaper.
             if cost > best {
                 continue;
             }
-            let before = paths.before[i];
             if before != node {
                 let state = paths.states[before as usize];
                 let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
@@ -243,20 +249,16 @@ impl Paths {
             }
             let vector = paths.states[i].vector;
             for target in graph.leaving(node) {
-                let Place { at, cost: best } = paths.places[target as usize];
+                let Place { at, cost: best, whim, .. } = paths.places[target as usize];
                 if best <= cost {
                     continue;
                 }
                 let weight = weight(at - here, vector);
-                // The whim is looked up last: most nodes cannot be improved even by the least.
-                if cost + weight * (1.0 - WHIM) >= best {
-                    continue;
-                }
-                let cost = cost + weight * whims[target as usize];
+                let cost = cost + weight * whim;
                 // In graphs with shorter edges than they say a node may be finalized already; it stays as it is.
                 if cost < best && paths.marks[target as usize] & FINAL == 0 {
-                    paths.places[target as usize].cost = cost;
-                    paths.before[target as usize] = node;
+                    let place = &mut paths.places[target as usize];
+                    (place.cost, place.before) = (cost, node);
                     frontier.push(cost, target);
                 }
             }
@@ -276,7 +278,7 @@ impl Paths {
 
     /// The node before this one on its path; itself in the structure.
     pub(super) fn before(&self, node: u32) -> u32 {
-        self.before[node as usize]
+        self.places[node as usize].before
     }
 
     /// Where a node's path leaves the structure.
@@ -288,12 +290,6 @@ impl Paths {
     pub(super) fn vector(&self, node: u32) -> Vec3 {
         self.states[node as usize].vector
     }
-}
-
-/// What the cost of a step to each node is multiplied by. One for all plants of a pass: they share no node.
-fn whims(seed: Seed, count: usize) -> Vec<f32> {
-    let seed = seed.child("whim");
-    (0..count as u64).into_par_iter().map(|node| 1.0 + WHIM * (2.0 * seed.at(node).unit() - 1.0)).collect()
 }
 
 /// The unit vector a share of the way from one to another.
