@@ -3,6 +3,7 @@
 
 #![cfg(feature = "preview")]
 
+#[expect(dead_code, reason = "other tests use the rest of it")]
 mod tiny;
 
 use std::fs;

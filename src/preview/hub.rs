@@ -91,42 +91,45 @@ impl Hub {
         let mesh = &variant.levels.get(level)?.mesh;
         let key = &manifest.key;
         let name = format!("{key} {mesh} {} {} {}", shot.turn, shot.width, shot.height);
-        self.drawn.lock().unwrap_or_else(PoisonError::into_inner).get(&name).or_else(|| {
-            let read = |file: &str| std::fs::read(folder.join(file)).unwrap_or_default();
-            let wear = kept(
-                &self.wears,
-                key,
-                MOST_READ.1,
-                |_| 1,
-                || {
-                    let map = |material: &str, map: &str| {
-                        let entry = manifest.textures.iter().find(|t| t.material == material && t.map == map);
-                        entry.map(|t| read(&t.file)).unwrap_or_default()
-                    };
-                    let files = [("leaf", "color"), ("leaf", "normal"), ("bark", "color"), ("bark", "normal")];
-                    let [a, b, c, d] = files.map(|(m, n)| map(m, n));
-                    Some(Wear::of_png([&a, &b], [&c, &d]))
-                },
-            )?;
-            let tree = kept(
-                &self.meshes,
-                &format!("{key} {mesh}"),
-                MOST_READ.0,
-                |_| 1,
-                || {
-                    let others = variant.assets.iter().flat_map(|asset| &asset.files);
-                    std::iter::once(&variant.file)
-                        .chain(others)
-                        .filter(|file| file.ends_with(".glb") && manifest.files.iter().any(|f| f.file == **file))
-                        .find_map(|file| scene::level(&read(file), mesh))
-                },
-            )?;
-            let (reach, top, foot) = extent(&manifest);
-            let azimuth = (shot.turn as f32).to_radians();
-            let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, shot.width, shot.height) };
-            let png = turntable::png(&turntable::draw(&tree, &wear, &framing, if shot.height > 500 { 2 } else { 3 }));
-            Some(kept(&self.drawn, &name, MOST_DRAWN, Vec::len, || Some(png))?)
-        })
+        // Of its own, so that the lock is not held while it is drawn.
+        let known = self.drawn.lock().unwrap_or_else(PoisonError::into_inner).get(&name);
+        if known.is_some() {
+            return known;
+        }
+        let read = |file: &str| std::fs::read(folder.join(file)).unwrap_or_default();
+        let wear = kept(
+            &self.wears,
+            key,
+            MOST_READ.1,
+            |_| 1,
+            || {
+                let map = |material: &str, map: &str| {
+                    let entry = manifest.textures.iter().find(|t| t.material == material && t.map == map);
+                    entry.map(|t| read(&t.file)).unwrap_or_default()
+                };
+                let files = [("leaf", "color"), ("leaf", "normal"), ("bark", "color"), ("bark", "normal")];
+                let [a, b, c, d] = files.map(|(m, n)| map(m, n));
+                Some(Wear::of_png([&a, &b], [&c, &d]))
+            },
+        )?;
+        let tree = kept(
+            &self.meshes,
+            &format!("{key} {mesh}"),
+            MOST_READ.0,
+            |_| 1,
+            || {
+                let others = variant.assets.iter().flat_map(|asset| &asset.files);
+                std::iter::once(&variant.file)
+                    .chain(others)
+                    .filter(|file| file.ends_with(".glb") && manifest.files.iter().any(|f| f.file == **file))
+                    .find_map(|file| scene::level(&read(file), mesh))
+            },
+        )?;
+        let (reach, top, foot) = extent(&manifest);
+        let azimuth = (shot.turn as f32).to_radians();
+        let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, shot.width, shot.height) };
+        let png = turntable::png(&turntable::draw(&tree, &wear, &framing, if shot.height > 500 { 2 } else { 3 }));
+        kept(&self.drawn, &name, MOST_DRAWN, Vec::len, || Some(png))
     }
 }
 
