@@ -111,7 +111,9 @@ fn pack_an_atlas(bencher: Bencher<'_, '_>) {
     let (leaves, bark) = pictures(&plan);
     let ladder = lod::ladder(&dressed(&plan), &plan.mesh, &plan.lods, &leaves, &bark, Seed::new(1));
     // As many cards as eight variants have.
-    let tiles: Vec<&bake::Maps> = leaves.iter().chain((0..8).flat_map(|_| &ladder.tiles)).collect();
+    let palette = lod::palette(&leaves, &bark);
+    let cards: Vec<bake::Maps> = ladder.tiles.iter().map(|tile| tile.maps(&palette)).collect();
+    let tiles: Vec<&bake::Maps> = leaves.iter().chain((0..8).flat_map(|_| &cards)).collect();
     bencher.bench(|| bake::pack(&tiles, &plan.atlas));
 }
 

@@ -3,7 +3,7 @@
 
 #![cfg(feature = "preview")]
 
-#[expect(dead_code, reason = "other tests use the rest of it")]
+#[expect(dead_code, reason = "what other tests need of it")]
 mod tiny;
 
 use std::fs;

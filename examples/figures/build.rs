@@ -2,7 +2,8 @@
 //!
 //! The latencies are taken from the write of the file to the moment at which the watcher tells that the set is written,
 //! which comes after the last rename. TREEWRIGHT_KILLS sets how many processes are killed (500), TREEWRIGHT_FUZZ how many
-//! seconds damaged presets and cache entries are read (4).
+//! seconds damaged presets and cache entries are read (4). BUILD_PARTS names the parts to be measured, all where it is not
+//! set: latencies, unchanged, cache, kills, at_once, same_bytes, hostile, damaged, game.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,16 +21,26 @@ use crate::{Figure, root, tiny};
 /// Asks this program to be the command.
 pub(crate) const AS_COMMAND: &str = "TREEWRIGHT_FIGURES_AS_COMMAND";
 
+/// The parts and what prints them.
+const PARTS: [(&str, fn()); 9] = [
+    ("latencies", latencies),
+    ("unchanged", unchanged),
+    ("cache", cache),
+    ("kills", kills),
+    ("at_once", at_once),
+    ("same_bytes", same_bytes),
+    ("hostile", hostile),
+    ("damaged", damaged),
+    ("game", game),
+];
+
 pub(crate) fn print() {
-    latencies();
-    unchanged();
-    cache();
-    kills();
-    at_once();
-    same_bytes();
-    hostile();
-    damaged();
-    game();
+    let wanted = std::env::var("BUILD_PARTS").ok();
+    for (name, part) in PARTS {
+        if wanted.as_ref().is_none_or(|wanted| wanted.split(',').any(|w| w == name)) {
+            part();
+        }
+    }
 }
 
 /// The command `treewright`, which this program is as well.

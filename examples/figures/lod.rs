@@ -26,7 +26,22 @@ struct Kind {
     leaf_triangles: Vec<u64>,
 }
 
+/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, mesh, asset, set, batch, meshing.
+pub(crate) fn wants(part: &str) -> bool {
+    std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))
+}
+
 pub(crate) fn print() {
+    if wants("sets") {
+        sets();
+    }
+    if wants("mesh") {
+        crate::lod_mesh::print();
+    }
+    crate::lod_speed::print();
+}
+
+fn sets() {
     let presets = find_presets(&[root().join("presets")]).expect("presets are shipped");
     let only = std::env::var("LOD_SETS").unwrap_or_default();
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
@@ -49,8 +64,6 @@ pub(crate) fn print() {
     for (kind, all) in &kinds {
         total(kind, all);
     }
-    crate::lod_mesh::print();
-    crate::lod_speed::print();
 }
 
 /// Every level of every variant of a set.
@@ -207,13 +220,13 @@ fn atlas(name: &str, set: &Set) {
     let value = |field: &str| told[field].as_f64().unwrap_or(0.0);
     let how = format!("{} pictures at scale {:.2}", value("pictures"), value("scale"));
     Figure::new(format!("lod.{name}.atlas_utilisation"), value("utilisation"), "share", how).goal(">= 0.75").print();
-    let coverage = bake::coverage(&set.leaf, 5);
+    let coverage = bake::coverage(&set.leaf, 6);
     let off = coverage.iter().map(|c| f64::from((c / coverage[0].max(1e-6) - 1.0).abs())).fold(0.0, f64::max);
     Figure::new(
         format!("lod.{name}.alpha_per_mip"),
         off,
         "share",
-        format!("worst of four box-filtered mips against level 0: {coverage:.3?}"),
+        format!("worst of five box-filtered mips against level 0: {coverage:.3?}"),
     )
     .goal("<= 0.02")
     .print();

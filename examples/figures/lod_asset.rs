@@ -65,6 +65,8 @@ fn impostor(variant: &Value) -> Option<(Impostor, [Vec2; 2])> {
         frames: told["frames"].as_u64()? as u32,
         centre: Vec3::new(number(&centre[0]), number(&centre[1]), number(&centre[2])),
         radius: number(&told["radius"]),
+        reach: number(&told["reach"]),
+        height: number(&told["height"]),
     };
     let corner = |name: &str| Vec2::new(number(&told[name][0]), number(&told[name][1]));
     Some((layout, [corner("uv_min"), corner("uv_max")]))

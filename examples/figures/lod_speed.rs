@@ -17,6 +17,7 @@ use treewright::relate::fuzzy_family;
 use treewright::source::grow::grow;
 use treewright::{bake, dress};
 
+use crate::lod::wants;
 use crate::{Figure, root, seconds};
 
 fn oak(seed: u64) -> Plant {
@@ -33,10 +34,18 @@ fn count(tree: &TreeMesh) -> usize {
 pub(crate) fn print() {
     let threads = rayon::current_num_threads();
     let plan = load_preset(&root().join("presets/avenue.ron")).expect("it is shipped").plan;
-    asset(&plan, threads);
-    set(&root().join("presets/avenue.ron"), threads);
-    batch(&plan, threads);
-    meshing(&plan, threads);
+    if wants("asset") {
+        asset(&plan, threads);
+    }
+    if wants("set") {
+        set(&root().join("presets/avenue.ron"), threads);
+    }
+    if wants("batch") {
+        batch(&plan, threads);
+    }
+    if wants("meshing") {
+        meshing(&plan, threads);
+    }
 }
 
 /// A dressed oak of about 60,000 triangles: its ladder, its atlas of 2048² with three maps, and its GLB.
@@ -67,12 +76,14 @@ fn asset(plan: &Plan, threads: usize) {
             if until == 0 {
                 return;
             }
-            let tiles: Vec<_> = leaves.iter().chain(&ladder.tiles).collect();
+            let palette = treewright::lod::palette(&leaves, &bark);
+            let painted: Vec<_> = ladder.tiles.par_iter().map(|tile| tile.maps(&palette)).collect();
+            let tiles: Vec<_> = leaves.iter().chain(&painted).collect();
             let mut atlas = bake::pack(&tiles, &plan.atlas).expect("it fits");
             bake::preserve_coverage(&mut atlas.maps);
             let mut meshes: Vec<TreeMesh> = ladder.levels.iter().map(|level| level.mesh.clone()).collect();
             for mesh in &mut meshes {
-                atlas.place(&mut mesh.leaf).expect("tiles are there");
+                atlas.layout.place(&mut mesh.leaf).expect("tiles are there");
             }
             if until == 1 {
                 return;

@@ -9,7 +9,7 @@ use treewright::base::{Rotation, Seed};
 use treewright::blend::{Pace, morph, support_over_morph};
 use treewright::dress::dress;
 use treewright::export::Curve;
-use treewright::mesh::{CardShape, TubeDetail, all_cards, leaf_cards, tubes};
+use treewright::mesh::{CardShape, CrownLight, TubeDetail, all_cards, leaf_cards_in, tubes_in};
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder, PlantStats};
 use treewright::preset::plan::{DressParams, ImportParams, LeafShape, MatchParams, MeshParams};
 use treewright::relate::{
@@ -368,8 +368,9 @@ fn table_2() {
             blender.blend_into(&morph(&family, 0, 1, t), plant);
             let posed = plant.pose();
             let cards = all_cards(plant);
-            let wood = tubes(plant, &posed, &detail);
-            let leaf = leaf_cards(plant, &posed, &cards, CardShape::Folded);
+            let light = CrownLight::of(plant, &posed);
+            let wood = tubes_in(plant, &posed, &light, &detail);
+            let leaf = leaf_cards_in(plant, &posed, &light, &cards, CardShape::Folded);
             (wood.indices.len() + leaf.indices.len()) / 3
         };
         let count = 12_u32;

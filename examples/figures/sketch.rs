@@ -245,12 +245,16 @@ fn along_the_way() {
             .collect();
         let below = rows.iter().filter(|r| r.0 < r.1).count();
         let mean = |k: fn(&(f32, f32)) -> f32| rows.iter().map(k).sum::<f32>() / rows.len() as f32;
+        let not = |(k, r): (usize, &(f32, f32))| {
+            (r.0 >= r.1).then(|| format!(", not at {:.2}: {:.4} and {:.4}", (k + 1) as f32 / steps as f32, r.0, r.1))
+        };
         let how = format!(
             "of {} times at which the Fréchet distance to the interpolated silhouette is below the leafy morph's; means \
-             {:.3} and {:.3} of the height; {what}",
+             {:.3} and {:.3} of the height; {what}{}",
             rows.len(),
             mean(|r| r.0),
-            mean(|r| r.1)
+            mean(|r| r.1),
+            rows.iter().enumerate().filter_map(not).collect::<String>()
         );
         let share = below as f64 / rows.len() as f64;
         Figure::new(format!("sketch.frechet_below, {what}"), share, "share", how).goal("= 1").print();

@@ -5,13 +5,18 @@
 //! are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
 //! sides stay powers of two.
 //!
-//! Colour is dilated under alpha and between the cells. Limits: sides up to 8192.
+//! A [`Layout`] is made from sizes alone, and normals and material are drawn apart from colours: a new tint draws the
+//! colours again and nothing else. Pictures are dilated already; between the cells colour goes on in squares of 8 texels.
+//! Limits: sides up to 8192.
+
+use std::borrow::Cow;
 
 use glam::Vec2;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::resample::shrink;
-use super::{Maps, dilate, skyline};
+use super::resample::{shrink_color, shrink_relief};
+use super::{Maps, dilate_color, skyline};
 use crate::mesh::Mesh;
 use crate::preset::plan::AtlasParams;
 
@@ -33,11 +38,13 @@ pub struct Rect {
     pub height: u32,
 }
 
-/// Pictures packed into one.
+/// Where pictures lie in an atlas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Atlas {
-    /// The packed maps.
-    pub maps: Maps,
+pub struct Layout {
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
     /// One a picture, in the order given.
     pub rects: Vec<Rect>,
     /// What all pictures were scaled by, 0..=1.
@@ -45,6 +52,37 @@ pub struct Atlas {
     /// Share of the atlas that pictures take, without gutters, 0..=1.
     pub utilisation: f32,
     gutter: u32,
+}
+
+/// Pictures packed into one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Atlas {
+    /// The packed maps.
+    pub maps: Maps,
+    /// Where the pictures lie.
+    pub layout: Layout,
+}
+
+/// A picture as an atlas takes it: rows from the top, colour with alpha.
+#[derive(Clone, Copy, Debug)]
+pub struct Picked<'a> {
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// sRGB; where only normals and material are drawn the alpha alone counts.
+    pub color: &'a [[u8; 4]],
+    /// As in [`Maps`].
+    pub normal: &'a [[u8; 3]],
+    /// As in [`Maps`].
+    pub orm: &'a [[u8; 3]],
+}
+
+impl<'a> From<&'a Maps> for Picked<'a> {
+    fn from(maps: &'a Maps) -> Self {
+        let Maps { width, height, color, normal, orm } = maps;
+        Self { width: *width, height: *height, color, normal, orm }
+    }
 }
 
 /// Why pictures can't be packed.
@@ -85,58 +123,78 @@ pub enum AtlasError {
 ///
 /// See [`AtlasError`].
 pub fn pack(tiles: &[&Maps], params: &AtlasParams) -> Result<Atlas, AtlasError> {
-    let AtlasParams { size, gutter } = *params;
-    if !size.is_power_of_two() || !(16..=8192).contains(&size) || gutter > size / 16 {
-        return Err(AtlasError::Params { size, gutter });
-    }
-    if tiles.is_empty() {
-        return Err(AtlasError::Empty);
-    }
-    if let Some(i) = tiles.iter().position(|t| !is_whole(t)) {
-        return Err(AtlasError::Picture(i));
-    }
-    let margin = gutter.div_ceil(2);
-    let sizes_at = |k: u32| -> Vec<(u32, u32)> {
-        let side = |n: u32| ((u64::from(n) * u64::from(k) + u64::from(SCALES / 2)) / u64::from(SCALES)).max(1);
-        tiles.iter().map(|t| (side(t.width) as u32, side(t.height) as u32)).collect()
-    };
-    let fit = |k: u32| -> Option<Vec<(u32, u32)>> {
-        let cell = |n: u32| n.saturating_add(2 * margin).checked_next_multiple_of(ALIGN).unwrap_or(u32::MAX);
-        let cells: Vec<(u32, u32)> = sizes_at(k).iter().map(|&(w, h)| (cell(w), cell(h))).collect();
-        let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
-        if area > u64::from(size) * u64::from(size) {
-            return None;
-        }
-        let mut order: Vec<usize> = (0..cells.len()).collect();
-        order.sort_by_key(|&i| (std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
-        skyline::place(&cells, &order, size)
-    };
-    // Bisection for the largest k that fits; `low` always does.
-    let mut best = match fit(SCALES) {
-        Some(corners) => (SCALES, corners),
-        None => (1, fit(1).ok_or(AtlasError::TooMany { pictures: tiles.len(), size })?),
-    };
-    let mut high = SCALES;
-    while high > best.0 + 1 {
-        let k = best.0.midpoint(high);
-        match fit(k) {
-            Some(corners) => best = (k, corners),
-            None => high = k,
-        }
-    }
-    let (k, corners) = best;
-    let rects: Vec<Rect> = (corners.iter().zip(sizes_at(k)))
-        .map(|(&(x, y), (width, height))| Rect { x: x + margin, y: y + margin, width, height })
-        .collect();
-    let bottom = rects.iter().map(|r| r.y + r.height + margin).max().unwrap_or(1);
-    let height = bottom.next_power_of_two().min(size);
-    let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
-    let maps = draw(tiles, &rects, size, height, margin);
-    let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
-    Ok(Atlas { maps, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
+    let sizes: Vec<(u32, u32)> = tiles.iter().map(|t| (t.width, t.height)).collect();
+    let layout = Layout::new(&sizes, params)?;
+    let picked: Vec<Picked<'_>> = tiles.iter().map(|&maps| maps.into()).collect();
+    let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
+    let ((normal, orm), color) = (relief?, color?);
+    let maps = Maps { width: layout.width, height: layout.height, color, normal, orm };
+    Ok(Atlas { maps, layout })
 }
 
-impl Atlas {
+impl Layout {
+    /// Finds places for pictures of these sizes.
+    ///
+    /// # Errors
+    ///
+    /// See [`AtlasError`].
+    pub fn new(sizes: &[(u32, u32)], params: &AtlasParams) -> Result<Self, AtlasError> {
+        let AtlasParams { size, gutter } = *params;
+        if !size.is_power_of_two() || !(16..=8192).contains(&size) || gutter > size / 16 {
+            return Err(AtlasError::Params { size, gutter });
+        }
+        if sizes.is_empty() {
+            return Err(AtlasError::Empty);
+        }
+        if let Some(i) = sizes.iter().position(|s| s.0 == 0 || s.1 == 0) {
+            return Err(AtlasError::Picture(i));
+        }
+        let margin = gutter.div_ceil(2);
+        let sizes_at = |k: u32| -> Vec<(u32, u32)> {
+            let side = |n: u32| ((u64::from(n) * u64::from(k) + u64::from(SCALES / 2)) / u64::from(SCALES)).max(1);
+            sizes.iter().map(|t| (side(t.0) as u32, side(t.1) as u32)).collect()
+        };
+        let fit = |k: u32| -> Option<Vec<(u32, u32)>> {
+            let cell = |n: u32| n.saturating_add(2 * margin).checked_next_multiple_of(ALIGN).unwrap_or(u32::MAX);
+            let cells: Vec<(u32, u32)> = sizes_at(k).iter().map(|&(w, h)| (cell(w), cell(h))).collect();
+            let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
+            if area > u64::from(size) * u64::from(size) {
+                return None;
+            }
+            let mut order: Vec<usize> = (0..cells.len()).collect();
+            order.sort_by_key(|&i| (std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
+            skyline::place(&cells, &order, size)
+        };
+        // Bisection for the largest k that fits; `low` always does.
+        let mut best = match fit(SCALES) {
+            Some(corners) => (SCALES, corners),
+            None => (1, fit(1).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?),
+        };
+        let mut high = SCALES;
+        while high > best.0 + 1 {
+            let k = best.0.midpoint(high);
+            match fit(k) {
+                Some(corners) => best = (k, corners),
+                None => high = k,
+            }
+        }
+        let (k, corners) = best;
+        let rects: Vec<Rect> = (corners.iter().zip(sizes_at(k)))
+            .map(|(&(x, y), (width, height))| Rect { x: x + margin, y: y + margin, width, height })
+            .collect();
+        let bottom = rects.iter().map(|r| r.y + r.height + margin).max().unwrap_or(1);
+        let height = bottom.next_power_of_two().min(size);
+        let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
+        let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
+        Ok(Self { width: size, height, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
+    }
+
+    /// Width and height, texels.
+    #[must_use]
+    pub const fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// Moves a mesh's texture coordinates from its pictures (0..=1 in each, what lies outside is clamped) to the atlas
     /// and empties `mesh.tiles`.
     ///
@@ -151,7 +209,7 @@ impl Atlas {
             return Err(AtlasError::Tiles);
         }
         let inset = if self.gutter == 0 { 0.5 } else { 0.0 };
-        let size = Vec2::new(self.maps.width as f32, self.maps.height as f32);
+        let size = Vec2::new(self.width as f32, self.height as f32);
         for (uv, &tile) in mesh.uvs.iter_mut().zip(&mesh.tiles) {
             let r = self.rects[tile as usize];
             let corner = Vec2::new(r.x as f32, r.y as f32) + inset;
@@ -161,47 +219,121 @@ impl Atlas {
         mesh.tiles.clear();
         Ok(())
     }
-}
 
-fn is_whole(maps: &Maps) -> bool {
-    let texels = u64::from(maps.width) * u64::from(maps.height);
-    texels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()].iter().all(|&n| n as u64 == texels)
-}
+    /// Normals and material of the atlas, from pictures in the order of the sizes.
+    ///
+    /// # Errors
+    ///
+    /// When there are more or fewer pictures than places, or one isn't whole.
+    pub fn relief(&self, pictures: &[Picked<'_>]) -> Result<Relief, AtlasError> {
+        self.check(pictures, |p| p.color.len() == p.normal.len() && p.color.len() == p.orm.len())?;
+        let scaled: Vec<(Cow<'_, [[u8; 3]]>, Cow<'_, [[u8; 3]]>)> = self
+            .with_places(pictures)
+            .map(|(p, r)| {
+                if (p.width, p.height) == (r.width, r.height) {
+                    return (Cow::Borrowed(p.normal), Cow::Borrowed(p.orm));
+                }
+                let (normal, orm) = shrink_relief(p, r.width, r.height);
+                (Cow::Owned(normal), Cow::Owned(orm))
+            })
+            .collect();
+        let (normal, orm): (Vec<_>, Vec<_>) = scaled.into_iter().unzip();
+        Ok(rayon::join(|| self.draw(&normal, [128, 128, 255]), || self.draw(&orm, [255, 255, 0])))
+    }
 
-fn draw(tiles: &[&Maps], rects: &[Rect], width: u32, height: u32, margin: u32) -> Maps {
-    let texels = width as usize * height as usize;
-    let mut maps = Maps {
-        width,
-        height,
-        color: vec![[0; 4]; texels],
-        normal: vec![[128, 128, 255]; texels],
-        orm: vec![[255, 255, 0]; texels],
-    };
-    for (&tile, rect) in tiles.iter().zip(rects) {
-        let scaled;
-        let picture = if (tile.width, tile.height) == (rect.width, rect.height) {
-            tile
-        } else {
-            scaled = shrink(tile, rect.width, rect.height);
-            &scaled
+    /// Colour and alpha of the atlas, from pictures in the order of the sizes; normals and material are not looked at.
+    ///
+    /// # Errors
+    ///
+    /// As [`relief`](Self::relief).
+    pub fn color(&self, pictures: &[Picked<'_>]) -> Result<Vec<[u8; 4]>, AtlasError> {
+        self.check(pictures, |_| true)?;
+        let scaled: Vec<Cow<'_, [[u8; 4]]>> = self
+            .with_places(pictures)
+            .map(|(p, r)| {
+                if (p.width, p.height) == (r.width, r.height) {
+                    return Cow::Borrowed(p.color);
+                }
+                Cow::Owned(shrink_color(p, r.width, r.height))
+            })
+            .collect();
+        let mut color = self.draw(&scaled, [0; 4]);
+        self.fill_between(&mut color);
+        Ok(color)
+    }
+
+    fn check(&self, pictures: &[Picked<'_>], even: impl Fn(&Picked<'_>) -> bool) -> Result<(), AtlasError> {
+        if pictures.len() != self.rects.len() {
+            return Err(AtlasError::Tiles);
+        }
+        let whole = |p: &Picked<'_>| {
+            let texels = p.width as usize * p.height as usize;
+            texels > 0 && p.color.len() == texels && even(p)
         };
-        let (x0, y0) = (rect.x - margin, rect.y - margin);
-        let x1 = (rect.x + rect.width + margin).next_multiple_of(ALIGN).min(width);
-        let y1 = (rect.y + rect.height + margin).next_multiple_of(ALIGN).min(height);
-        for y in y0..y1 {
-            let row = y.clamp(rect.y, rect.y + rect.height - 1) - rect.y;
-            for x in x0..x1 {
-                let column = x.clamp(rect.x, rect.x + rect.width - 1) - rect.x;
-                let (from, to) = ((row * rect.width + column) as usize, (y * width + x) as usize);
-                maps.color[to] = picture.color[from];
-                maps.normal[to] = picture.normal[from];
-                maps.orm[to] = picture.orm[from];
+        pictures.iter().position(|p| !whole(p)).map_or(Ok(()), |i| Err(AtlasError::Picture(i)))
+    }
+
+    fn with_places<'a>(
+        &'a self,
+        pictures: &'a [Picked<'a>],
+    ) -> impl IndexedParallelIterator<Item = (&'a Picked<'a>, &'a Rect)> {
+        pictures.par_iter().zip(&self.rects)
+    }
+
+    /// First column and row of a picture's cell, and those behind it.
+    fn cell(&self, rect: &Rect) -> (u32, u32, u32, u32) {
+        let margin = self.gutter.div_ceil(2);
+        let end = |v: u32, most: u32| (v + margin).next_multiple_of(ALIGN).min(most);
+        let (right, below) = (rect.x + rect.width, rect.y + rect.height);
+        (rect.x - margin, rect.y - margin, end(right, self.width), end(below, self.height))
+    }
+
+    /// One map: pictures with their edges repeated over their cells, and `blank` between.
+    fn draw<const N: usize>(&self, pictures: &[Cow<'_, [[u8; N]]>], blank: [u8; N]) -> Vec<[u8; N]> {
+        let mut map = vec![blank; self.width as usize * self.height as usize];
+        for (picture, rect) in pictures.iter().zip(&self.rects) {
+            let (x0, y0, x1, y1) = self.cell(rect);
+            let (left, right) = ((rect.x - x0) as usize, (x1 - rect.x - rect.width) as usize);
+            let wide = rect.width as usize;
+            for y in y0..y1 {
+                let row = (y.clamp(rect.y, rect.y + rect.height - 1) - rect.y) as usize;
+                let line = &picture[row * wide..(row + 1) * wide];
+                let to = &mut map[y as usize * self.width as usize + x0 as usize..][..left + wide + right];
+                to[..left].fill(line[0]);
+                to[left..left + wide].copy_from_slice(line);
+                to[left + wide..].fill(line[wide - 1]);
+            }
+        }
+        map
+    }
+
+    /// Squares that no cell holds take the colour of those around them.
+    fn fill_between(&self, color: &mut [[u8; 4]]) {
+        let (columns, rows) = (self.width / ALIGN, self.height / ALIGN);
+        if columns == 0 || rows == 0 {
+            return;
+        }
+        let mut squares = vec![[0_u8; 4]; (columns * rows) as usize];
+        for rect in &self.rects {
+            let (x0, y0, x1, y1) = self.cell(rect);
+            for (y, x) in (y0 / ALIGN..y1 / ALIGN).flat_map(|y| (x0 / ALIGN..x1 / ALIGN).map(move |x| (y, x))) {
+                let middle = (y * ALIGN + ALIGN / 2) * self.width + x * ALIGN + ALIGN / 2;
+                let [r, g, b, _] = color[middle as usize];
+                squares[(y * columns + x) as usize] = [r, g, b, 255];
+            }
+        }
+        dilate_color(&mut squares, columns, rows);
+        for (i, square) in squares.iter().enumerate().filter(|(_, s)| s[3] == 0) {
+            let (x, y) = (i as u32 % columns * ALIGN, i as u32 / columns * ALIGN);
+            for row in y..y + ALIGN {
+                color[(row * self.width + x) as usize..][..ALIGN as usize].fill([square[0], square[1], square[2], 0]);
             }
         }
     }
-    dilate(&mut maps);
-    maps
 }
+
+/// Normals, and occlusion, roughness and metalness.
+pub type Relief = (Vec<[u8; 3]>, Vec<[u8; 3]>);
 
 #[cfg(test)]
 mod tests {
@@ -224,19 +356,21 @@ mod tests {
         let (a, b) = (plain(12, 12, 10), plain(4, 4, 200));
         let atlas = pack(&[&b, &a], &AtlasParams { size: 64, gutter: 4 }).unwrap();
         assert_eq!(
-            atlas.rects,
+            atlas.layout.rects,
             [Rect { x: 18, y: 2, width: 4, height: 4 }, Rect { x: 2, y: 2, width: 12, height: 12 }]
         );
-        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.scale), (64, 16, 1.0));
+        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.layout.scale), (64, 16, 1.0));
         let at = |x: usize, y: usize| atlas.maps.color[y * 64 + x];
         assert_eq!([at(0, 0), at(15, 15), at(16, 0), at(23, 7)].map(|c| c[0]), [10, 10, 200, 200]);
         assert_eq!(at(24, 0)[3], 0);
+        // What no picture holds goes on in their colours.
+        assert!((10..=200).contains(&at(24, 0)[0]) && at(60, 12)[0] > 0);
         let mut mesh = Mesh { uvs: vec![Vec2::ZERO, Vec2::ONE], tiles: vec![0, 1], ..Mesh::default() };
-        atlas.place(&mut mesh).unwrap();
+        atlas.layout.place(&mut mesh).unwrap();
         assert_eq!(mesh.uvs, [Vec2::new(18.0 / 64.0, 2.0 / 16.0), Vec2::new(14.0 / 64.0, 14.0 / 16.0)]);
         assert!(mesh.tiles.is_empty());
         let mut wrong = Mesh { uvs: vec![Vec2::ZERO], tiles: vec![2], ..Mesh::default() };
-        assert_eq!(atlas.place(&mut wrong), Err(AtlasError::Tiles));
+        assert_eq!(atlas.layout.place(&mut wrong), Err(AtlasError::Tiles));
     }
 
     #[test]
@@ -249,7 +383,7 @@ mod tests {
             let atlas = pack(&tiles.iter().collect::<Vec<_>>(), &AtlasParams { size: 256, gutter }).unwrap();
             let (margin, width) = (gutter.div_ceil(2), atlas.maps.width);
             let mut taken = vec![false; (width * atlas.maps.height) as usize];
-            for r in &atlas.rects {
+            for r in &atlas.layout.rects {
                 assert_eq!(((r.x - margin) % ALIGN, (r.y - margin) % ALIGN), (0, 0));
                 for y in r.y - margin..r.y + r.height + margin {
                     for x in r.x - margin..r.x + r.width + margin {
@@ -264,9 +398,9 @@ mod tests {
     fn shrinking_ignores_colour_under_alpha() {
         let mut tile = plain(2, 1, 0);
         tile.color = vec![[200, 0, 0, 255], [0, 255, 0, 0]];
-        let small = shrink(&tile, 1, 1);
-        assert_eq!(small.color[0][3], 128);
-        assert!(small.color[0][0] >= 199 && small.color[0][1] < 20, "{:?}", small.color[0]);
+        let small = shrink_color(&(&tile).into(), 1, 1);
+        assert_eq!(small[0][3], 128);
+        assert!(small[0][0] >= 199 && small[0][1] < 20, "{:?}", small[0]);
     }
 
     #[test]
@@ -279,10 +413,10 @@ mod tests {
         let tiles: Vec<&Maps> = leaves.iter().chain(&cards).collect();
         let atlas = pack(&tiles, &AtlasParams { size: 2048, gutter: 8 }).unwrap();
         assert!(
-            atlas.scale > 0.6 && atlas.scale < 1.0 && atlas.utilisation > 0.7,
+            atlas.layout.scale > 0.6 && atlas.layout.scale < 1.0 && atlas.layout.utilisation > 0.7,
             "{} {}",
-            atlas.scale,
-            atlas.utilisation
+            atlas.layout.scale,
+            atlas.layout.utilisation
         );
     }
 

@@ -7,10 +7,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Maps;
+use super::draft::Draft;
 use super::letters::{ADVANCE, HEIGHT, rows as letter_rows};
 use super::picture::{Picture, Repeat};
-use super::raster::{Surface, Target, View, rasterize};
-use super::shade::{Light, Shading};
+use super::raster::{Surface, View, draft};
+use super::shade::Light;
 use super::srgb::encode;
 use crate::mesh::TreeMesh;
 
@@ -65,60 +66,129 @@ pub struct Sheet {
     pub pixels: Vec<u8>,
 }
 
+/// A sheet before it has colours.
+#[derive(Clone, Debug, Default)]
+pub struct SheetDraft {
+    size: (u32, u32),
+    /// Ground of each row: from one line of pixels to another.
+    grounds: Vec<(u32, u32)>,
+    /// Left, top, room and letters.
+    texts: Vec<(u32, u32, u32, String)>,
+    /// Left, top, and what is shown there.
+    drawn: Vec<(u32, u32, Drawing)>,
+}
+
+/// One tree on a sheet.
+#[derive(Clone, Debug)]
+struct Drawing {
+    width: u32,
+    height: u32,
+    coverage: Vec<f32>,
+    draft: Draft,
+}
+
 /// Draws a sheet on which leaves wear `atlas` and wood wears `bark`. The largest tree is 280 pixels high, less where
 /// the sheet would be wider or higher than 8192 pixels. An empty sheet is one pixel.
 #[must_use]
 pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet {
-    let columns = rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32;
-    if columns == 0 {
-        return Sheet { width: 1, height: 1, pixels: vec![255; 3] };
-    }
-    let pictures = [Picture::new(atlas), Picture::new(bark)];
-    let (reach, top) = extent(rows);
-    let count = rows.len().min((LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
-    let columns = columns.min(LARGEST / 64);
-    // Text must fit, and so must the whole sheet.
-    let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
-    let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
-    let tall = (TREE.min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
-    let per_metre = tall / top;
-    let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
-    let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
-    // Room beside the tree for the small one, so that neither hides the other.
-    let cell = (
-        (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
-        tree.1 + HEAD + 3 * MARGIN,
-    );
-    // Drawing is nearly all of the work; the drawings of a row are made side by side, not all at once for their memory.
-    let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
-    let draw = |(c, shown): (usize, &SheetColumn<'_>)| {
-        let surfaces = [
-            Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
-            Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
-        ];
-        let shading = Shading::Lit(Light::DAY);
-        let large = rasterize(&surfaces, &view, tree.0, tree.1, SAMPLES, &shading);
-        let little = (c > 0).then(|| rasterize(&surfaces, &view, small.0, small.1, SAMPLES + 1, &shading));
-        (large, little)
-    };
-    let mut canvas = Canvas::new(cell.0 * columns, cell.1 * count);
-    for (r, row) in rows.iter().take(count as usize).enumerate() {
-        let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
-        canvas.band(ground, (r as u32 + 1) * cell.1);
-        let text = r as u32 * cell.1 + MARGIN / 2;
-        canvas.write(MARGIN, text, &row.label, cell.0 * columns);
-        let shown = &row.columns[..row.columns.len().min(columns as usize)];
-        let drawn: Vec<(Target, Option<Target>)> = shown.par_iter().enumerate().map(draw).collect();
-        for (c, (shown, (large, little))) in shown.iter().zip(drawn).enumerate() {
-            let left = c as u32 * cell.0;
-            canvas.write(left + MARGIN, text + LETTER * HEIGHT + 6, &shown.label, cell.0 - MARGIN);
-            canvas.lay(&large, left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1));
-            if let Some(little) = little {
-                canvas.lay(&little, (left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
+    SheetDraft::new(rows, atlas, bark).paint(atlas, bark)
+}
+
+impl SheetDraft {
+    /// Draws all but colours; those of `atlas` and `bark` are not looked at.
+    #[must_use]
+    pub fn new(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Self {
+        let columns = rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32;
+        if columns == 0 {
+            return Self::default();
+        }
+        let pictures = [Picture::new(atlas), Picture::new(bark)];
+        let (reach, top) = extent(rows);
+        let count = rows.len().min((LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
+        let columns = columns.min(LARGEST / 64);
+        // Text must fit, and so must the whole sheet.
+        let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
+        let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
+        let tall = (TREE.min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
+        let per_metre = tall / top;
+        let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
+        let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
+        // Room beside the tree for the small one, so that neither hides the other.
+        let cell = (
+            (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
+            tree.1 + HEAD + 3 * MARGIN,
+        );
+        // Drawing is nearly all of the work; the drawings of a row are made side by side, not all at once for their memory.
+        let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
+        let draw = |(c, shown): (usize, &SheetColumn<'_>)| {
+            let surfaces = [
+                Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
+                Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
+            ];
+            let one = |size: (u32, u32), samples: u32| {
+                let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
+                Drawing { width: target.width, height: target.height, coverage: target.coverage, draft }
+            };
+            (one(tree, SAMPLES), (c > 0).then(|| one(small, SAMPLES + 1)))
+        };
+        let mut sheet = Self { size: (cell.0 * columns, cell.1 * count), ..Self::default() };
+        let mut cells: Vec<(u32, u32, u32, &SheetColumn<'_>)> = Vec::new();
+        for (r, row) in rows.iter().take(count as usize).enumerate() {
+            let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
+            sheet.grounds.push((ground, (r as u32 + 1) * cell.1));
+            let text = r as u32 * cell.1 + MARGIN / 2;
+            sheet.texts.push((MARGIN, text, cell.0 * columns, row.label.clone()));
+            for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
+                let left = c as u32 * cell.0;
+                sheet.texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
+                cells.push((c as u32, left, ground, shown));
             }
         }
+        let drawn: Vec<(Drawing, Option<Drawing>)> =
+            cells.par_iter().map(|&(c, _, _, shown)| draw((c as usize, shown))).collect();
+        for ((_, left, ground, _), (large, little)) in cells.into_iter().zip(drawn) {
+            sheet.drawn.push((left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1), large));
+            if let Some(little) = little {
+                let place = ((left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
+                sheet.drawn.push((place.0, place.1, little));
+            }
+        }
+        sheet
     }
-    Sheet { width: canvas.width, height: canvas.height, pixels: canvas.pixels.into_flattened() }
+
+    /// The sheet in these colours.
+    #[must_use]
+    pub fn paint(&self, atlas: &Maps, bark: &Maps) -> Sheet {
+        if self.drawn.is_empty() {
+            return Sheet { width: 1, height: 1, pixels: vec![255; 3] };
+        }
+        let colors = rayon::join(|| Picture::colors(bark), || Picture::colors(atlas));
+        let colors = [colors.0, colors.1];
+        let mut canvas = Canvas::new(self.size.0, self.size.1);
+        self.grounds.iter().for_each(|&(top, bottom)| canvas.band(top, bottom));
+        for (left, top, room, text) in &self.texts {
+            canvas.write(*left, *top, text, *room);
+        }
+        let painted: Vec<Vec<[u8; 3]>> = self.drawn.par_iter().map(|(_, _, drawing)| drawing.paint(&colors)).collect();
+        for ((left, top, drawing), pixels) in self.drawn.iter().zip(painted) {
+            canvas.lay(drawing, &pixels, *left, *top);
+        }
+        Sheet { width: canvas.width, height: canvas.height, pixels: canvas.pixels.into_flattened() }
+    }
+
+    /// About how many bytes it takes.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.drawn.iter().map(|(_, _, drawing)| drawing.coverage.len() * 4 + drawing.draft.weight()).sum()
+    }
+}
+
+impl Drawing {
+    /// Its pixels over the sky; the ground begins below the trees.
+    fn paint(&self, colors: &[Vec<[u16; 4]>]) -> Vec<[u8; 3]> {
+        let over = |(light, cover): (Vec3, &f32)| (light + SKY * (1.0 - cover)).to_array().map(encode);
+        self.draft.paint(colors).into_iter().zip(&self.coverage).map(over).collect()
+    }
 }
 
 /// Half the width and the height of a box around every tree, metres, with a little air.
@@ -152,19 +222,13 @@ impl Canvas {
         self.pixels[top.min(bottom) as usize * wide..bottom as usize * wide].fill(soil);
     }
 
-    fn lay(&mut self, target: &Target, left: u32, top: u32) {
-        let rows = target.height.min(self.height.saturating_sub(top));
-        let columns = target.width.min(self.width.saturating_sub(left));
-        for y in 0..rows {
-            for x in 0..columns {
-                let from = (y * target.width + x) as usize;
-                let cover = target.coverage[from];
-                if cover > 0.0 {
-                    // Over the sky; the ground begins below the trees.
-                    let mixed = target.color[from] * cover + SKY * (1.0 - cover);
-                    let to = (top + y) as usize * self.width as usize + (left + x) as usize;
-                    self.pixels[to] = [encode(mixed.x), encode(mixed.y), encode(mixed.z)];
-                }
+    fn lay(&mut self, drawing: &Drawing, pixels: &[[u8; 3]], left: u32, top: u32) {
+        let rows = drawing.height.min(self.height.saturating_sub(top));
+        let columns = drawing.width.min(self.width.saturating_sub(left));
+        for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+            let from = (y * drawing.width + x) as usize;
+            if drawing.coverage[from] > 0.0 {
+                self.pixels[(top + y) as usize * self.width as usize + (left + x) as usize] = pixels[from];
             }
         }
     }

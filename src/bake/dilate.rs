@@ -8,13 +8,11 @@ use super::Maps;
 /// Pixels of less alpha than this count as unseen: what a picture holds there is often a left-over of its editor.
 const SEEN: u8 = 8;
 
-/// Channels that are filled: three of colour, normal and ORM.
-const CHANNELS: usize = 9;
-
-struct Level {
+/// A level of the pyramid: `N` channels.
+struct Level<const N: usize> {
     width: usize,
     height: usize,
-    values: Vec<[f32; CHANNELS]>,
+    values: Vec<[f32; N]>,
     weights: Vec<f32>,
 }
 
@@ -22,49 +20,85 @@ struct Level {
 /// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
 /// do not match its size.
 pub fn dilate(maps: &mut Maps) {
-    let (width, height) = (maps.width as usize, maps.height as usize);
-    let count = width * height;
-    if count == 0 || maps.color.len() != count || maps.normal.len() != count || maps.orm.len() != count {
+    let count = maps.width as usize * maps.height as usize;
+    if maps.color.len() != count || maps.normal.len() != count || maps.orm.len() != count {
         return;
     }
-    if maps.color.iter().all(|p| p[3] >= SEEN) || maps.color.iter().all(|p| p[3] < SEEN) {
-        return;
-    }
-    let mut levels = vec![bottom(maps)];
-    while let Some(next) = levels.last().filter(|l| l.width > 1 || l.height > 1).map(push) {
-        levels.push(next);
-    }
-    while let Some(coarse) = levels.pop() {
-        match levels.last_mut() {
-            Some(fine) => pull(&coarse, fine),
-            None => write_back(&coarse, maps),
+    let values = |i: usize| {
+        let (c, n, o) = (maps.color[i], maps.normal[i], maps.orm[i]);
+        [c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]]
+    };
+    let Some(filled) = filled(&maps.color, maps.width, maps.height, values) else { return };
+    let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
+    for (((color, normal), orm), v) in pixels.zip(&filled) {
+        if color[3] >= SEEN {
+            continue;
         }
+        for i in 0..3 {
+            color[i] = byte(v[i]);
+            orm[i] = byte(v[6 + i]);
+        }
+        *normal = unit_normal([v[3], v[4], v[5]]);
     }
 }
 
-fn bottom(maps: &Maps) -> Level {
-    let mut values = Vec::with_capacity(maps.color.len());
-    let mut weights = Vec::with_capacity(maps.color.len());
-    for ((c, n), o) in maps.color.iter().zip(&maps.normal).zip(&maps.orm) {
-        values.push([c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from));
-        weights.push(if c[3] < SEEN { 0.0 } else { f32::from(c[3]) / 255.0 });
+/// As [`dilate`], of a picture of colours alone.
+pub fn dilate_color(color: &mut [[u8; 4]], width: u32, height: u32) {
+    if color.len() != width as usize * height as usize {
+        return;
     }
-    Level { width: maps.width as usize, height: maps.height as usize, values, weights }
+    let Some(filled) = filled(color, width, height, |i| [color[i][0], color[i][1], color[i][2]]) else { return };
+    for (color, v) in color.iter_mut().zip(&filled).filter(|(color, _)| color[3] < SEEN) {
+        *color = [byte(v[0]), byte(v[1]), byte(v[2]), color[3]];
+    }
+}
+
+fn byte(x: f32) -> u8 {
+    (x + 0.5).clamp(0.0, 255.0) as u8
+}
+
+/// The channels of all pixels, those of unseen ones from what is seen around them; none where nothing is to be filled or
+/// there is nothing to fill it from.
+fn filled<const N: usize>(
+    color: &[[u8; 4]],
+    width: u32,
+    height: u32,
+    channels: impl Fn(usize) -> [u8; N],
+) -> Option<Vec<[f32; N]>> {
+    let seen = color.iter().filter(|c| c[3] >= SEEN).count();
+    if seen == 0 || seen == color.len() {
+        return None;
+    }
+    let weights = color.iter().map(|c| if c[3] < SEEN { 0.0 } else { f32::from(c[3]) / 255.0 }).collect();
+    let values = (0..color.len()).map(|i| channels(i).map(f32::from)).collect();
+    let mut levels = vec![Level { width: width as usize, height: height as usize, values, weights }];
+    // What has no hole needs nothing from coarser levels.
+    while let Some(next) = levels.last().filter(|l| l.weights.contains(&0.0)).map(push) {
+        levels.push(next);
+    }
+    let mut coarse = levels.pop()?;
+    while let Some(mut fine) = levels.pop() {
+        pull(&coarse, &mut fine);
+        coarse = fine;
+    }
+    Some(coarse.values)
 }
 
 /// The level of half the size: averages by weight.
-fn push(fine: &Level) -> Level {
+fn push<const N: usize>(fine: &Level<N>) -> Level<N> {
     let (width, height) = (fine.width.div_ceil(2), fine.height.div_ceil(2));
-    let mut values = vec![[0.0; CHANNELS]; width * height];
+    let mut values = vec![[0.0; N]; width * height];
     let mut weights = vec![0.0; width * height];
     for y in 0..fine.height {
         for x in 0..fine.width {
             let (from, to) = (y * fine.width + x, y / 2 * width + x / 2);
             let weight = fine.weights[from];
-            for (sum, value) in values[to].iter_mut().zip(fine.values[from]) {
-                *sum += value * weight;
+            if weight > 0.0 {
+                for (sum, value) in values[to].iter_mut().zip(fine.values[from]) {
+                    *sum += value * weight;
+                }
+                weights[to] += weight;
             }
-            weights[to] += weight;
         }
     }
     for (value, weight) in values.iter_mut().zip(&mut weights) {
@@ -79,7 +113,7 @@ fn push(fine: &Level) -> Level {
 }
 
 /// Fills the empty pixels of `fine` from `coarse`, whose pixels all have a value, bilinearly.
-fn pull(coarse: &Level, fine: &mut Level) {
+fn pull<const N: usize>(coarse: &Level<N>, fine: &mut Level<N>) {
     for y in 0..fine.height {
         // A fine pixel's centre lies a quarter of a coarse pixel from its parent's.
         let y0 = y / 2;
@@ -92,7 +126,7 @@ fn pull(coarse: &Level, fine: &mut Level) {
             let x0 = x / 2;
             let x1 = if x % 2 == 0 { x0.saturating_sub(1) } else { (x0 + 1).min(coarse.width - 1) };
             let corners = [(x0, y0, 0.5625), (x1, y0, 0.1875), (x0, y1, 0.1875), (x1, y1, 0.0625)];
-            let mut value = [0.0; CHANNELS];
+            let mut value = [0.0; N];
             for (cx, cy, weight) in corners {
                 for (sum, v) in value.iter_mut().zip(coarse.values[cy * coarse.width + cx]) {
                     *sum += v * weight;
@@ -100,21 +134,6 @@ fn pull(coarse: &Level, fine: &mut Level) {
             }
             fine.values[at] = value;
         }
-    }
-}
-
-fn write_back(level: &Level, maps: &mut Maps) {
-    let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
-    for (((color, normal), orm), v) in pixels.zip(&level.values) {
-        if color[3] >= SEEN {
-            continue;
-        }
-        let byte = |x: f32| (x + 0.5).clamp(0.0, 255.0) as u8;
-        for i in 0..3 {
-            color[i] = byte(v[i]);
-            orm[i] = byte(v[6 + i]);
-        }
-        *normal = unit_normal([v[3], v[4], v[5]]);
     }
 }
 

@@ -7,7 +7,9 @@ mod card_art;
 mod contact_sheet;
 mod contour;
 mod coverage;
+mod cutout;
 mod dilate;
+mod draft;
 mod leaf_art;
 mod leaf_morph;
 mod leaf_outline;
@@ -18,8 +20,10 @@ mod noise;
 mod noise_table;
 mod picture;
 mod raster;
+mod recipe;
 mod resample;
 mod shade;
+mod silhouette;
 mod skyline;
 mod spray;
 mod srgb;
@@ -27,18 +31,22 @@ mod user_art;
 
 use serde::{Deserialize, Serialize};
 
-pub use atlas::{Atlas, AtlasError, Rect, pack};
+pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
-pub use contact_sheet::{Sheet, SheetColumn, SheetRow, contact_sheet};
-pub use dilate::dilate;
+pub use contact_sheet::{Sheet, SheetColumn, SheetDraft, SheetRow, contact_sheet};
+pub use cutout::Cutout;
+pub use dilate::{dilate, dilate_color};
 pub use leaf_art::leaf_maps;
 pub use leaf_morph::LeafMorph;
-pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_coverage};
+pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_alpha, preserve_coverage};
 pub use picture::{Picture, Repeat};
-pub use raster::{Surface, Target, View, rasterize};
+pub use raster::{Surface, Target, View, rasterize, survey};
+pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};
+pub use silhouette::{Shape, Silhouette};
 pub use spray::spray_span;
+#[cfg(feature = "preview")]
 pub(crate) use srgb::encode as srgb_byte;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 

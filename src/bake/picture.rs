@@ -1,18 +1,13 @@
 //! A material's maps with mips in linear light, ready to be sampled by the rasterizer.
 //!
 //! Colours are averaged in linear light and weighted by alpha, so that what lies under the alpha never bleeds into a
-//! leaf. Each level has an alpha threshold of its own, chosen so that the share of texels that pass is that of the full
-//! picture at 0.5 (Castaño, "Computing alpha mipmaps", 2010), and alpha is never tested at a level where no threshold
-//! comes near that share: needles and lobes keep their area however small they are drawn. Linear light is held as 16-bit
-//! integers; sums of these are exact, so nothing depends on their order.
+//! leaf. What passes the alpha test is asked of a [`Cutout`]. Linear light is held as 16-bit integers; sums of these are
+//! exact, so nothing depends on their order.
 
 use glam::Vec3;
 
-use super::Maps;
 use super::srgb::decode;
-
-/// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
-const SMALLEST_ALPHA_EDGE: u32 = 32;
+use super::{Cutout, Maps};
 
 /// One sampled point of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,15 +28,13 @@ struct Level {
     color: Vec<[u16; 4]>,
     /// Normal and occlusion.
     shape: Vec<[u8; 4]>,
-    /// Smallest alpha that is kept.
-    threshold: u16,
 }
 
 /// Maps with a chain of mips, for [`rasterize`](super::rasterize).
 #[derive(Clone, Debug)]
 pub struct Picture {
     levels: Vec<Level>,
-    alpha_levels: usize,
+    cutout: Cutout,
 }
 
 impl Picture {
@@ -64,33 +57,22 @@ impl Picture {
                     })
                     .collect(),
                 shape: maps.normal.iter().zip(&maps.orm).take(count).map(|(n, o)| [n[0], n[1], n[2], o[0]]).collect(),
-                threshold: 0x8000,
             }
         } else {
-            Level {
-                width: 1,
-                height: 1,
-                color: vec![[0xffff; 4]],
-                shape: vec![[128, 128, 255, 255]],
-                threshold: 0x8000,
-            }
+            Level { width: 1, height: 1, color: vec![[0xffff; 4]], shape: vec![[128, 128, 255, 255]] }
         };
-        let texels = base.color.len() as u64;
-        let kept = base.color.iter().filter(|c| c[3] >= base.threshold).count() as u64;
+        let cutout = if whole { Cutout::of(maps) } else { Cutout::new(0, 0, Vec::new()) };
         let mut levels = vec![base];
-        let mut alpha_levels = 1;
         while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
-            let mut next = half(last);
-            let (threshold, off) = threshold(&next.color, kept as f64 / texels as f64);
-            next.threshold = threshold;
-            let shapely =
-                next.width.min(next.height) >= SMALLEST_ALPHA_EDGE && off <= 0.1 * kept as f64 / texels as f64;
-            if shapely && alpha_levels == levels.len() {
-                alpha_levels += 1;
-            }
-            levels.push(next);
+            levels.push(half(last));
         }
-        Self { levels, alpha_levels }
+        Self { levels, cutout }
+    }
+
+    /// What of it passes the alpha test.
+    #[must_use]
+    pub fn cutout(&self) -> &Cutout {
+        &self.cutout
     }
 
     /// Texels of the full picture.
@@ -108,23 +90,21 @@ impl Picture {
         level
     }
 
-    /// Whether the picture covers the point: alpha test with edges clamped, of the nearest texel or, where texels are
-    /// large, of the four around it.
-    #[inline]
-    pub(super) fn covers(&self, level: usize, magnified: bool, u: f32, v: f32) -> bool {
-        let level = &self.levels[level.min(self.alpha_levels - 1)];
-        if magnified {
-            let (x0, x1, fx) = neighbours(u, level.width, Repeat::Cutout);
-            let (y0, y1, fy) = neighbours(v, level.height, Repeat::Cutout);
-            let alpha = |x: u32, y: u32| f32::from(level.color[(y * level.width + x) as usize][3]);
-            let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
-            let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
-            return upper + (lower - upper) * fy >= f32::from(level.threshold);
-        }
-        // `as` takes NaN to 0 and clamps what is out of range.
-        let x = ((u * level.width as f32) as u32).min(level.width - 1);
-        let y = ((v * level.height as f32) as u32).min(level.height - 1);
-        level.color[(y * level.width + x) as usize][3] >= level.threshold
+    /// The texel of a level at a place, counted through all levels.
+    pub(super) fn address(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> u32 {
+        let level = level.min(self.levels.len() - 1);
+        let before: usize = self.levels[..level].iter().map(|l| l.color.len()).sum();
+        let level = &self.levels[level];
+        let at = |t: f32, size: u32| {
+            let t = if repeat == Repeat::Tiled { t - t.floor() } else { t };
+            ((t * size as f32) as u32).min(size - 1)
+        };
+        before as u32 + at(v, level.height) * level.width + at(u, level.width)
+    }
+
+    /// The colours of all levels, as [`address`](Self::address) counts them.
+    pub(super) fn colors(maps: &Maps) -> Vec<[u16; 4]> {
+        Self::new(maps).levels.into_iter().flat_map(|level| level.color).collect()
     }
 
     /// Bilinear sample; edges clamped or repeated.
@@ -216,26 +196,7 @@ fn half(from: &Level) -> Level {
             shape.push([mean[3] as u8, mean[4] as u8, mean[5] as u8, mean[6] as u8]);
         }
     }
-    Level { width, height, color, shape, threshold: 0x8000 }
-}
-
-/// The alpha that nearest to a share `goal` of `color` reaches, and how far from it that share is.
-fn threshold(color: &[[u16; 4]], goal: f64) -> (u16, f64) {
-    let mut count = [0_u64; 256];
-    for c in color {
-        count[usize::from(c[3] >> 8)] += 1;
-    }
-    let (mut best, mut nearest) = (0x8000, f64::INFINITY);
-    let mut above = 0;
-    for bin in (1..256).rev() {
-        above += count[bin];
-        let off = (above as f64 / color.len() as f64 - goal).abs();
-        // Of equally good ones the nearest to a half.
-        if off < nearest || (off == nearest && bin >= 128) {
-            (best, nearest) = ((bin as u16) << 8, off);
-        }
-    }
-    (best, nearest)
+    Level { width, height, color, shape }
 }
 
 /// Linear light of each 8-bit sRGB value, 65535 is one.
@@ -259,23 +220,6 @@ mod tests {
     }
 
     #[test]
-    fn thin_stripes_keep_their_coverage_at_every_level() {
-        // Needles a pixel wide, one in eight: plain averages would all fall below a half.
-        let picture = Picture::new(&maps(256, 256, |x, _| [0, 128, 0, if x % 8 == 0 { 255 } else { 0 }]));
-        for level in 0..9 {
-            let kept = (0..256 * 256)
-                .filter(|i| picture.covers(level, false, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
-            assert_eq!(kept.count(), 256 * 32, "level {level}");
-        }
-        // A disc stays one down to the smallest level.
-        let disc = Picture::new(&maps(256, 256, |x, y| {
-            let inside = (x as i32 - 128).pow(2) + (y as i32 - 128).pow(2) < 90 * 90;
-            [0, 128, 0, if inside { 255 } else { 0 }]
-        }));
-        assert_eq!(disc.alpha_levels, 4);
-    }
-
-    #[test]
     fn clear_texels_never_colour_the_mips() {
         let picture =
             Picture::new(&maps(64, 64, |x, y| if (x + y) % 2 == 0 { [0, 255, 0, 255] } else { [255, 0, 0, 0] }));
@@ -288,7 +232,7 @@ mod tests {
     #[test]
     fn broken_maps_and_coordinates_are_answered() {
         let empty = Picture::new(&Maps { width: 9, height: 9, color: vec![], normal: vec![], orm: vec![] });
-        assert!(empty.covers(5, true, f32::NAN, f32::INFINITY));
+        assert!(empty.cutout().covers(5, true, f32::NAN, f32::INFINITY));
         for repeat in [Repeat::Tiled, Repeat::Cutout] {
             let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, f32::NAN, -1e30, repeat);
             assert!(texel.color.is_finite());

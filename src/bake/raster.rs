@@ -17,8 +17,10 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::draft::Draft;
 use super::picture::{Picture, Repeat};
-use super::shade::{Fragment, Shading};
+use super::recipe::{Palette, Recipe};
+use super::shade::{Fragment, Light, Shading};
 use crate::base::Frame;
 use crate::mesh::Mesh;
 
@@ -28,6 +30,8 @@ const SUBSAMPLE: f32 = 256.0;
 const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
 /// Rows of samples that one task fills.
 const BAND: usize = 32;
+/// Samples of a picture that one task fills.
+const SMALL: usize = 1 << 16;
 /// Most samples along an edge of a target.
 const LARGEST: u32 = 8192;
 /// Most samples in the box of a triangle that is tested against each of them before anything else is done with it.
@@ -100,9 +104,9 @@ pub struct Target {
 
 /// A projected vertex, in 1/256 samples; `x` is `i32::MIN` where it can't be drawn.
 #[derive(Clone, Copy)]
-struct Point {
-    x: i32,
-    y: i32,
+pub(super) struct Point {
+    pub(super) x: i32,
+    pub(super) y: i32,
     depth: f32,
 }
 
@@ -122,8 +126,12 @@ struct Range {
 #[derive(Clone, Copy)]
 struct Sample {
     depth: f32,
-    surface: u32,
+    /// Counted through all surfaces.
     triangle: u32,
+}
+
+impl Sample {
+    const EMPTY: Self = Self { depth: f32::NEG_INFINITY, triangle: NONE };
 }
 
 /// Draws surfaces into a picture of `width * height` pixels with `samples * samples` samples each.
@@ -138,14 +146,67 @@ pub fn rasterize(
     samples: u32,
     shading: &Shading,
 ) -> Target {
+    draw(surfaces, view, (width, height, samples), shading, Noted::Nothing).0
+}
+
+/// As [`rasterize`] for [`Shading::Albedo`], with what each pixel's colour is mixed from: a picture that is seldom drawn
+/// can be painted as often as colours change. The palette counts the pictures of all surfaces, one after the other.
+#[must_use]
+pub fn survey(surfaces: &[Surface<'_>], view: &View, width: u32, height: u32, samples: u32) -> (Target, Recipe) {
+    let starts = surfaces.iter().scan(0_u32, |next, surface| {
+        let start = *next;
+        *next = next.saturating_add(surface.pictures.len() as u32);
+        Some(start)
+    });
+    let starts: Vec<u32> = starts.collect();
+    let (target, notes) = draw(surfaces, view, (width, height, samples), &Shading::Albedo, Noted::Palette(&starts));
+    (target, notes.recipe)
+}
+
+/// What each pixel shows in the light, before colours: see [`Draft`]. Pixels that show nothing have no part.
+pub(super) fn draft(
+    surfaces: &[Surface<'_>],
+    view: &View,
+    (width, height, samples): (u32, u32, u32),
+    light: Light,
+) -> (Target, Draft) {
+    let (target, recipe) = draw(surfaces, view, (width, height, samples), &Shading::Lit(light), Noted::Light);
+    (target, recipe.draft)
+}
+
+/// What is noted of each pixel's parts.
+#[derive(Clone, Copy)]
+enum Noted<'a> {
+    Nothing,
+    /// Texels of a palette, by each surface's first picture.
+    Palette(&'a [u32]),
+    /// Texels of the pictures' mips, and the light on them.
+    Light,
+}
+
+/// What was noted.
+#[derive(Default)]
+struct Notes {
+    recipe: Recipe,
+    draft: Draft,
+}
+
+fn draw(
+    surfaces: &[Surface<'_>],
+    view: &View,
+    (width, height, samples): (u32, u32, u32),
+    shading: &Shading,
+    noted: Noted<'_>,
+) -> (Target, Notes) {
     let samples = samples.clamp(1, 16);
     let (width, height) = (width.clamp(1, LARGEST / samples), height.clamp(1, LARGEST / samples));
     let grid = Grid { columns: (width * samples) as usize, rows: (height * samples) as usize };
-    let projected: Vec<Vec<Point>> = surfaces.iter().map(|s| project(s.mesh, view, grid)).collect();
     let per_pixel = samples as usize;
-    // A band holds whole pixels.
-    let rows = (BAND / per_pixel).max(1) * per_pixel;
-    let bands = Bands::new(surfaces, &projected, grid, rows);
+    // A small picture is one band: whoever draws many of them spreads the pictures. A band holds whole pixels.
+    let rows = if grid.columns * grid.rows <= SMALL { grid.rows } else { (BAND / per_pixel).max(1) * per_pixel };
+    let projected: Vec<Vec<Point>> = surfaces.iter().map(|s| project(s.mesh, view, grid)).collect();
+    let scene = Scene::new(surfaces, &projected, view, grid, *shading == Shading::Nothing);
+    let bands = (rows < grid.rows).then(|| Bands::new(&scene, rows));
     let pixels = rows / per_pixel * width as usize;
     let count = width as usize * height as usize;
     let mut target = Target {
@@ -157,69 +218,174 @@ pub fn rasterize(
         occlusion: vec![0.0; count],
         depth: vec![f32::NEG_INFINITY; count],
     };
-    (
+    let drawn = |(band, (coverage, color, normal, occlusion, depth)): (usize, Rows<'_>)| {
+        let first = band * rows;
+        let here = rows.min(grid.rows - first) * grid.columns;
+        let mut buffer = vec![Sample::EMPTY; here];
+        match &bands {
+            Some(bands) => bands.of(band).iter().for_each(|&name| scene.fill(name, first, &mut buffer)),
+            None => scene.fill_all(&mut buffer),
+        }
+        let mut notes = Notes::default();
+        let area = (samples * samples) as f32;
+        let mut shader = Shader { scene: &scene, shading, area, held: NONE, surface: 0, setup: None };
+        let mut shown: Vec<Shown> = Vec::new();
+        let mut mixed: Vec<(u32, f32)> = Vec::new();
+        for pixel in 0..coverage.len() {
+            let (px, py) = (pixel % width as usize * per_pixel, pixel / width as usize * per_pixel);
+            shown.clear();
+            mixed.clear();
+            let (mut deep, mut hits) = (0.0_f32, 0_u32);
+            for row in py..py + per_pixel {
+                for column in px..px + per_pixel {
+                    let sample = buffer[row * grid.columns + column];
+                    if sample.triangle != NONE {
+                        Shown::note(&mut shown, sample, column, first + row);
+                        deep += sample.depth;
+                        hits += 1;
+                    }
+                }
+            }
+            if hits > 0 {
+                let scale = 1.0 / hits as f32;
+                coverage[pixel] = hits as f32 / area;
+                depth[pixel] = deep * scale;
+                if *shading != Shading::Nothing {
+                    let mut sum = Fragment::default();
+                    for part in &shown {
+                        let fragment = shader.shade(part);
+                        match noted {
+                            Noted::Nothing => {}
+                            Noted::Palette(starts) => {
+                                let start = starts[shader.surface] * Palette::TEXELS;
+                                let place = if fragment.place == NONE { NONE } else { start + fragment.place };
+                                mixed.push((place, fragment.shade * part.count as f32 * scale));
+                            }
+                            Noted::Light => {
+                                let light = fragment.light * (part.count as f32 / area);
+                                notes.draft.add(shader.surface, fragment.texel, light);
+                            }
+                        }
+                        sum.add(fragment, part.count as f32);
+                    }
+                    color[pixel] = sum.color * scale;
+                    normal[pixel] = sum.normal.normalize_or(view.frame.z);
+                    occlusion[pixel] = sum.occlusion * scale;
+                }
+            }
+            match noted {
+                Noted::Nothing => {}
+                Noted::Palette(_) => notes.recipe.push(&mut mixed),
+                Noted::Light => notes.draft.end(shown.len()),
+            }
+        }
+        notes
+    };
+    let rows = (
         target.coverage.par_chunks_mut(pixels),
         target.color.par_chunks_mut(pixels),
         target.normal.par_chunks_mut(pixels),
         target.occlusion.par_chunks_mut(pixels),
         target.depth.par_chunks_mut(pixels),
-    )
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(band, (coverage, color, normal, occlusion, depth))| {
-            let first = band * rows;
-            let here = rows.min(grid.rows - first) * grid.columns;
-            let mut buffer = vec![Sample { depth: f32::NEG_INFINITY, surface: NONE, triangle: NONE }; here];
-            let range = Range { near: view.front, far: -view.back, first_stays: *shading == Shading::Nothing };
-            for &name in bands.of(band) {
-                let surface = &surfaces[name.0 as usize];
-                let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
-                if let Some(setup) = Setup::new(surface, &projected[name.0 as usize], name.1 as usize, textured) {
-                    setup.fill(surface, name, grid, first, &mut buffer, &range);
-                }
-            }
-            let area = (samples * samples) as f32;
-            let mut shader = Shader { surfaces, projected: &projected, shading, area, held: (NONE, NONE), setup: None };
-            let mut shown: Vec<Shown> = Vec::new();
-            for pixel in 0..coverage.len() {
-                let (px, py) = (pixel % width as usize * per_pixel, pixel / width as usize * per_pixel);
-                shown.clear();
-                let (mut deep, mut hits) = (0.0_f32, 0_u32);
-                for row in py..py + per_pixel {
-                    for column in px..px + per_pixel {
-                        let sample = buffer[row * grid.columns + column];
-                        if sample.triangle != NONE {
-                            Shown::note(&mut shown, sample, column, first + row);
-                            deep += sample.depth;
-                            hits += 1;
-                        }
-                    }
-                }
-                if hits == 0 {
-                    continue;
-                }
-                let scale = 1.0 / hits as f32;
-                coverage[pixel] = hits as f32 / area;
-                depth[pixel] = deep * scale;
-                if *shading == Shading::Nothing {
-                    continue;
-                }
-                let mut sum = Fragment::default();
-                for part in &shown {
-                    sum.add(shader.shade(part), part.count as f32);
-                }
-                color[pixel] = sum.color * scale;
-                normal[pixel] = sum.normal.normalize_or(view.frame.z);
-                occlusion[pixel] = sum.occlusion * scale;
-            }
-        });
-    target
+    );
+    let all: Vec<Notes> = rows.into_par_iter().enumerate().map(drawn).collect();
+    let (recipes, drafts) = all.into_iter().map(|notes| (notes.recipe, notes.draft)).unzip();
+    (target, Notes { recipe: Recipe::joined(recipes), draft: Draft::joined(drafts) })
 }
+
+/// The rows of a target that one task fills.
+type Rows<'a> = (&'a mut [f32], &'a mut [Vec3], &'a mut [Vec3], &'a mut [f32], &'a mut [f32]);
+
+/// What is drawn, projected.
+struct Scene<'a> {
+    surfaces: &'a [Surface<'a>],
+    projected: &'a [Vec<Point>],
+    /// Triangles of all surfaces before each, and of all.
+    starts: Vec<u32>,
+    grid: Grid,
+    range: Range,
+}
+
+impl<'a> Scene<'a> {
+    fn new(
+        surfaces: &'a [Surface<'a>],
+        projected: &'a [Vec<Point>],
+        view: &View,
+        grid: Grid,
+        first_stays: bool,
+    ) -> Self {
+        let mut starts = vec![0];
+        starts.extend(surfaces.iter().scan(0_u32, |sum, s| {
+            *sum = sum.saturating_add((s.mesh.indices.len() / 3) as u32);
+            Some(*sum)
+        }));
+        let range = Range { near: view.front, far: -view.back, first_stays };
+        Self { surfaces, projected, starts, grid, range }
+    }
+
+    fn triangles(&self) -> u32 {
+        self.starts[self.surfaces.len()]
+    }
+
+    /// The surface of a triangle, and its number there.
+    fn place(&self, name: u32) -> (usize, usize) {
+        let surface = self.starts.partition_point(|&start| start <= name) - 1;
+        (surface, (name - self.starts[surface]) as usize)
+    }
+
+    /// Where a triangle is to be looked for; none where it covers no sample.
+    fn extent(&self, name: u32) -> Option<Extent> {
+        let (surface, triangle) = self.place(name);
+        let corners = self.surfaces[surface].mesh.indices[triangle * 3..].first_chunk::<3>()?;
+        let points = corner_points(&self.projected[surface], *corners)?;
+        let (x, y) = extent(points, self.grid)?;
+        ((x.1 - x.0 + 1) * (y.1 - y.0 + 1) > FEW || holds_any(points, x, y)).then_some((x, y))
+    }
+
+    fn fill(&self, name: u32, first: usize, buffer: &mut [Sample]) {
+        let (s, triangle) = self.place(name);
+        let (surface, points) = (&self.surfaces[s], &self.projected[s]);
+        let Some(corners) = surface.mesh.indices[triangle * 3..].first_chunk::<3>() else { return };
+        self.fill_one(surface, points, name, *corners, first, buffer);
+    }
+
+    /// Fills all triangles, in order.
+    fn fill_all(&self, buffer: &mut [Sample]) {
+        for ((surface, points), &start) in self.surfaces.iter().zip(self.projected).zip(&self.starts) {
+            for (name, corners) in (start..).zip(surface.mesh.indices.as_chunks::<3>().0) {
+                self.fill_one(surface, points, name, *corners, 0, buffer);
+            }
+        }
+    }
+
+    #[inline]
+    fn fill_one(
+        &self,
+        surface: &Surface<'_>,
+        points: &[Point],
+        name: u32,
+        corners: [u32; 3],
+        first: usize,
+        buffer: &mut [Sample],
+    ) {
+        let Some(points) = corner_points(points, corners) else { return };
+        let Some((x, y)) = extent(points, self.grid) else { return };
+        if (x.1 - x.0 + 1) * (y.1 - y.0 + 1) <= FEW && !holds_any(points, x, y) {
+            return;
+        }
+        let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
+        if let Some(setup) = Setup::new(surface, points, corners, textured) {
+            setup.fill(surface, name, self.grid, (x, y), first, buffer, &self.range);
+        }
+    }
+}
+
+/// First and last column, first and last row.
+type Extent = ((usize, usize), (usize, usize));
 
 /// A triangle as far as one pixel shows it.
 #[derive(Clone, Copy)]
 struct Shown {
-    surface: u32,
     triangle: u32,
     /// Samples, and the sums of their columns and rows.
     count: u32,
@@ -229,14 +395,13 @@ struct Shown {
 
 impl Shown {
     fn note(all: &mut Vec<Self>, sample: Sample, column: usize, row: usize) {
-        let same = |s: &&mut Self| s.triangle == sample.triangle && s.surface == sample.surface;
-        if let Some(known) = all.iter_mut().rev().find(same) {
+        if let Some(known) = all.iter_mut().rev().find(|s| s.triangle == sample.triangle) {
             known.count += 1;
             known.columns += column as u32;
             known.rows += row as u32;
         } else {
             let (columns, rows) = (column as u32, row as u32);
-            all.push(Self { surface: sample.surface, triangle: sample.triangle, count: 1, columns, rows });
+            all.push(Self { triangle: sample.triangle, count: 1, columns, rows });
         }
     }
 
@@ -247,88 +412,114 @@ impl Shown {
     }
 }
 
+/// Samples of a picture.
 #[derive(Clone, Copy)]
-struct Grid {
-    columns: usize,
-    rows: usize,
+pub(super) struct Grid {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+}
+
+/// Where a mesh's vertices lie in a picture.
+struct Projection {
+    view: View,
+    scale: Vec2,
+    middle: Vec2,
+}
+
+impl Projection {
+    fn new(view: &View, grid: Grid) -> Self {
+        let middle = Vec2::new(grid.columns as f32, grid.rows as f32) * (0.5 * SUBSAMPLE);
+        Self { view: *view, scale: middle / Vec2::new(view.half_width, view.half_height), middle }
+    }
+
+    #[inline]
+    fn point(&self, p: Vec3) -> Point {
+        let local = self.view.frame.to_local(p - self.view.centre);
+        let (x, y) = (self.middle.x + local.x * self.scale.x, self.middle.y - local.y * self.scale.y);
+        // Written so that NaN fails it.
+        if x.abs() < FARTHEST && y.abs() < FARTHEST && local.z.is_finite() {
+            Point { x: round(x), y: round(y), depth: local.z }
+        } else {
+            Point::NOWHERE
+        }
+    }
+}
+
+/// `(v + 0.5).floor()` without a call: baselines of x86 have no instruction for it.
+#[inline]
+fn round(v: f32) -> i32 {
+    let v = v + 0.5;
+    let cut = v as i32;
+    cut - i32::from(cut as f32 > v)
 }
 
 fn project(mesh: &Mesh, view: &View, grid: Grid) -> Vec<Point> {
-    let scale_x = grid.columns as f32 * 0.5 / view.half_width * SUBSAMPLE;
-    let scale_y = grid.rows as f32 * 0.5 / view.half_height * SUBSAMPLE;
-    let (mid_x, mid_y) = (grid.columns as f32 * 0.5 * SUBSAMPLE, grid.rows as f32 * 0.5 * SUBSAMPLE);
-    mesh.positions
-        .par_iter()
-        .with_min_len(4096)
-        .map(|&p| {
-            let local = view.frame.to_local(p - view.centre);
-            let (x, y) = (mid_x + local.x * scale_x, mid_y - local.y * scale_y);
-            // Written so that NaN fails it.
-            if x.abs() < FARTHEST && y.abs() < FARTHEST && local.z.is_finite() {
-                Point { x: (x + 0.5).floor() as i32, y: (y + 0.5).floor() as i32, depth: local.z }
-            } else {
-                Point::NOWHERE
-            }
-        })
-        .collect()
+    let projection = Projection::new(view, grid);
+    if grid.columns * grid.rows <= SMALL {
+        return mesh.positions.iter().map(|&p| projection.point(p)).collect();
+    }
+    mesh.positions.par_iter().with_min_len(4096).map(|&p| projection.point(p)).collect()
+}
+
+/// As [`project`], on this thread, into points that are used again.
+pub(super) fn project_into(mesh: &Mesh, view: &View, grid: Grid, points: &mut Vec<Point>) {
+    let projection = Projection::new(view, grid);
+    points.clear();
+    points.extend(mesh.positions.iter().map(|&p| projection.point(p)));
 }
 
 /// Triangles by the band of rows that they touch, in order within each band.
 struct Bands {
     /// Start of each band's triangles in `entries`, and the end of the last.
     starts: Vec<usize>,
-    /// Surface and triangle.
-    entries: Vec<(u32, u32)>,
+    /// Triangles.
+    entries: Vec<u32>,
 }
 
 impl Bands {
     /// A counting sort of triangles by band; those that cover no sample are left out.
-    fn new(surfaces: &[Surface<'_>], projected: &[Vec<Point>], grid: Grid, rows: usize) -> Self {
-        let count = grid.rows.div_ceil(rows);
-        let mut touched: Vec<(u32, u32, u32, u32)> = Vec::new();
+    fn new(scene: &Scene<'_>, rows: usize) -> Self {
+        let count = scene.grid.rows.div_ceil(rows);
+        let touched: Vec<(u32, u32, u32)> = (0..scene.triangles())
+            .into_par_iter()
+            .with_min_len(4096)
+            .filter_map(|name| scene.extent(name).map(|(_, y)| ((y.0 / rows) as u32, (y.1 / rows) as u32, name)))
+            .collect();
         let mut starts = vec![0_usize; count + 1];
-        for (s, surface) in surfaces.iter().enumerate() {
-            for (t, corners) in surface.mesh.indices.as_chunks::<3>().0.iter().enumerate() {
-                let Some(points) = corner_points(&projected[s], *corners) else { continue };
-                let Some((x, y)) = extent(points, grid) else { continue };
-                if (x.1 - x.0 + 1) * (y.1 - y.0 + 1) <= FEW && !holds_any(points, x, y) {
-                    continue;
-                }
-                let (a, b) = (y.0 / rows, y.1 / rows);
-                touched.push((a as u32, b as u32, s as u32, t as u32));
-                (a..=b).for_each(|band| starts[band + 1] += 1);
-            }
+        for &(a, b, _) in &touched {
+            (a..=b).for_each(|band| starts[band as usize + 1] += 1);
         }
         for band in 0..count {
             starts[band + 1] += starts[band];
         }
         let mut next = starts.clone();
-        let mut entries = vec![(NONE, NONE); starts[count]];
-        for (a, b, surface, triangle) in touched {
+        let mut entries = vec![NONE; starts[count]];
+        for (a, b, name) in touched {
             for band in a..=b {
-                entries[next[band as usize]] = (surface, triangle);
+                entries[next[band as usize]] = name;
                 next[band as usize] += 1;
             }
         }
         Self { starts, entries }
     }
 
-    fn of(&self, band: usize) -> &[(u32, u32)] {
+    fn of(&self, band: usize) -> &[u32] {
         &self.entries[self.starts[band]..self.starts[band + 1]]
     }
 }
 
-fn corner_points(points: &[Point], corners: [u32; 3]) -> Option<[Point; 3]> {
+pub(super) fn corner_points(points: &[Point], corners: [u32; 3]) -> Option<[Point; 3]> {
     let at = |i: u32| points.get(i as usize).copied().filter(|p| p.x != i32::MIN);
     Some([at(corners[0])?, at(corners[1])?, at(corners[2])?])
 }
 
 /// First and last column and row of the samples whose centres a triangle's box holds.
-fn extent(p: [Point; 3], grid: Grid) -> Option<((usize, usize), (usize, usize))> {
+#[inline]
+pub(super) fn extent(p: [Point; 3], grid: Grid) -> Option<Extent> {
     let span = |a: i32, b: i32, c: i32, size: usize| {
-        // A centre lies at 256 i + 128.
-        let low = (a.min(b).min(c) - 128 + 255).div_euclid(256).max(0);
-        let high = (a.max(b).max(c) - 128).div_euclid(256).min(size as i32 - 1);
+        // A centre lies at 256 i + 128. Shifts round down.
+        let low = ((a.min(b).min(c) - 128 + 255) >> 8).max(0);
+        let high = ((a.max(b).max(c) - 128) >> 8).min(size as i32 - 1);
         (low <= high).then_some((low as usize, high as usize))
     };
     Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
@@ -363,11 +554,14 @@ struct Setup {
 
 impl Setup {
     /// With coordinates for its picture where `textured` says for how many samples a texel is looked up.
-    fn new(surface: &Surface<'_>, projected: &[Point], triangle: usize, textured: Option<f32>) -> Option<Self> {
+    #[inline]
+    fn new(
+        surface: &Surface<'_>,
+        mut points: [Point; 3],
+        mut corners: [u32; 3],
+        textured: Option<f32>,
+    ) -> Option<Self> {
         let mesh = surface.mesh;
-        let corners = mesh.indices.get(triangle * 3..triangle * 3 + 3)?;
-        let mut corners = [corners[0], corners[1], corners[2]];
-        let mut points = corner_points(projected, corners)?;
         let mut area = edge(points[0], points[1], points[2].x, points[2].y);
         // Rows count downwards, so that a front turns clockwise here.
         let back = area > 0;
@@ -396,52 +590,49 @@ impl Setup {
     }
 
     /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
+    #[expect(clippy::too_many_arguments, reason = "where and what, known to the caller already")]
     fn fill(
         &self,
         surface: &Surface<'_>,
-        name: (u32, u32),
+        name: u32,
         grid: Grid,
+        (columns, rows): Extent,
         first: usize,
         buffer: &mut [Sample],
         range: &Range,
     ) {
-        let Some((columns, rows)) = extent(self.points, grid) else { return };
         let rows = (rows.0.max(first), rows.1.min(first + buffer.len() / grid.columns - 1));
         let [a, b, c] = self.points;
         let inverse = 1.0 / self.area as f32;
         let (db, dc) = (b.depth - a.depth, c.depth - a.depth);
         let (ub, uc) = (self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]);
-        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| &surface.pictures[t]);
+        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| surface.pictures[t].cutout());
         // Edge functions, opposite to a, b and c; their steps from one sample to the next.
         let edges = [(b, c), (c, a), (a, b)];
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
         for row in rows.0..=rows.1 {
             let y = row as i32 * 256 + 128;
-            let mut e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
+            let e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
             let Some((left, right)) = span(e, step, bias, columns) else { continue };
-            for (e, step) in e.iter_mut().zip(step) {
-                *e += step * (left - columns.0) as i64;
-            }
-            let line = &mut buffer[(row - first) * grid.columns..][..grid.columns];
-            for sample in &mut line[left..=right] {
-                let open = !(range.first_stays && sample.triangle != NONE);
-                if open && e[0] >= bias[0] && e[1] >= bias[1] && e[2] >= bias[2] {
-                    let (wb, wc) = (e[1] as f32 * inverse, e[2] as f32 * inverse);
-                    let depth = a.depth + wb * db + wc * dc;
-                    if depth > sample.depth && depth <= range.near && depth >= range.far {
-                        let shown = cutout.is_none_or(|picture| {
-                            let uv = self.uv[0] + ub * wb + uc * wc;
-                            picture.covers(self.level, self.magnified, uv.x, uv.y)
-                        });
-                        if shown {
-                            *sample = Sample { depth, surface: name.0, triangle: name.1 };
-                        }
-                    }
+            let ahead = (left - columns.0) as i64;
+            let (mut eb, mut ec) = (e[1] + step[1] * ahead, e[2] + step[2] * ahead);
+            for sample in &mut buffer[(row - first) * grid.columns..][left..=right] {
+                let (wb, wc) = (eb as f32 * inverse, ec as f32 * inverse);
+                eb += step[1];
+                ec += step[2];
+                let depth = a.depth + wb * db + wc * dc;
+                let kept = range.first_stays && sample.triangle != NONE;
+                if kept || !(depth > sample.depth && depth <= range.near && depth >= range.far) {
+                    continue;
                 }
-                e[0] += step[0];
-                e[1] += step[1];
-                e[2] += step[2];
+                let shown = cutout.is_none_or(|cutout| {
+                    let uv = self.uv[0] + ub * wb + uc * wc;
+                    cutout.covers(self.level, self.magnified, uv.x, uv.y)
+                });
+                if shown {
+                    *sample = Sample { depth, triangle: name };
+                }
             }
         }
     }
@@ -465,12 +656,14 @@ impl Setup {
             }
         }
         let mut normal = normal.normalize_or(Vec3::Y);
-        let (mut color, mut occlusion) = (Vec3::ONE, 1.0);
+        let (mut color, mut occlusion, mut place, mut address) = (Vec3::ONE, 1.0, NONE, NONE);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
             let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
             color = texel.color;
             occlusion = texel.occlusion;
+            place = Palette::place(t as u32, uv, surface.repeat);
+            address = surface.pictures[t].address(self.level, uv.x, uv.y, surface.repeat);
             let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
             if tangent != Vec3::ZERO {
                 let n = texel.normal;
@@ -478,24 +671,39 @@ impl Setup {
                 normal = bent.normalize_or(normal);
             }
         }
-        Fragment { color: color * shade, normal, occlusion, back: self.back }
+        Fragment {
+            color: color * shade,
+            light: Vec3::splat(shade),
+            normal,
+            occlusion,
+            back: self.back,
+            shade,
+            place,
+            texel: address,
+        }
     }
 }
 
-/// The columns of a row that lie within all edges, where the row is long enough for divisions to pay. `e` are the edges'
-/// values at the first of `columns`, each growing by `step` a column and inside where at least `bias`.
-fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
+/// The columns of a row that lie within all edges. `e` are the edges' values at the first of `columns`, each growing by
+/// `step` a column and inside where at least `bias`.
+///
+/// Quotients of whole numbers below 2^53 round to the right side of every whole number in double precision, which
+/// divides four times as fast.
+#[inline]
+pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
     let count = (columns.1 - columns.0) as i64;
-    if count < 6 {
-        return Some(columns);
-    }
     let (mut low, mut high) = (0, count);
     for k in 0..3 {
         let short = bias[k] - e[k];
         if step[k] > 0 {
-            low = low.max((short + step[k] - 1).div_euclid(step[k]));
+            if short > 0 {
+                low = low.max(up(short as f64 / step[k] as f64));
+            }
         } else if step[k] < 0 {
-            high = high.min((-short).div_euclid(-step[k]));
+            if short > 0 {
+                return None;
+            }
+            high = high.min((short as f64 / step[k] as f64) as i64);
         } else if short > 0 {
             return None;
         }
@@ -503,36 +711,46 @@ fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) ->
     (low <= high).then(|| (columns.0 + low as usize, columns.0 + high as usize))
 }
 
+/// The next whole number of a value that is not negative.
+#[inline]
+fn up(v: f64) -> i64 {
+    let cut = v as i64;
+    cut + i64::from((cut as f64) < v)
+}
+
 /// Twice the signed area of the triangle (p, q, (x, y)).
-fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
+pub(super) fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
     i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
 }
 
 /// Whether samples on the edge belong to the triangle: one of each pair of opposite directions.
-fn top_left(p: Point, q: Point) -> bool {
+pub(super) fn top_left(p: Point, q: Point) -> bool {
     q.y < p.y || (q.y == p.y && q.x > p.x)
 }
 
 /// Keeps the last triangle, since neighbouring pixels mostly show the same.
 struct Shader<'a> {
-    surfaces: &'a [Surface<'a>],
-    projected: &'a [Vec<Point>],
+    scene: &'a Scene<'a>,
     shading: &'a Shading,
     /// Samples in a pixel.
     area: f32,
-    held: (u32, u32),
+    held: u32,
+    surface: usize,
     setup: Option<Setup>,
 }
 
 impl Shader<'_> {
     fn shade(&mut self, part: &Shown) -> Fragment {
-        let name = (part.surface, part.triangle);
-        let surface = &self.surfaces[part.surface as usize];
-        if self.held != name {
-            self.held = name;
-            let (points, triangle) = (&self.projected[part.surface as usize], part.triangle as usize);
-            self.setup = Setup::new(surface, points, triangle, Some(self.area));
+        if self.held != part.triangle {
+            self.held = part.triangle;
+            let (surface, triangle) = self.scene.place(part.triangle);
+            self.surface = surface;
+            let (points, surface) = (&self.scene.projected[surface], &self.scene.surfaces[surface]);
+            let corners = surface.mesh.indices[triangle * 3..].first_chunk::<3>().copied();
+            self.setup = corners
+                .and_then(|corners| Setup::new(surface, corner_points(points, corners)?, corners, Some(self.area)));
         }
+        let surface = &self.scene.surfaces[self.surface];
         let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, part.middle()));
         self.shading.apply(fragment, surface.repeat)
     }

@@ -7,28 +7,80 @@
 use rayon::prelude::*;
 
 use super::Maps;
+use super::atlas::{Picked, Relief};
 
 /// `maps` at another, not larger size; both sides at least 1.
 pub(super) fn shrink(maps: &Maps, width: u32, height: u32) -> Maps {
-    let tables = Srgb::new();
-    let columns: Vec<Vec<(usize, f32)>> = (0..width).map(|x| taps(x, width, maps.width)).collect();
-    let rows: Vec<Vec<Texel>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            let lines = taps(y, height, maps.height);
-            columns.iter().map(|columns| texel(maps, &lines, columns, &tables)).collect()
-        })
-        .collect();
-    let mut out = Maps { width, height, color: Vec::new(), normal: Vec::new(), orm: Vec::new() };
-    for texel in rows.into_iter().flatten() {
-        out.color.push(texel.0);
-        out.normal.push(texel.1);
-        out.orm.push(texel.2);
-    }
-    out
+    let picked = maps.into();
+    let ((normal, orm), color) =
+        rayon::join(|| shrink_relief(&picked, width, height), || shrink_color(&picked, width, height));
+    Maps { width, height, color, normal, orm }
 }
 
-type Texel = ([u8; 4], [u8; 3], [u8; 3]);
+/// The colour of a picture at another, not larger size.
+pub(super) fn shrink_color(from: &Picked<'_>, width: u32, height: u32) -> Vec<[u8; 4]> {
+    let tables = Srgb::new();
+    shrunk(from, (width, height), |i, w, sum: &mut [f32; 3]| {
+        for (sum, c) in sum.iter_mut().zip(from.color[i]) {
+            *sum += w * tables.linear[usize::from(c)];
+        }
+    })
+    .into_iter()
+    .map(|(sum, alpha)| {
+        let [r, g, b] = sum.map(|c| tables.encode(c));
+        [r, g, b, (alpha + 0.5) as u8]
+    })
+    .collect()
+}
+
+/// Normals and material of a picture at another, not larger size.
+pub(super) fn shrink_relief(from: &Picked<'_>, width: u32, height: u32) -> Relief {
+    let byte = |v: f32| (v + 0.5) as u8;
+    shrunk(from, (width, height), |i, w, sum: &mut [f32; 6]| {
+        for k in 0..3 {
+            sum[k] += w * (f32::from(from.normal[i][k]) - 128.0);
+            sum[k + 3] += w * f32::from(from.orm[i][k]);
+        }
+    })
+    .into_iter()
+    .map(|([x, y, z, o, r, m], _)| {
+        let length = (x * x + y * y + z * z).sqrt();
+        let normal =
+            if length > 0.0 { [x, y, z].map(|n| byte((n / length * 127.0 + 128.0).max(0.0))) } else { [128, 128, 255] };
+        (normal, [o, r, m].map(byte))
+    })
+    .unzip()
+}
+
+/// Means by area and alpha of what `add` sums at each source texel, and the mean alpha.
+fn shrunk<const N: usize>(
+    from: &Picked<'_>,
+    (width, height): (u32, u32),
+    add: impl Fn(usize, f32, &mut [f32; N]) + Sync,
+) -> Vec<([f32; N], f32)> {
+    let columns: Vec<Vec<(usize, f32)>> = (0..width).map(|x| taps(x, width, from.width)).collect();
+    (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| {
+            let lines = taps(y, height, from.height);
+            let (add, columns) = (&add, &columns);
+            columns.iter().map(move |columns| {
+                let (mut sum, mut alpha, mut weight) = ([0.0_f32; N], 0.0_f32, 0.0_f32);
+                for &(y, wy) in &lines {
+                    for &(x, wx) in columns {
+                        let i = y * from.width as usize + x;
+                        let a = f32::from(from.color[i][3]);
+                        alpha += wx * wy * a;
+                        let w = wx * wy * (a / 255.0 + 1.0 / 1024.0);
+                        weight += w;
+                        add(i, w, &mut sum);
+                    }
+                }
+                (sum.map(|s| s / weight), alpha)
+            })
+        })
+        .collect()
+}
 
 /// Source texels that the `i`-th of `to` covers, with the shares of their areas; the shares add up to 1.
 fn taps(i: u32, to: u32, from: u32) -> Vec<(usize, f32)> {
@@ -41,31 +93,6 @@ fn taps(i: u32, to: u32, from: u32) -> Vec<(usize, f32)> {
             (t as usize, share as f32 / from as f32)
         })
         .collect()
-}
-
-fn texel(maps: &Maps, lines: &[(usize, f32)], columns: &[(usize, f32)], tables: &Srgb) -> Texel {
-    let (mut color, mut normal, mut orm) = ([0.0_f32; 3], [0.0_f32; 3], [0.0_f32; 3]);
-    let (mut alpha, mut weight) = (0.0_f32, 0.0_f32);
-    for &(y, wy) in lines {
-        for &(x, wx) in columns {
-            let i = y * maps.width as usize + x;
-            let a = f32::from(maps.color[i][3]);
-            alpha += wx * wy * a;
-            let w = wx * wy * (a / 255.0 + 1.0 / 1024.0);
-            weight += w;
-            for k in 0..3 {
-                color[k] += w * tables.linear[usize::from(maps.color[i][k])];
-                normal[k] += w * (f32::from(maps.normal[i][k]) - 128.0);
-                orm[k] += w * f32::from(maps.orm[i][k]);
-            }
-        }
-    }
-    let byte = |v: f32| (v + 0.5) as u8;
-    let [r, g, b] = color.map(|c| tables.encode(c / weight));
-    let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
-    let normal =
-        if length > 0.0 { normal.map(|n| byte((n / length * 127.0 + 128.0).max(0.0))) } else { [128, 128, 255] };
-    ([r, g, b, byte(alpha)], normal, orm.map(|v| byte(v / weight)))
 }
 
 /// sRGB's transfer function as tables.

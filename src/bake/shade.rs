@@ -18,8 +18,16 @@ pub(super) struct Fragment {
     pub(super) normal: Vec3,
     /// Of the occlusion texture; 1 is open.
     pub(super) occlusion: f32,
+    /// What the picture's colour is multiplied by in all.
+    pub(super) light: Vec3,
     /// Seen from the back.
     pub(super) back: bool,
+    /// The texel of the first picture's mips that the colour comes from; `u32::MAX` for white.
+    pub(super) texel: u32,
+    /// Of the vertices: what the picture's colour was multiplied by.
+    pub(super) shade: f32,
+    /// The texel of the palette that the colour comes from, counted from the surface's first; `u32::MAX` for white.
+    pub(super) place: u32,
 }
 
 impl Fragment {
@@ -79,7 +87,9 @@ impl Shading {
             let passed = if repeat == Repeat::Cutout { light.translucency } else { 0.0 };
             let sun = light.sun * (facing.max(0.0) + (-facing).max(0.0) * passed);
             let up = (0.5 + 0.5 * fragment.normal.y).clamp(0.0, 1.0);
-            fragment.color *= sun + light.ground.lerp(light.sky, up) * fragment.occlusion;
+            let all = sun + light.ground.lerp(light.sky, up) * fragment.occlusion;
+            fragment.color *= all;
+            fragment.light *= all;
         }
         fragment
     }

@@ -10,21 +10,25 @@ use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
 use super::trees::{self, Tree};
-use crate::bake::{self, Atlas, CoverageReport, Maps, SheetColumn, SheetRow};
-use crate::base::{Diagnostic, Key, Note, Seed};
+use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetDraft, SheetRow};
+use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
     MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
-use crate::lod::Level;
+use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
 use crate::plant::PlantStats;
 use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, WindData};
 
 /// The stages that pack and encode pictures, with their versions.
-const ATLAS: Stage = Stage("atlas", 2);
-const PNG: Stage = Stage("png", 1);
+const ATLAS: Stage = Stage("atlas", 3);
+const PNG: Stage = Stage("png", 2);
+/// Those that are kept in memory only.
+const PLACED: Stage = Stage("placed", 1);
+const FILES: Stage = Stage("files", 1);
+const SHEET: Stage = Stage("sheet", 1);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -46,22 +50,29 @@ pub(super) struct SetParts<'a> {
     pub(super) notes: &'a [Note],
 }
 
-/// An atlas that keeps its coverage in every mip.
+/// An atlas without colours, whose alpha keeps its coverage in every mip.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Packed {
-    /// The atlas.
-    pub(super) atlas: Atlas,
+    /// Where pictures lie.
+    pub(super) layout: Layout,
+    #[serde(with = "bulk")]
+    alpha: Vec<u8>,
+    #[serde(with = "bulk")]
+    normal: Vec<[u8; 3]>,
+    #[serde(with = "bulk")]
+    orm: Vec<[u8; 3]>,
     /// Alpha coverage of its mips.
     coverage: CoverageReport,
 }
 
 impl Entry for Packed {
     fn weight(&self) -> usize {
-        trees::weight(&self.atlas.maps)
+        self.alpha.len() * 7
     }
 
     fn is_sound(&self) -> bool {
-        trees::is_whole(&self.atlas.maps)
+        let texels = self.layout.width as usize * self.layout.height as usize;
+        texels > 0 && [self.alpha.len(), self.normal.len(), self.orm.len()] == [texels; 3]
     }
 }
 
@@ -69,8 +80,12 @@ impl Entry for Packed {
 pub(super) struct Placed {
     /// The atlas.
     pub(super) packed: Arc<Packed>,
+    /// Its maps.
+    maps: Maps,
     /// By variant and level.
-    meshes: Vec<Vec<TreeMesh>>,
+    meshes: Vec<Arc<Vec<TreeMesh>>>,
+    /// By variant: what its meshes hang on.
+    keys: Vec<Key>,
     /// By variant and level: where an impostor's sheet lies.
     impostors: Vec<Vec<Option<ImpostorEntry>>>,
 }
@@ -81,25 +96,56 @@ fn does_not_fit(error: &dyn std::fmt::Display) -> Vec<Diagnostic> {
     vec![Diagnostic::new("", error.to_string()).with_field("atlas.size").with_hint(hint)]
 }
 
-/// Packs the pictures of leaves and of all baked cards.
+/// Packs the pictures of leaves and of all baked cards, but for their colours.
 fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<Arc<Packed>, Vec<Diagnostic>> {
-    let key = ATLAS.key().input(trees::content(&pictures.leaves)).params(&plan.atlas);
+    let key = ATLAS.key().input(pictures.shapes()).params(&plan.atlas);
     let key = trees.iter().fold(key, |key, tree| key.input(tree.key)).finish();
     cache.remember(ATLAS, key, || {
-        let cards = trees.iter().flat_map(|tree| &tree.ladder.tiles);
-        let tiles: Vec<&Maps> = pictures.leaves.iter().chain(cards).collect();
-        let mut atlas = bake::pack(&tiles, &plan.atlas).map_err(|e| does_not_fit(&e))?;
-        let coverage = bake::preserve_coverage(&mut atlas.maps);
-        Ok(Packed { atlas, coverage })
+        let clear: Vec<Vec<[u8; 4]>> =
+            tiles(trees).map(|tile| tile.alpha.iter().map(|&a| [0, 0, 0, a]).collect()).collect();
+        let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
+            .chain(tiles(trees).zip(&clear).map(|(tile, color)| picked(tile, color)))
+            .collect();
+        let sizes: Vec<(u32, u32)> = picked.iter().map(|p| (p.width, p.height)).collect();
+        let layout = Layout::new(&sizes, &plan.atlas).map_err(|e| does_not_fit(&e))?;
+        let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
+        let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
+        let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
+        let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &layout.rects);
+        Ok(Packed { layout, alpha, normal, orm, coverage })
     })
+}
+
+/// The baked pictures of all trees.
+fn tiles(trees: &[Tree]) -> impl Iterator<Item = &Tile> {
+    trees.iter().flat_map(|tree| &tree.ladder.tiles)
+}
+
+fn picked<'a>(tile: &'a Tile, color: &'a [[u8; 4]]) -> Picked<'a> {
+    Picked { width: tile.width, height: tile.height, color, normal: &tile.normal, orm: &tile.orm }
+}
+
+/// The atlas in its colours.
+fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<Maps, Vec<Diagnostic>> {
+    let palette = lod::palette(&pictures.leaves, &pictures.bark);
+    let tiles: Vec<&Tile> = tiles(trees).collect();
+    let colors: Vec<Vec<[u8; 4]>> = tiles.par_iter().map(|tile| tile.color(&palette)).collect();
+    let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
+        .chain(tiles.iter().zip(&colors).map(|(tile, color)| picked(tile, color)))
+        .collect();
+    let mut color = packed.layout.color(&picked).map_err(|e| does_not_fit(&e))?;
+    color.iter_mut().zip(&packed.alpha).for_each(|(color, alpha)| color[3] = *alpha);
+    let Layout { width, height, .. } = packed.layout;
+    Ok(Maps { width, height, color, normal: packed.normal.clone(), orm: packed.orm.clone() })
 }
 
 /// Packs the atlas and encodes all textures, for the cache.
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
+    let maps = painted(&packed, pictures, trees)?;
     let png = |pixels: &[u8], width, height, kind| encoded(cache, pixels, (width, height), kind);
     export::encode_maps_by(&pictures.bark, PngKind::Rgb, &png)?;
-    export::encode_maps_by(&packed.atlas.maps, PngKind::Rgba, &png).map(drop)
+    export::encode_maps_by(&maps, PngKind::Rgba, &png).map(drop)
 }
 
 /// Packs the atlas, and moves every mesh's coordinates there.
@@ -110,7 +156,8 @@ pub(super) fn place(
     cache: &Cache,
 ) -> Result<Placed, Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let atlas = &packed.atlas;
+    let maps = painted(&packed, pictures, trees)?;
+    let atlas = &packed.layout;
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
     let starts: Vec<u32> = trees
@@ -126,6 +173,10 @@ pub(super) fn place(
         .par_iter()
         .zip(starts)
         .map(|(tree, start)| {
+            let own = shared + start as usize..shared + start as usize + tree.ladder.tiles.len();
+            let places = (atlas.size(), &atlas.rects[..shared], &atlas.rects[own]);
+            let key = PLACED.key().input(tree.key).params(&places).number(u64::from(plan.lightmap)).finish();
+            let weight = |meshes: &Vec<TreeMesh>| meshes.iter().map(trees::mesh_weight).sum();
             let level = |level: &Level| {
                 let mut mesh = level.mesh.clone();
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
@@ -135,15 +186,17 @@ pub(super) fn place(
                 unwrap_lightmap(plan, &mut mesh)?;
                 Ok(mesh)
             };
-            tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, _>>()
+            let made = cache.remember_here(key, weight, || tree.ladder.levels.iter().map(level).collect())?;
+            Ok((made, key))
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    Ok(Placed { packed, meshes, impostors })
+    let (meshes, keys) = meshes.into_iter().unzip();
+    Ok(Placed { packed, maps, meshes, keys, impostors })
 }
 
 /// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
-fn sheets(tree: &Tree, atlas: &Atlas, shared: u32, start: u32) -> Vec<Option<ImpostorEntry>> {
-    let (width, height) = (atlas.maps.width as f32, atlas.maps.height as f32);
+fn sheets(tree: &Tree, atlas: &Layout, shared: u32, start: u32) -> Vec<Option<ImpostorEntry>> {
+    let (width, height) = (atlas.width as f32, atlas.height as f32);
     let sheet = |level: &Level| {
         let layout = level.impostor?;
         let tile = *level.mesh.leaf.tiles.first()?;
@@ -153,6 +206,8 @@ fn sheets(tree: &Tree, atlas: &Atlas, shared: u32, start: u32) -> Vec<Option<Imp
             frames: layout.frames,
             centre: layout.centre.to_array(),
             radius: layout.radius,
+            reach: layout.reach,
+            height: layout.height,
             uv_min: [rect.x as f32 / width, rect.y as f32 / height],
             uv_max: [(rect.x + rect.width) as f32 / width, (rect.y + rect.height) as f32 / height],
         })
@@ -194,7 +249,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
             names
                 .par_iter()
                 .enumerate()
-                .map(|(i, name)| engine_files(parts, placed, &materials, i, name))
+                .map(|(i, name)| kept_files(parts, placed, &materials, i, name))
                 .collect::<Result<Vec<_>, _>>()
         },
         || {
@@ -202,7 +257,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
                 || export::encode_maps_by(&parts.pictures.bark, PngKind::Rgb, &png),
                 || {
                     rayon::join(
-                        || export::encode_maps_by(&placed.packed.atlas.maps, PngKind::Rgba, &png),
+                        || export::encode_maps_by(&placed.maps, PngKind::Rgba, &png),
                         || contact_sheet(parts, placed, &names),
                     )
                 },
@@ -210,9 +265,9 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         },
     );
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    let glbs = glbs.map_err(|e| fail(&e))?;
+    let glbs = glbs?;
     let assets: Vec<Vec<AssetEntry>> = glbs.iter().map(|all| asset_entries(all)).collect();
-    files.extend(glbs.into_iter().flatten().flat_map(|(_, made)| made));
+    files.extend(glbs.iter().flat_map(|all| all.iter()).flat_map(|(_, made)| made.iter().cloned()));
     files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
     for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
         let maps = maps?;
@@ -220,7 +275,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
         files.push((uris.normal.clone(), maps.normal));
         files.push((uris.orm.clone(), maps.orm));
     }
-    files.push((format!("{set}_contact.png"), sheet.map_err(|e| fail(&e))?));
+    files.push((format!("{set}_contact.png"), sheet?));
     files.sort();
     let manifest = manifest(parts, placed, &materials, &names, (&files, &assets)).map_err(|e| fail(&e))?;
     files.push((manifest_name(set), manifest.into_bytes()));
@@ -253,6 +308,23 @@ fn asset_entries(all: &[EngineFiles]) -> Vec<AssetEntry> {
             files: files.iter().map(|(name, _)| name.clone()).collect(),
         })
         .collect()
+}
+
+/// The files of a variant, made when its meshes or what is said in them did change.
+fn kept_files(
+    parts: &SetParts<'_>,
+    placed: &Placed,
+    materials: &SetMaterials,
+    variant: usize,
+    name: &str,
+) -> Result<Arc<Vec<EngineFiles>>, Vec<Diagnostic>> {
+    let (plan, seed) = (parts.plan, parts.identities[variant].1);
+    let told = (name, &plan.name, &plan.engines, &plan.wind, &placed.impostors[variant]);
+    let key = FILES.key().input(placed.keys[variant]).params(&told).number(seed.bits()).finish();
+    let weight = |all: &Vec<EngineFiles>| all.iter().flat_map(|(_, made)| made).map(|(_, bytes)| bytes.len()).sum();
+    parts.cache.remember_here(key, weight, || {
+        engine_files(parts, placed, materials, variant, name).map_err(|e| vec![Diagnostic::new("", e.to_string())])
+    })
 }
 
 fn engine_files(
@@ -297,10 +369,10 @@ fn engine_files(
     engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
 }
 
-/// Every variant at every level of detail.
-fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, export::ExportError> {
+/// Every variant at every level of detail. Drawn when a shape did change, and painted.
+fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, Vec<Diagnostic>> {
     let columns = |variant: usize| {
-        let levels = parts.trees[variant].ladder.levels.iter().zip(&placed.meshes[variant]).enumerate();
+        let levels = parts.trees[variant].ladder.levels.iter().zip(placed.meshes[variant].iter()).enumerate();
         levels
             .map(|(i, (level, mesh))| SheetColumn {
                 label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
@@ -308,10 +380,17 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
             })
             .collect()
     };
-    let rows: Vec<SheetRow<'_>> =
-        names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
-    let sheet = bake::contact_sheet(&rows, &placed.packed.atlas.maps, &parts.pictures.bark);
+    let key = SHEET.key().input(parts.pictures.shapes()).params(&names);
+    let key = placed.keys.iter().fold(key, |key, tree| key.input(*tree)).finish();
+    let (atlas, bark) = (&placed.maps, &parts.pictures.bark);
+    let draft = parts.cache.remember_here(key, SheetDraft::weight, || {
+        let rows: Vec<SheetRow<'_>> =
+            names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
+        Ok(SheetDraft::new(&rows, atlas, bark))
+    })?;
+    let sheet = draft.paint(atlas, bark);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+        .map_err(|e| vec![Diagnostic::new("", e.to_string())])
 }
 
 /// A level's kind as the manifest and the contact sheet name it.
@@ -338,10 +417,9 @@ fn manifest(
     let plan = parts.plan;
     let size = |maps: &Maps| (maps.width, maps.height);
     let mut textures = Vec::new();
-    for (material, uris, (width, height)) in [
-        ("bark", &materials.bark, size(&parts.pictures.bark)),
-        ("leaf", &materials.leaf, size(&placed.packed.atlas.maps)),
-    ] {
+    for (material, uris, (width, height)) in
+        [("bark", &materials.bark, size(&parts.pictures.bark)), ("leaf", &materials.leaf, size(&placed.maps))]
+    {
         for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
             textures.push(TextureEntry {
                 file: file.clone(),
@@ -364,14 +442,14 @@ fn manifest(
         wind: (plan.wind == WindData::Attributes).then(|| WindEntry::with_lightmap(plan.lightmap > 0)),
         textures,
         atlas: Some(AtlasEntry {
-            pictures: placed.packed.atlas.rects.len() as u64,
-            scale: placed.packed.atlas.scale,
-            utilisation: placed.packed.atlas.utilisation,
+            pictures: placed.packed.layout.rects.len() as u64,
+            scale: placed.packed.layout.scale,
+            utilisation: placed.packed.layout.utilisation,
             coverage_before: placed.packed.coverage.before.clone(),
             coverage: placed.packed.coverage.after.clone(),
         }),
         notes: parts.notes.iter().map(|note| format!("{}: {}", note.about, note.message)).collect(),
-        files: files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
+        files: files.par_iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
     }
     .to_json()
 }
@@ -389,7 +467,7 @@ fn variant_entry(
     let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
     let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
     let height = bounds.max[1] - bounds.min[1];
-    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes).enumerate();
+    let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {
         name: name.to_owned(),
         file: assets.iter().flat_map(|asset| &asset.files).next().cloned().unwrap_or_default(),

@@ -12,8 +12,8 @@ use super::index::{Entry, Index};
 use super::output::{self, OutputError, Turn};
 use super::pipeline::Share;
 use super::{
-    BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetState, SetStatus, find,
-    load_preset, pipeline, record,
+    BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetFiles, SetState,
+    SetStatus, World, find, load_preset, pipeline, record,
 };
 use crate::base::{Diagnostic, Key};
 
@@ -183,6 +183,23 @@ impl Builder {
         self.cache.trim();
         outcome.notes.extend(self.cache.take_notes());
     }
+}
+
+/// Makes the set of one preset out of files in memory: no file is read or written, and what is made is what a build
+/// writes. `files` holds the preset, under the path `preset` without folders, and all that it names, by paths relative
+/// to it.
+///
+/// # Errors
+///
+/// All errors of the preset and what it reads.
+pub fn make_set(preset: &str, files: BTreeMap<String, Vec<u8>>) -> Result<SetFiles, BuildError> {
+    let loaded =
+        find::load_from(World::in_memory(files), preset, preset.to_owned()).map_err(|e| BuildError::of(e.0))?;
+    let made = pipeline::read_inputs(&loaded).and_then(|inputs| {
+        let key = pipeline::set_key(&loaded.plan, &inputs);
+        pipeline::make_set(&loaded.plan, &inputs, key, &Cache::new(None), &|_| {})
+    });
+    made.map_err(|diagnostics| BuildError::of(loaded.placed(diagnostics)))
 }
 
 /// Makes a share of one preset's set, from the presets' files and what earlier parts hold: the bytes of a part file with

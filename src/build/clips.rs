@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::morphs::{Made, Morphs, time};
-use crate::bake::Atlas;
+use crate::bake::Layout;
 use crate::base::{Diagnostic, Seed};
 use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
@@ -25,7 +25,7 @@ pub(super) struct Clip {
 /// # Errors
 ///
 /// When one can't be written.
-pub(super) fn clips(plan: &Plan, morphs: &Morphs, atlas: &Atlas) -> Result<Vec<Clip>, Vec<Diagnostic>> {
+pub(super) fn clips(plan: &Plan, morphs: &Morphs, atlas: &Layout) -> Result<Vec<Clip>, Vec<Diagnostic>> {
     let mut clips = Vec::new();
     for (i, (params, made)) in plan.morphs.iter().zip(&morphs.made).enumerate() {
         let ClipParams::Play { seconds, vertices, leaves } = params.clip else { continue };
@@ -78,7 +78,7 @@ struct Parts {
 }
 
 impl Parts {
-    fn of(plan: &Plan, made: &Made, budget: Budget, atlas: &Atlas) -> Result<Self, crate::bake::AtlasError> {
+    fn of(plan: &Plan, made: &Made, budget: Budget, atlas: &Layout) -> Result<Self, crate::bake::AtlasError> {
         let last = made.frames() - 1;
         let plants: Vec<(Plant, Posed)> = (0..=last)
             .into_par_iter()

@@ -93,9 +93,13 @@ pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, Box<
 }
 
 fn load_in(path: &Path, world: World) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
-    let preset = shown(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let text = match world.read_text(&name) {
+    load_from(world, &name, shown(path))
+}
+
+/// Reads and resolves the preset `name` of a world; `preset` is how people know it.
+pub(super) fn load_from(world: World, name: &str, preset: String) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
+    let text = match world.read_text(name) {
         Ok(text) => text,
         Err(why) => {
             let hint = if why.contains("UTF-8") { "save it as UTF-8" } else { "" };

@@ -4,7 +4,7 @@
 //! through a [`World`], makes the files of the set ([`pipeline::make_set`]) and commits them as one
 //! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
 //! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
-//! reading a file (`index`).
+//! reading a file (`index`). [`make_set`] does the same for files in memory, and gives the set's files back.
 
 mod assets;
 mod blends;
@@ -14,6 +14,7 @@ mod clips;
 mod depfile;
 mod entries;
 mod find;
+mod gallery;
 mod index;
 mod morphs;
 pub mod output;
@@ -33,11 +34,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-pub use builder::{Builder, check, make_part};
+pub use builder::{Builder, check, make_part, make_set};
 pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
 pub use depfile::depfile;
 pub use entries::entry_is_sound;
 pub use find::{Loaded, find_presets, load_edited, load_preset};
+pub use gallery::{GALLERY, gallery};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
 pub use studio::{Focus, Studio, extent};

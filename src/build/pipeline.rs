@@ -21,7 +21,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 5;
+pub(super) const VERSION: u32 = 6;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -292,7 +292,7 @@ pub fn make_set(
     let trees = trees(plan, &prepared, &selected, cache, &places, step);
     let pictures = &prepared.wardrobe.pictures;
     let placed = assets::place(plan, pictures, &trees, cache)?;
-    let clips = clips::clips(plan, &prepared.morphs, &placed.packed.atlas)?;
+    let clips = clips::clips(plan, &prepared.morphs, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, inputs, &prepared, &selected);

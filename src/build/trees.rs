@@ -8,8 +8,8 @@ use super::sketches::Drawn;
 use super::stages::{Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
 use crate::base::{Key, Seed};
-use crate::lod::{self, Ladder};
-use crate::mesh::{Mesh, check_indices};
+use crate::lod::{self, Ladder, Stock};
+use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::Variant;
@@ -17,7 +17,7 @@ use crate::preset::plan::Variant;
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 1);
-const LADDER: Stage = Stage("ladder", 3);
+const LADDER: Stage = Stage("ladder", 4);
 
 /// A tree of a set.
 #[derive(Clone, Debug)]
@@ -34,15 +34,17 @@ pub(super) struct Tree {
 pub(super) struct Trees<'a> {
     plan: &'a Plan,
     wardrobe: &'a Wardrobe,
-    /// The content of the wardrobe's pictures, once somebody asks.
-    pictures: OnceLock<Key>,
+    /// All of the wardrobe's pictures but their colours, once somebody asks.
+    shapes: OnceLock<Key>,
+    /// The same, ready to be drawn; made when a ladder is.
+    stock: OnceLock<Stock>,
     cache: &'a Cache,
     sketches: &'a [Drawn],
 }
 
 impl<'a> Trees<'a> {
     pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
-        Self { plan, wardrobe, pictures: OnceLock::new(), cache, sketches }
+        Self { plan, wardrobe, shapes: OnceLock::new(), stock: OnceLock::new(), cache, sketches }
     }
 
     /// A variant with leaves.
@@ -64,11 +66,15 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let pictures = *self.pictures.get_or_init(|| content(&self.wardrobe.pictures));
-        let key = LADDER.key().input(content(plant)).input(pictures).params(mesh).params(lods).number(seed.bits());
-        let Pictures { leaves, bark } = &self.wardrobe.pictures;
+        let shapes = *self.shapes.get_or_init(|| self.wardrobe.pictures.shapes());
+        let key = LADDER.key().input(content(plant)).input(shapes).params(mesh).params(lods).number(seed.bits());
         let key = key.finish();
-        (self.made(LADDER, key, || lod::ladder(plant, mesh, lods, leaves, bark, seed)), key)
+        let made = self.made(LADDER, key, || {
+            let Pictures { leaves, bark } = &self.wardrobe.pictures;
+            let stock = self.stock.get_or_init(|| Stock::new(leaves, bark));
+            lod::ladder_with(plant, mesh, lods, stock, lod::CARD_TEXELS, seed)
+        });
+        (made, key)
     }
 
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
@@ -95,14 +101,13 @@ impl Entry for Plant {
 
 impl Entry for Ladder {
     fn weight(&self) -> usize {
-        let meshes = self.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
-        let meshes: usize = meshes.map(|mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4).sum();
-        meshes + self.tiles.iter().map(weight).sum::<usize>()
+        let meshes: usize = self.levels.iter().map(|level| mesh_weight(&level.mesh)).sum();
+        meshes + self.tiles.iter().map(lod::Tile::weight).sum::<usize>()
     }
 
     fn is_sound(&self) -> bool {
         let meshes = self.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
-        !self.levels.is_empty() && meshes.into_iter().all(is_even) && self.tiles.iter().all(is_whole)
+        !self.levels.is_empty() && meshes.into_iter().all(is_even) && self.tiles.iter().all(lod::Tile::is_whole)
     }
 }
 
@@ -116,6 +121,19 @@ impl Entry for SourcePlant {
     }
 }
 
+impl Pictures {
+    /// The content of all pictures but their colours: what levels of detail and their places in the atlas hang on.
+    pub(super) fn shapes(&self) -> Key {
+        let keys = self.leaves.iter().chain([&self.bark]).map(|maps| {
+            let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
+            let size = u64::from(maps.width) << 32 | u64::from(maps.height);
+            let arrays = [&alpha[..], maps.normal.as_flattened(), maps.orm.as_flattened()].map(Key::of_bytes);
+            arrays.into_iter().fold(Key::stage("shape", 1).number(size), |key, array| key.input(array)).finish()
+        });
+        keys.fold(Key::stage("shapes", 1), |key, one| key.input(one)).finish()
+    }
+}
+
 impl Entry for Pictures {
     fn weight(&self) -> usize {
         self.leaves.iter().chain([&self.bark]).map(weight).sum()
@@ -126,12 +144,16 @@ impl Entry for Pictures {
     }
 }
 
-pub(super) fn weight(maps: &Maps) -> usize {
+pub(super) fn mesh_weight(tree: &TreeMesh) -> usize {
+    [&tree.bark, &tree.leaf].map(|mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4).iter().sum()
+}
+
+fn weight(maps: &Maps) -> usize {
     maps.color.len() * 10
 }
 
 /// Whether every map has a pixel for each place.
-pub(super) fn is_whole(maps: &Maps) -> bool {
+fn is_whole(maps: &Maps) -> bool {
     let pixels = maps.width as usize * maps.height as usize;
     pixels > 0 && [maps.color.len(), maps.normal.len(), maps.orm.len()] == [pixels; 3]
 }

@@ -12,15 +12,26 @@ use super::Limits;
 use super::stamp::{self, Stamp};
 use crate::base::Key;
 
+/// What is said of a file that is not there.
+const NONE: &str = "there is no such file";
+
+/// Where files are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    Disk,
+    Memory,
+}
+
 /// Reads files relative to one folder and remembers each.
 #[derive(Debug)]
 pub struct World {
     folder: PathBuf,
+    source: Source,
     limits: Limits,
     reads: Mutex<BTreeMap<PathBuf, Option<Key>>>,
     stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
-    /// Texts that stand for what files hold.
-    instead: BTreeMap<PathBuf, String>,
+    /// What stands for files, or for what they hold.
+    instead: BTreeMap<PathBuf, Vec<u8>>,
     /// When the first file may have been read.
     start: u64,
 }
@@ -35,20 +46,24 @@ impl World {
     /// The same, reading no file beyond `limits`.
     #[must_use]
     pub fn within(folder: impl Into<PathBuf>, limits: Limits) -> Self {
-        Self {
-            folder: folder.into(),
-            limits,
-            reads: Mutex::default(),
-            stamps: Mutex::default(),
-            instead: BTreeMap::new(),
-            start: stamp::now(),
-        }
+        let (reads, stamps) = (Mutex::default(), Mutex::default());
+        let (instead, source) = (BTreeMap::new(), Source::Disk);
+        Self { folder: folder.into(), source, limits, reads, stamps, instead, start: stamp::now() }
+    }
+
+    /// A world of files in memory, by their paths with `/` between folders; nothing on disk is looked at.
+    #[must_use]
+    pub fn in_memory(files: BTreeMap<String, Vec<u8>>) -> Self {
+        let mut world = Self::at("");
+        world.source = Source::Memory;
+        world.instead = files.into_iter().map(|(name, bytes)| (world.path(&name), bytes)).collect();
+        world
     }
 
     /// The same, where some files, relative to the folder, hold other texts than they do: edits that are not saved.
     #[must_use]
     pub fn with_texts(mut self, texts: BTreeMap<String, String>) -> Self {
-        self.instead = texts.into_iter().map(|(relative, text)| (self.path(&relative), text)).collect();
+        self.instead = texts.into_iter().map(|(name, text)| (self.path(&name), text.into_bytes())).collect();
         self
     }
 
@@ -59,10 +74,14 @@ impl World {
     /// One sentence for people, without the file's name.
     pub fn read(&self, relative: &str) -> Result<Vec<u8>, String> {
         let path = self.path(relative);
-        if let Some(text) = self.instead.get(&path) {
-            return Ok(text.clone().into_bytes());
-        }
-        let (result, stamp) = match self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)) {
+        let found = match (self.instead.get(&path), self.source) {
+            (Some(bytes), Source::Memory) => Ok((bytes.clone(), None)),
+            // What is not saved is no input that a build could be repeated from: it is not remembered.
+            (Some(bytes), Source::Disk) => return Ok(bytes.clone()),
+            (None, Source::Memory) => Err(NONE.to_owned()),
+            (None, Source::Disk) => self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)),
+        };
+        let (result, stamp) = match found {
             Ok((bytes, stamp)) => (Ok(bytes), stamp),
             Err(why) => (Err(why), None),
         };
@@ -130,7 +149,7 @@ fn climb(path: &Path) -> PathBuf {
 
 fn read_bounded(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Stamp>), String> {
     let explain = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::NotFound => NONE.to_owned(),
         std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
         std::io::ErrorKind::NotADirectory => "a part of its path is a file, not a folder".to_owned(),
         _ => e.to_string(),
@@ -164,6 +183,15 @@ mod tests {
         let reads = world.reads();
         assert_eq!(reads[&folder.path().join("a.txt")], Some(Key::of_bytes(b"text")));
         assert_eq!(reads[&folder.path().join("b.txt")], None);
+    }
+
+    #[test]
+    fn files_in_memory_hide_those_on_disk() {
+        let files = BTreeMap::from([("a/b.ron".to_owned(), b"text".to_vec())]);
+        let world = World::in_memory(files);
+        assert_eq!(world.read("a/./c/../b.ron").unwrap(), b"text");
+        assert_eq!(world.read("Cargo.toml").unwrap_err(), NONE);
+        assert_eq!(world.reads().len(), 2);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter, print};
-use crate::build::{BuildOptions, Builder, SetState, SetStatus, depfile, find_presets};
+use crate::build::{BuildOptions, Builder, GALLERY, Happened, SetState, SetStatus, depfile, find_presets, gallery};
 
 /// Builds every preset that was named.
 pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
@@ -36,6 +36,14 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();
     let outcomes = result?;
+    // Of a folder of presets there is a page that shows them all; nothing of it is read while nothing changed.
+    let page = arguments.out.join(GALLERY);
+    let built = outcomes.iter().any(|outcome| outcome.happened == Happened::Built);
+    let folder = arguments.presets.iter().any(|path| path.is_dir());
+    if folder && (built || (arguments.shard.is_none() && !page.exists())) {
+        gallery(&arguments.out, &presets)
+            .map_err(|e| Failure::Other(format!("can't write {}: {e}", page.display())))?;
+    }
     if let Some(path) = &arguments.depfile {
         fs::write(path, depfile(&outcomes, &arguments.out))
             .map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))?;

@@ -191,8 +191,13 @@ pub struct ImpostorEntry {
     pub frames: u32,
     /// Middle of what each picture shows, metres from the tree's origin.
     pub centre: [f32; 3],
-    /// Half the edge of what each picture shows, metres; also the reach of the depth in the ORM map's blue channel.
+    /// Reach of the depth in the ORM map's blue channel, metres before and behind the middle.
     pub radius: f32,
+    /// Half the width of what each picture shows, metres.
+    pub reach: f32,
+    /// Half the height of what a level picture shows, metres; one seen from an elevation e shows
+    /// `height cos e + reach sin e`.
+    pub height: f32,
     /// Upper left corner of the sheet in the atlas.
     pub uv_min: [f32; 2],
     /// Lower right corner.

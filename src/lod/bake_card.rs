@@ -1,4 +1,4 @@
-//! One card: what stands near a plane, drawn onto it, as maps and a polygon.
+//! One card: what stands near a plane, drawn onto it, as a tile and a polygon.
 //!
 //! Both sides are one picture: the leaves of a card lie so near to its plane that which is in front does not matter at
 //! the size at which cards are seen. Alpha is coverage scaled so that as many texels pass the alpha test at 0.5 as the
@@ -8,7 +8,8 @@ use glam::{Vec2, Vec3};
 
 use super::measure::Wardrobe;
 use super::outline::octagon;
-use crate::bake::{Maps, Repeat, Shading, Surface, Target, View, dilate, rasterize, srgb_byte};
+use super::tile::Tile;
+use crate::bake::{Cutout, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 
@@ -69,7 +70,10 @@ impl Place {
 pub(super) struct Card {
     /// Its polygon with normals and tangents; texture coordinates in its own picture, `tiles` zero.
     pub(super) mesh: Mesh,
-    maps: Maps,
+    size: (u32, u32),
+    normal: Vec<[u8; 3]>,
+    orm: Vec<[u8; 3]>,
+    recipe: Recipe,
     /// Share of each texel that is covered.
     coverage: Vec<f32>,
     /// Coverage of all texels in falling order.
@@ -87,16 +91,17 @@ impl Card {
         wardrobe: &Wardrobe,
         light: &CrownLight,
     ) -> Option<Self> {
-        let drawn = rasterize(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES, &Shading::Albedo);
+        let (drawn, recipe) = survey(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES);
         let mesh = polygon(&drawn, place, light)?;
         // The polygon drawn like its content gives the normals that a texel's normal is relative to.
         let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
         let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
-        let maps = maps(&drawn, &ground, place);
+        let (normal, orm) = relief(&drawn, &ground, place);
         let mut ranked: Vec<f32> = drawn.coverage.iter().copied().filter(|c| *c > SPECK).collect();
-        ranked.sort_by(|a, b| b.total_cmp(a));
+        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
         let covered = drawn.coverage.iter().sum();
-        Some(Self { mesh, maps, coverage: drawn.coverage, ranked, covered })
+        let size = (drawn.width, drawn.height);
+        Some(Self { mesh, size, normal, orm, recipe, coverage: drawn.coverage, ranked, covered })
     }
 
     /// Makes it a pair of rectangles back to back, each seen from one side only since it hides the other, `apart` metres
@@ -122,30 +127,25 @@ impl Card {
         // An error only says that the mesh has no triangles to take tangents from.
         let _ = add_tangents(&mut mesh);
         self.mesh = mesh;
-        self.maps.normal.fill([128, 128, 255]);
+        self.normal.fill([128, 128, 255]);
     }
 
-    /// As [`Card::finish`], with colour under the alpha only: for measuring.
-    pub(super) fn draft(&self, gain: f32) -> Maps {
-        let mut maps = self.maps.clone();
-        self.set_alpha(&mut maps, gain);
-        maps
+    /// What of the card passes the alpha test, with `gain` times the area that its content covers.
+    pub(super) fn cutout(&self, gain: f32) -> Cutout {
+        Cutout::new(self.size.0, self.size.1, self.alpha(gain))
     }
 
-    /// The card's maps, with `gain` times the area that its content covers passing the alpha test.
-    pub(super) fn finish(&self, gain: f32) -> Maps {
-        let mut maps = self.draft(gain);
-        dilate(&mut maps);
-        maps
+    /// The card's picture, with `gain` times the area that its content covers passing the alpha test.
+    pub(super) fn finish(&self, gain: f32) -> Tile {
+        Tile::new(self.size, self.alpha(gain), self.normal.clone(), self.orm.clone(), self.recipe.clone())
     }
 
-    fn set_alpha(&self, maps: &mut Maps, gain: f32) {
+    fn alpha(&self, gain: f32) -> Vec<u8> {
         let wanted = (self.covered * gain).max(1.0) as usize;
         let threshold = self.ranked.get(wanted.min(self.ranked.len().saturating_sub(1))).copied().unwrap_or(0.5);
         let scale = 0.5 / threshold.clamp(SPECK, 1.0);
-        for (pixel, c) in maps.color.iter_mut().zip(&self.coverage) {
-            pixel[3] = if *c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
-        }
+        let alpha = |&c: &f32| if c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
+        self.coverage.iter().map(alpha).collect()
     }
 }
 
@@ -188,29 +188,21 @@ fn polygon(drawn: &Target, place: &Place, light: &CrownLight) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// Colour, normals relative to the polygon's, and occlusion; alpha is left at zero.
-fn maps(drawn: &Target, ground: &Target, place: &Place) -> Maps {
+/// Normals relative to the polygon's, and occlusion.
+fn relief(drawn: &Target, ground: &Target, place: &Place) -> (Vec<[u8; 3]>, Vec<[u8; 3]>) {
     let count = drawn.coverage.len();
-    let mut maps = Maps {
-        width: drawn.width,
-        height: drawn.height,
-        color: vec![[0; 4]; count],
-        normal: vec![[128, 128, 255]; count],
-        orm: vec![[255, ROUGHNESS, 0]; count],
-    };
+    let (mut normal, mut orm) = (vec![[128, 128, 255]; count], vec![[255, ROUGHNESS, 0]; count]);
     for i in 0..count {
         if drawn.coverage[i] <= SPECK {
             continue;
         }
-        let c = drawn.color[i];
-        maps.color[i] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), 0];
-        maps.orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
+        orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
         let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
         let along = (place.frame.x - up * up.dot(place.frame.x)).normalize_or(place.frame.x);
         let n = (drawn.normal[i] + place.frame.z * FACING).normalize_or(place.frame.z);
         // A tangent-space normal can't point behind the surface.
         let n = Vec3::new(n.dot(along), n.dot(up.cross(along)), n.dot(up).max(0.05)).normalize_or(Vec3::Z);
-        maps.normal[i] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
+        normal[i] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
     }
-    maps
+    (normal, orm)
 }

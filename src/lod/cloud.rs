@@ -8,12 +8,14 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::agree::Outlines;
 use super::bake_card::{Card, Place};
-use super::measure::{Reference, Wardrobe, bounds};
+use super::measure::{Wardrobe, bounds};
 use super::planes::{self, Plane, Unit};
 use super::thin::append;
+use super::tile::Tile;
 use super::twigs::thin_wood;
-use crate::bake::{Maps, Picture};
+use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes_in};
 use crate::plant::{Plant, Posed};
@@ -84,16 +86,17 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
 }
 
 impl Cloud {
-    /// Sets the gain so that the whole tree covers at the reference's size what the full one does: secant steps.
-    pub(super) fn settle(&mut self, reference: &Reference, wardrobe: &Wardrobe) {
+    /// Sets the gain so that the whole tree covers what the full one does: secant steps. `worn` are the cutouts of all
+    /// tiles before its own. Gives back its outlines.
+    pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
+        let own = |gain: f32| -> Vec<Cutout> { self.cards.par_iter().map(|card| card.cutout(gain)).collect() };
         let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain));
         let mut before: Option<(f32, f32)> = None;
-        let mut dressed = wardrobe.clone();
-        let kept = dressed.leaves.len();
         for _ in 0..ROUNDS {
-            dressed.leaves.truncate(kept);
-            dressed.leaves.extend(self.drafts(gain));
-            let coverage = reference.coverage(&self.tree, &dressed);
+            let own = own(gain);
+            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+            let drawn = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
+            let coverage = outlines.ratio_of_some(&drawn);
             let off = (coverage - 1.0).abs();
             if off < best.0 {
                 best = (off, gain);
@@ -109,20 +112,24 @@ impl Cloud {
             before = Some((gain, coverage));
             gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
+        let own = own(best.1);
+        let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+        let mut drawn = outlines.draw(&self.tree, &worn);
+        // All views know better than some by how much it is off; one step is enough.
+        let off = outlines.ratio(&drawn) - 1.0;
         self.gain = best.1;
-    }
-
-    /// The cards' pictures as they are now, with colour under the alpha only.
-    pub(super) fn pictures(&self) -> Vec<Picture> {
-        self.drafts(self.gain)
-    }
-
-    fn drafts(&self, gain: f32) -> Vec<Picture> {
-        self.cards.par_iter().map(|c| Picture::new(&c.draft(gain))).collect()
+        if off.abs() > 0.012 && !self.cards.is_empty() {
+            self.gain = (best.1 - off / 0.5).clamp(0.3, 4.0);
+            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.cutout(self.gain)).collect();
+            let base = worn.len() - own.len();
+            let worn: Vec<&Cutout> = worn[..base].iter().copied().chain(&own).collect();
+            drawn = outlines.draw(&self.tree, &worn);
+        }
+        drawn
     }
 
     /// The finished pictures.
-    pub(super) fn tiles(&self) -> Vec<Maps> {
+    pub(super) fn tiles(&self) -> Vec<Tile> {
         self.cards.par_iter().map(|c| c.finish(self.gain)).collect()
     }
 }

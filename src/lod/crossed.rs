@@ -8,7 +8,7 @@ use super::bake_card::{Card, Place};
 use super::cloud::Scene;
 use super::measure::Wardrobe;
 use super::thin::append;
-use crate::bake::Maps;
+use super::tile::Tile;
 use crate::mesh::{Mesh, TreeMesh};
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
@@ -25,7 +25,7 @@ pub(super) fn crossed_quads(
     texels: u32,
     wardrobe: &Wardrobe,
     first_tile: u32,
-) -> (TreeMesh, Vec<Maps>) {
+) -> (TreeMesh, Vec<Tile>) {
     let full = scene.full;
     // The axis: the foot of the first stem.
     let foot = scene.posed.positions().first().copied().unwrap_or(Vec3::ZERO);

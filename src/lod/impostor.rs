@@ -7,6 +7,9 @@
 //! and the blue channel of the occlusion-roughness map holds depth: 255 is the near side of the bounding sphere, 0 its far
 //! side (the leaf material's metallic factor is zero, so that nothing shines).
 //!
+//! Frames are as wide as the upright cylinder around the tree, and as high as it is from where they look: with squares
+//! around the bounding sphere half the texels of a tree were empty, three quarters of a poplar's.
+//!
 //! The four corners of the square are level views from ±x and ±z. The level's mesh is two crossed rectangles, back to
 //! back, that wear those corners: where there is no shader they are shown as they are.
 //!
@@ -19,22 +22,26 @@ use serde::{Deserialize, Serialize};
 
 use super::cloud::Scene;
 use super::measure::{Wardrobe, bounds};
-use crate::bake::{ALPHA_CUTOFF, Maps, Shading, Target, View, dilate, rasterize, srgb_byte};
+use super::tile::Tile;
+use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Target, View, survey};
 use crate::base::Frame;
-use crate::mesh::{Mesh, TreeMesh, add_tangents};
+use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
+use crate::preset::plan::Forks;
 
 /// Texels along a frame's edge.
 const TEXELS: u32 = 40;
 /// Samples along a texel's edge.
 const SAMPLES: u32 = 3;
-/// Room around the bounding sphere, so that neighbouring frames do not mix in the first mip.
-const ROOM: f32 = 1.07;
+/// Room around the cylinder, so that neighbouring frames do not mix in the first mip.
+const ROOM: f32 = 1.05;
 /// How far baked normals are drawn to the frame's own, as on cards.
 const FACING: f32 = 0.6;
 /// Distance of a rectangle from its plane, as a share of the sphere's radius.
 const APART: f32 = 0.01;
 /// Roughness of leaves, of 255.
 const ROUGHNESS: u8 = 200;
+/// The first alpha that passes the test.
+const SOLID: u8 = 128;
 
 /// How a sheet of views is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,8 +50,12 @@ pub struct Impostor {
     pub frames: u32,
     /// Middle of what each frame shows, metres.
     pub centre: Vec3,
-    /// Half the width and height of what each frame shows, metres.
+    /// Half the depth that each frame shows, metres.
     pub radius: f32,
+    /// Half the width of what each frame shows, metres.
+    pub reach: f32,
+    /// Half the height of what a level frame shows, metres.
+    pub height: f32,
 }
 
 impl Impostor {
@@ -71,6 +82,15 @@ impl Impostor {
         Frame { x, y: z.cross(x), z }
     }
 
+    /// Half the width and height of what a frame shows, metres: `reach`, and `height` times the cosine of its elevation
+    /// and `reach` times the sine.
+    #[must_use]
+    pub fn extent(&self, frame: (u32, u32)) -> Vec2 {
+        let z = self.axes(frame).z;
+        let level = (z.x * z.x + z.z * z.z).sqrt();
+        Vec2::new(self.reach, self.height * level + self.reach * z.y)
+    }
+
     /// The rectangle in the sheet (0..=1, v down) that a frame takes: its upper left corner and its edge.
     fn rect(&self, (column, row): (u32, u32)) -> (Vec2, f32) {
         let edge = 1.0 / self.frames.max(1) as f32;
@@ -83,15 +103,14 @@ impl Impostor {
     #[must_use]
     pub fn seen_from(&self, viewer: Frame, sheet: &Maps, (low, high): (Vec2, Vec2), tile: u32) -> Mesh {
         let frame = self.nearest(viewer.z);
-        let (axes, (corner, edge)) = (self.axes(frame), self.rect(frame));
+        let (corner, edge) = self.rect(frame);
         let size = Vec2::new(sheet.width as f32, sheet.height as f32);
         let corners = [corner, corner + edge].map(|at| (low + at * (high - low)) * size);
         let whole = corners[1] - corners[0];
-        let mut mesh = Mesh::default();
+        let mut shown = Shown::new(self, frame, viewer, whole, tile);
         let ends = |a: f32, b: f32, most: u32| (a.max(0.0) as u32, ((b + 0.5) as u32).min(most));
         let ((x0, x1), (y0, y1)) =
             (ends(corners[0].x + 0.5, corners[1].x, sheet.width), ends(corners[0].y + 0.5, corners[1].y, sheet.height));
-        let half = self.radius / whole * 1.02;
         for (y, x) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))) {
             let texel = (y * sheet.width + x) as usize;
             let (Some(color), Some(orm)) = (sheet.color.get(texel), sheet.orm.get(texel)) else { continue };
@@ -99,30 +118,19 @@ impl Impostor {
                 continue;
             }
             let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            let at = (middle - corners[0]) / whole * 2.0 - 1.0;
-            let deep = f32::from(orm[2]) / 127.5 - 1.0;
-            let centre = self.centre + (axes.x * at.x - axes.y * at.y + axes.z * deep) * self.radius;
-            let first = mesh.positions.len() as u32;
-            for (across, up) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-                mesh.positions.push(centre + viewer.x * (half.x * across) + viewer.y * (half.y * up));
-                mesh.normals.push(axes.z);
-                mesh.tangents.push([axes.x.x, axes.x.y, axes.x.z, 1.0]);
-                mesh.uvs.push(middle / size);
-                mesh.occlusion.push(255);
-                mesh.tiles.push(tile);
-            }
-            mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+            let deep = (f32::from(orm[2]) / 127.5 - 1.0) * self.radius;
+            shown.add((middle - corners[0]) / whole * 2.0 - 1.0, deep, middle / size);
         }
-        mesh
+        shown.mesh
     }
 
     /// Adds a part of a frame, `low` to `high` of -1..=1, as a rectangle.
     fn add(&self, frame: (u32, u32), low: Vec2, high: Vec2, apart: f32, tile: u32, mesh: &mut Mesh) {
-        let (axes, (corner, edge)) = (self.axes(frame), self.rect(frame));
+        let (axes, extent, (corner, edge)) = (self.axes(frame), self.extent(frame), self.rect(frame));
         let first = mesh.positions.len() as u32;
         for at in [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)] {
-            let on = axes.x * at.x + axes.y * at.y + axes.z * apart;
-            mesh.positions.push(self.centre + on * self.radius);
+            let on = axes.x * (at.x * extent.x) + axes.y * (at.y * extent.y) + axes.z * (apart * self.radius);
+            mesh.positions.push(self.centre + on);
             mesh.normals.push(axes.z);
             mesh.uvs.push(corner + Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * edge);
             mesh.occlusion.push(255);
@@ -132,12 +140,60 @@ impl Impostor {
     }
 }
 
+/// Texels of a frame as squares that face a viewer.
+struct Shown {
+    mesh: Mesh,
+    axes: Frame,
+    viewer: Frame,
+    extent: Vec2,
+    centre: Vec3,
+    /// Half of a square.
+    half: Vec2,
+    tile: u32,
+}
+
+impl Shown {
+    /// `texels` is the size of a frame.
+    fn new(layout: &Impostor, frame: (u32, u32), viewer: Frame, texels: Vec2, tile: u32) -> Self {
+        let (axes, extent) = (layout.axes(frame), layout.extent(frame));
+        let half = extent / texels * 1.02;
+        Self { mesh: Mesh::default(), axes, viewer, extent, centre: layout.centre, half, tile }
+    }
+
+    /// Adds the texel at a place of the frame, -1..=1 and v down, so many metres before its middle.
+    fn add(&mut self, at: Vec2, deep: f32, uv: Vec2) {
+        let Self { mesh, axes, viewer, extent, centre, half, tile } = self;
+        let middle = *centre + axes.x * (at.x * extent.x) - axes.y * (at.y * extent.y) + axes.z * deep;
+        let first = mesh.positions.len() as u32;
+        for (across, up) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+            mesh.positions.push(middle + viewer.x * (half.x * across) + viewer.y * (half.y * up));
+            mesh.normals.push(axes.z);
+            mesh.tangents.push([axes.x.x, axes.x.y, axes.x.z, 1.0]);
+            mesh.uvs.push(uv);
+            mesh.occlusion.push(255);
+            mesh.tiles.push(*tile);
+        }
+        mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+    }
+}
+
 /// An impostor before its alpha is settled.
 pub(super) struct Views {
     pub(super) layout: Impostor,
-    drawn: Vec<Target>,
+    drawn: Vec<Drawn>,
     /// The mesh for engines without a shader for it.
     pub(super) tree: TreeMesh,
+}
+
+/// One frame.
+struct Drawn {
+    coverage: Vec<f32>,
+    /// Metres before the middle, smoothed.
+    depth: Vec<f32>,
+    normal: Vec<[u8; 3]>,
+    /// Of 255.
+    open: Vec<u8>,
+    recipe: Recipe,
 }
 
 /// Draws an impostor's frames; its mesh wears tile `tile`.
@@ -145,24 +201,30 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     let frames = frames.clamp(2, 32);
     let (low, high) = bounds(scene.full);
     let centre = (low + high) * 0.5;
-    let points = || scene.full.bark.positions.iter().chain(&scene.full.leaf.positions);
-    let far = points().map(|p| p.distance_squared(centre)).filter(|d| d.is_finite()).fold(0.0_f32, f32::max).sqrt();
-    let layout = Impostor { frames, centre, radius: (far * ROOM).max(1e-3) };
-    let surfaces = wardrobe.dressed(scene.full);
-    let drawn: Vec<Target> = (0..frames * frames)
+    let points = || scene.full.bark.positions.iter().chain(&scene.full.leaf.positions).filter(|p| p.is_finite());
+    let across = |p: &Vec3| (p.x - centre.x) * (p.x - centre.x) + (p.z - centre.z) * (p.z - centre.z);
+    let reach = (points().map(across).fold(0.0_f32, f32::max).sqrt() * ROOM).max(1e-3);
+    let height = ((high.y - low.y) * 0.5 * ROOM).max(1e-3);
+    let layout = Impostor { frames, centre, radius: (reach * reach + height * height).sqrt(), reach, height };
+    let afar = afar(scene, 2.0 * height / TEXELS as f32);
+    let surfaces = wardrobe.dressed(&afar);
+    let drawn: Vec<Drawn> = (0..frames * frames)
         .into_par_iter()
         .map(|i| {
-            let view = View::new(layout.axes((i % frames, i / frames)), centre, layout.radius, layout.radius);
-            rasterize(&surfaces, &view, TEXELS, TEXELS, SAMPLES, &Shading::Albedo)
+            let frame = (i % frames, i / frames);
+            let (axes, extent) = (layout.axes(frame), layout.extent(frame));
+            let view = View::new(axes, centre, extent.x, extent.y);
+            let (target, recipe) = survey(&surfaces, &view, TEXELS, TEXELS, SAMPLES);
+            Drawn::new(target, recipe, axes)
         })
         .collect();
     let mut leaf = Mesh::default();
     let last = frames - 1;
     for frame in [(0, 0), (last, 0), (0, last), (last, last)] {
-        let axes = layout.axes(frame);
+        let (axes, extent) = (layout.axes(frame), layout.extent(frame));
         let (mut least, mut most) = (Vec2::splat(1.0), Vec2::splat(-1.0));
         for p in points() {
-            let p = Vec2::new(axes.x.dot(*p - centre), axes.y.dot(*p - centre)) / layout.radius;
+            let p = Vec2::new(axes.x.dot(*p - centre), axes.y.dot(*p - centre)) / extent;
             (least, most) = (least.min(p), most.max(p));
         }
         if least.cmplt(most).all() {
@@ -174,59 +236,99 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     Views { layout, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
 }
 
-impl Views {
-    /// The sheet, with `gain` times the area that the tree covers solid.
-    pub(super) fn sheet(&self, gain: f32) -> Maps {
-        let frames = self.layout.frames;
-        let edge = frames * TEXELS;
-        let count = (edge * edge) as usize;
-        let mut maps = Maps {
-            width: edge,
-            height: edge,
-            color: vec![[0; 4]; count],
-            normal: vec![[128, 128, 255]; count],
-            orm: vec![[255, ROUGHNESS, 0]; count],
+/// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
+/// A bare tree is its twigs, and is drawn as it is.
+fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
+    if scene.plant.leaves().is_empty() {
+        return scene.full.clone();
+    }
+    let detail = TubeDetail {
+        sides: 5,
+        error: texel * 0.25,
+        min_radius: texel * 0.03,
+        bark_tile: scene.params.bark_tile,
+        forks: Forks::Plain,
+    };
+    let (mut bark, mut leaf) = rayon::join(
+        || tubes_in(scene.plant, scene.posed, scene.light, &detail),
+        || leaf_cards_in(scene.plant, scene.posed, scene.light, &all_cards(scene.plant), CardShape::Flat),
+    );
+    // An error only says that a mesh has no triangles to take tangents from.
+    let _ = add_tangents(&mut bark);
+    let _ = add_tangents(&mut leaf);
+    TreeMesh { bark, leaf }
+}
+
+impl Drawn {
+    fn new(target: Target, recipe: Recipe, axes: Frame) -> Self {
+        let normal = |n: &Vec3| {
+            let n = axes.to_local(*n) + Vec3::Z * FACING;
+            let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
+            [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8)
         };
-        for (i, target) in self.drawn.iter().enumerate() {
-            let i = i as u32;
-            let axes = self.layout.axes((i % frames, i / frames));
-            let (column, row) = (i % frames * TEXELS, i / frames * TEXELS);
-            let alphas = alphas(target, gain);
-            let depths = smooth_depth(target);
-            for (k, &alpha) in alphas.iter().enumerate() {
-                if target.coverage[k] <= 0.0 {
-                    continue;
+        Self {
+            depth: smooth_depth(&target),
+            normal: target.normal.iter().map(normal).collect(),
+            open: target.occlusion.iter().map(|o| (o.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect(),
+            coverage: target.coverage,
+            recipe,
+        }
+    }
+}
+
+impl Views {
+    /// What a viewer with these axes sees, with `gain` times the area that the tree covers solid; wears nothing.
+    pub(super) fn shown(&self, viewer: Frame, gain: f32) -> TreeMesh {
+        let frame = self.layout.nearest(viewer.z);
+        let drawn = &self.drawn[(frame.1 * self.layout.frames + frame.0) as usize];
+        let mut shown = Shown::new(&self.layout, frame, viewer, Vec2::splat(TEXELS as f32), 0);
+        for (i, _) in alphas(&drawn.coverage, gain).iter().enumerate().filter(|(_, a)| **a >= SOLID) {
+            let at = Vec2::new((i as u32 % TEXELS) as f32 + 0.5, (i as u32 / TEXELS) as f32 + 0.5);
+            shown.add(at / TEXELS as f32 * 2.0 - 1.0, drawn.depth[i], Vec2::ZERO);
+        }
+        TreeMesh { bark: Mesh::default(), leaf: shown.mesh }
+    }
+
+    /// The sheet, with `gain` times the area that the tree covers solid.
+    pub(super) fn sheet(&self, gain: f32) -> Tile {
+        let frames = self.layout.frames;
+        let edge = (frames * TEXELS) as usize;
+        let texels = TEXELS as usize;
+        let alphas: Vec<Vec<u8>> = self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, gain)).collect();
+        let (mut alpha, mut normal) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
+        let mut orm = Vec::with_capacity(edge * edge);
+        for block in (0..self.drawn.len()).step_by(frames as usize) {
+            for line in 0..texels {
+                for i in block..block + frames as usize {
+                    let (drawn, row) = (&self.drawn[i], line * texels..(line + 1) * texels);
+                    alpha.extend_from_slice(&alphas[i][row.clone()]);
+                    normal.extend_from_slice(&drawn.normal[row.clone()]);
+                    for k in row {
+                        let depth = (0.5 + 0.5 * drawn.depth[k] / self.layout.radius).clamp(0.0, 1.0);
+                        orm.push([drawn.open[k], ROUGHNESS, (depth * 255.0 + 0.5) as u8]);
+                    }
                 }
-                let at = ((row + k as u32 / TEXELS) * edge + column + k as u32 % TEXELS) as usize;
-                let c = target.color[k];
-                maps.color[at] = [srgb_byte(c.x), srgb_byte(c.y), srgb_byte(c.z), alpha];
-                let n = axes.to_local(target.normal[k]) + Vec3::Z * FACING;
-                let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
-                maps.normal[at] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
-                let depth = (0.5 + 0.5 * depths[k] / self.layout.radius).clamp(0.0, 1.0);
-                let open = (target.occlusion[k].clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-                maps.orm[at] = [open, ROUGHNESS, (depth * 255.0 + 0.5) as u8];
             }
         }
-        dilate(&mut maps);
-        maps
+        let recipes: Vec<Recipe> = self.drawn.iter().map(|drawn| drawn.recipe.clone()).collect();
+        let recipe = Recipe::sheet(&recipes, frames as usize, texels);
+        Tile::new((edge as u32, edge as u32), alpha, normal, orm, recipe)
     }
 }
 
 /// Alpha of a frame's texels: as many are solid as the tree covers, times `gain`, the fullest first. A row that would show
 /// nothing of a thin trunk shows its fullest texel.
-fn alphas(target: &Target, gain: f32) -> Vec<u8> {
-    let mut ranked: Vec<f32> = target.coverage.iter().copied().filter(|c| *c > 0.0).collect();
-    ranked.sort_by(|a, b| b.total_cmp(a));
-    let wanted = (target.coverage.iter().sum::<f32>() * gain + 0.5) as usize;
+fn alphas(coverage: &[f32], gain: f32) -> Vec<u8> {
+    let mut ranked: Vec<f32> = coverage.iter().copied().filter(|c| *c > 0.0).collect();
+    ranked.sort_unstable_by(|a, b| b.total_cmp(a));
+    let wanted = (coverage.iter().sum::<f32>() * gain + 0.5) as usize;
     let threshold = ranked.get(wanted.saturating_sub(1).min(ranked.len().saturating_sub(1)));
     // A little past the threshold, which itself must pass after rounding to bytes.
     let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
-    let mut alphas: Vec<u8> =
-        target.coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
-    let width = target.width.max(1) as usize;
-    for (row, covered) in alphas.chunks_exact_mut(width).zip(target.coverage.chunks_exact(width)) {
-        if covered.iter().sum::<f32>() < 0.25 || row.iter().any(|a| f32::from(*a) >= ALPHA_CUTOFF * 255.0) {
+    let mut alphas: Vec<u8> = coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
+    let width = TEXELS as usize;
+    for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {
+        if covered.iter().sum::<f32>() < 0.25 || row.iter().any(|a| *a >= SOLID) {
             continue;
         }
         let fullest = (0..width).fold(0, |best, x| if covered[x] > covered[best] { x } else { best });
@@ -269,7 +371,7 @@ mod tests {
 
     #[test]
     fn a_frame_is_the_nearest_to_its_own_direction_and_corners_are_level() {
-        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0 };
+        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0, reach: 0.8, height: 0.6 };
         for i in 0..144 {
             let frame = (i % 12, i / 12);
             let axes = layout.axes(frame);
@@ -284,7 +386,7 @@ mod tests {
 
     #[test]
     fn no_direction_is_far_from_its_frame() {
-        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0 };
+        let layout = Impostor { frames: 12, centre: Vec3::ZERO, radius: 1.0, reach: 0.8, height: 0.6 };
         for i in 0..500 {
             let mut d = Seed::new(4).at(i).direction();
             d.y = d.y.abs();

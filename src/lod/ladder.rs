@@ -1,20 +1,24 @@
 //! The ladder: every level of a tree, and where each takes over.
 //!
 //! A level takes over at the largest of some sizes at which its silhouette agrees with the full tree's as well as its
-//! kind must (IoU of silhouettes drawn at that very size); where it never does, where it agrees best. Sizes are shares of the
+//! kind must (IoU of silhouettes at that very size); where it never does, where it agrees best. Sizes are shares of the
 //! screen's height that the tree's height covers, on a screen of [`SCREEN`] lines.
-
-use std::collections::BTreeMap;
+//!
+//! Nothing here hangs on colours: shapes, thinning, thresholds and alpha are those of outlines, the colours of tiles are
+//! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
+//! colours, of two of the views. So a new tint leaves a ladder as it is.
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::cloud::{CARD_TEXELS, Cloud, CloudParams, Scene, cloud};
+use super::agree::Outlines;
+use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Views, impostor};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
-use crate::bake::{Maps, Picture, View};
+use super::tile::Tile;
+use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View};
 use crate::base::Seed;
 use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
@@ -24,8 +28,15 @@ use crate::preset::plan::{Lod, MeshParams};
 const SCREEN: f32 = 1080.0;
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
-/// Views of a measurement.
+/// Views of a measurement (half as many of thinned levels, which agree from everywhere alike), and every which of them is
+/// looked at for colours.
 const VIEWS: u32 = 8;
+const COLORED: usize = 4;
+/// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
+const FINE: u32 = 540;
+const COARSE: u32 = 270;
+/// Rounds in search of an impostor's gain.
+const ROUNDS: usize = 4;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +45,7 @@ pub struct Ladder {
     pub levels: Vec<Level>,
     /// Pictures baked for this tree. A vertex of a leaf mesh whose tile is not below the number of leaf pictures wears
     /// `tiles[tile - leaf pictures]`.
-    pub tiles: Vec<Maps>,
+    pub tiles: Vec<Tile>,
 }
 
 /// One level of detail.
@@ -49,101 +60,117 @@ pub struct Level {
     /// Smallest height of the tree, as a share of the screen's, at which the level is still shown: below it the next
     /// takes over (`MSFT_screencoverage`); for the last level the point where it is culled. Falls from level to level.
     pub screen_coverage: f32,
-    /// Against the full level, at the size at which it takes over; of an impostor as its shader shows it.
+    /// Against the full level, at the size at which it takes over; of an impostor as its shader shows it. Colours are
+    /// those of a tree in plain colours.
     pub measured: Measured,
     /// How the sheet of an impostor is laid out; it is the one tile of the level's mesh.
     pub impostor: Option<Impostor>,
 }
 
+/// What ladders of one set start from: the leaf pictures by slot and the bark, in plain colours.
+#[derive(Clone, Debug)]
+pub struct Stock {
+    wardrobe: Wardrobe,
+    palette: Palette,
+}
+
+impl Stock {
+    /// Makes the mips; colours are not looked at.
+    #[must_use]
+    pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
+        let plain = |maps: &Maps, [r, g, b]: [u8; 3]| Maps {
+            color: maps.color.iter().map(|c| [r, g, b, c[3]]).collect(),
+            ..maps.clone()
+        };
+        let leaves: Vec<Maps> = leaf_art.iter().map(|maps| plain(maps, [96, 118, 58])).collect();
+        let bark = plain(bark, [112, 98, 84]);
+        Self { wardrobe: Wardrobe::new(&leaves, &bark), palette: Palette::new(std::iter::once(&bark).chain(&leaves)) }
+    }
+}
+
+/// The palette that [`Tile`]s are painted with: bark, then leaf pictures by slot.
+#[must_use]
+pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
+    Palette::new(std::iter::once(bark).chain(leaf_art))
+}
+
 /// Builds all levels of a dressed plant, with card pictures of [`CARD_TEXELS`].
 ///
-/// `leaf_art` are the pictures by slot, `bark` the tiling bark. Pure, and the same on any number of threads. About 1 s on
-/// one core for a tree of 20,000 leaves, most of it baking and measuring.
+/// `leaf_art` are the pictures by slot, `bark` the tiling bark. Pure, and the same on any number of threads.
 #[must_use]
 pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps], bark: &Maps, seed: Seed) -> Ladder {
-    ladder_with(plant, mesh, lods, leaf_art, bark, CARD_TEXELS, seed)
+    ladder_with(plant, mesh, lods, &Stock::new(leaf_art, bark), CARD_TEXELS, seed)
 }
 
 /// As [`ladder`], with a mean edge of the cards' pictures of `texels`, 8..=1024.
 #[must_use]
-pub fn ladder_with(
-    plant: &Plant,
-    mesh: &MeshParams,
-    lods: &[Lod],
-    leaf_art: &[Maps],
-    bark: &Maps,
-    texels: u32,
-    seed: Seed,
-) -> Ladder {
+pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock, texels: u32, seed: Seed) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
     let full = full_level(plant, &posed, &light, mesh);
     let leaf_of = leaf_of_triangles(plant, &posed);
     let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &leaf_of, light: &light };
-    let mut wardrobe = Wardrobe::new(leaf_art, bark);
-    let mut references = References::default();
-    let mut tiles: Vec<Maps> = Vec::new();
+    let wardrobe = &stock.wardrobe;
+    let mut bench = Bench {
+        full: &full,
+        stock,
+        cutouts: wardrobe.leaves.iter().map(Picture::cutout).collect(),
+        fine: None,
+        coarse: None,
+    };
+    let mut tiles: Vec<Tile> = Vec::new();
     let mut levels: Vec<Level> = Vec::with_capacity(lods.len());
     // Where the level before takes over.
     let mut above = 1.0_f32;
     for (i, lod) in lods.iter().enumerate() {
-        let first_tile = (leaf_art.len() + tiles.len()) as u32;
+        let first_tile = (wardrobe.leaves.len() + tiles.len()) as u32;
         let mut layout = None;
-        let (made, pictures, (size, measured)) = match *lod {
+        let (made, own, (size, measured)) = match *lod {
             Lod::Full => (full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
             Lod::Thinned { triangles } => {
                 let at = |grown: f32| thinned(&scene, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
-                // Fewer, larger leaves hide each other less or more: once more, by what is covered half way down.
-                let sizes = sizes(lod, above);
-                let reference = references.at(sizes[sizes.len() / 2], &full, &wardrobe);
-                let covered = reference.coverage(&made, &wardrobe);
+                // Fewer, larger leaves hide each other less or more: once more, by what is covered.
+                let rough = bench.draw(COARSE, &made);
+                let covered = bench.outlines(COARSE).ratio(&rough);
                 if (covered - 1.0).abs() > 0.008 {
                     made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
                 }
-                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
-                    reference.measure_from(&|_| made.clone(), &wardrobe, Asked::Silhouette)
-                });
-                let measured = references.at(at, &full, &wardrobe).measure(&made, &wardrobe);
-                (made, Vec::new(), (at, measured))
+                let drawn = bench.draw(FINE, &made);
+                let found = bench.takes_over(lod, above, &drawn);
+                let measured = bench.colors(&made, (&tiles, &[]), found);
+                (made, Vec::new(), measured)
             }
             Lod::BillboardCloud { cards } => {
                 let params = CloudParams { cards, texels };
-                let mut made = cloud(&scene, params, &wardrobe, first_tile, seed.child("cloud"));
-                let with = |made: &Cloud| {
-                    let mut dressed = wardrobe.clone();
-                    dressed.leaves.extend(made.pictures());
-                    dressed
-                };
-                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
-                    made.settle(reference, &wardrobe);
-                    reference.measure_from(&|_| made.tree.clone(), &with(&made), Asked::Silhouette)
-                });
-                let reference = references.at(at, &full, &wardrobe);
-                made.settle(reference, &wardrobe);
-                let measured = reference.measure(&made.tree, &with(&made));
-                let tiles = made.tiles();
-                (made.tree, tiles, (at, measured))
+                let mut made = cloud(&scene, params, wardrobe, first_tile, seed.child("cloud"));
+                let drawn = bench.settle(lod, &tiles, |outlines, worn| made.settle(outlines, worn));
+                let found = bench.takes_over(lod, above, &drawn);
+                let own = made.tiles();
+                let measured = bench.colors(&made.tree, (&tiles, &own), found);
+                (made.tree, own, measured)
             }
             Lod::CrossedQuads => {
-                let (made, pictures) = crossed_quads(&scene, texels, &wardrobe, first_tile);
-                let mut dressed = wardrobe.clone();
-                dressed.leaves.extend(pictures.iter().map(Picture::new));
-                let at = takes_over(lod, above, &full, &mut references, &wardrobe, |reference| {
-                    reference.measure_from(&|_| made.clone(), &dressed, Asked::Silhouette)
+                let (made, own) = crossed_quads(&scene, texels, wardrobe, first_tile);
+                let cutouts: Vec<Cutout> = own.iter().map(cutout).collect();
+                let drawn = bench.settle(lod, &tiles, |outlines, worn| {
+                    outlines.draw(&made, &worn.iter().copied().chain(&cutouts).collect::<Vec<_>>())
                 });
-                let measured = references.at(at, &full, &wardrobe).measure(&made, &dressed);
-                (made, pictures, (at, measured))
+                let found = bench.takes_over(lod, above, &drawn);
+                let measured = bench.colors(&made, (&tiles, &own), found);
+                (made, own, measured)
             }
             Lod::Impostor { frames } => {
-                let views = impostor(&scene, frames, &wardrobe, first_tile);
+                let views = impostor(&scene, frames, wardrobe, first_tile);
                 layout = Some(views.layout);
-                let (at, sheet, measured) = settled(&views, lod, above, &full, &mut references, &wardrobe);
-                (views.tree, vec![sheet], (at, measured))
+                let (gain, drawn) = settled(&views, bench.outlines(COARSE));
+                let found = bench.takes_over(lod, above, &drawn);
+                let sheet = views.sheet(gain);
+                let measured = bench.impostor_colors(&views.layout, &sheet, found);
+                (views.tree, vec![sheet], measured)
             }
         };
-        wardrobe.leaves.extend(pictures.iter().map(Picture::new));
-        tiles.extend(pictures);
+        tiles.extend(own);
         above = size;
         if i > 0 {
             levels[i - 1].screen_coverage = above;
@@ -159,6 +186,10 @@ pub fn ladder_with(
         });
     }
     Ladder { levels, tiles }
+}
+
+fn cutout(tile: &Tile) -> Cutout {
+    Cutout::new(tile.width, tile.height, tile.alpha.clone())
 }
 
 /// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
@@ -199,69 +230,148 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed) -> Vec<u32> {
         .collect()
 }
 
-/// The full tree at the sizes that were asked for so far.
-#[derive(Default)]
-struct References {
-    drawn: BTreeMap<u32, Reference>,
+/// What levels are measured with.
+struct Bench<'a> {
+    full: &'a TreeMesh,
+    stock: &'a Stock,
+    /// Of the leaf pictures.
+    cutouts: Vec<&'a Cutout>,
+    fine: Option<Outlines>,
+    coarse: Option<Outlines>,
 }
 
-impl References {
-    fn at(&mut self, size: f32, full: &TreeMesh, wardrobe: &Wardrobe) -> &Reference {
-        let pixels = (size * SCREEN + 0.5) as u32;
-        self.drawn.entry(pixels).or_insert_with(|| Reference::new(full, wardrobe, pixels, VIEWS))
+impl Bench<'_> {
+    /// The full tree's outlines on so many samples.
+    fn outlines(&mut self, lines: u32) -> &Outlines {
+        let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
+        let views = if lines == FINE { VIEWS / 2 } else { VIEWS };
+        kept.get_or_insert_with(|| Outlines::new(self.full, &self.cutouts, lines, views))
+    }
+
+    /// A level that wears leaf pictures only.
+    fn draw(&mut self, lines: u32, tree: &TreeMesh) -> Vec<Silhouette> {
+        let cutouts = self.cutouts.clone();
+        self.outlines(lines).draw(tree, &cutouts)
+    }
+
+    /// Draws a level by the full tree's outlines and the cutouts of the leaf pictures and of all tiles before its own.
+    fn settle<T>(&mut self, lod: &Lod, before: &[Tile], draw: impl FnOnce(&Outlines, &[&Cutout]) -> T) -> T {
+        let tiles: Vec<Cutout> = before.iter().map(|_| Cutout::new(0, 0, Vec::new())).collect();
+        let worn: Vec<&Cutout> = self.cutouts.iter().copied().chain(&tiles).collect();
+        draw(self.outlines(lines(lod)), &worn)
+    }
+
+    /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
+    /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
+    fn takes_over(&mut self, lod: &Lod, above: f32, drawn: &[Silhouette]) -> (f32, Measured) {
+        let outlines = self.outlines(lines(lod));
+        let mut best: Option<(f32, f32, Measured)> = None;
+        for size in sizes(lod, above) {
+            let measured = outlines.agreement(drawn, size);
+            let better = agrees(lod, &measured);
+            if best.is_none_or(|b| better > b.0) {
+                best = Some((better, share(lines(lod), size), measured));
+            }
+            if better >= 0.0 {
+                break;
+            }
+        }
+        best.map_or((above * 0.75, Measured::same(SCREEN as u32)), |b| (b.1, b.2))
+    }
+
+    /// Adds the differences in colour of a level that wears some tiles of a ladder.
+    fn colors(
+        &self,
+        tree: &TreeMesh,
+        (before, own): (&[Tile], &[Tile]),
+        (at, found): (f32, Measured),
+    ) -> (f32, Measured) {
+        let dressed;
+        let wardrobe = if own.is_empty() {
+            &self.stock.wardrobe
+        } else {
+            let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
+            let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len() + before.len()];
+            leaves.extend(own.iter().map(|tile| Picture::new(&tile.maps(&self.stock.palette))));
+            dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
+            &dressed
+        };
+        let reference = self.reference(found.pixels);
+        let seen = reference.measure_from(&|_| tree.clone(), wardrobe, Asked::All);
+        (at, Measured { color: seen.color, flip: seen.flip, ..found })
+    }
+
+    fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, (at, found): (f32, Measured)) -> (f32, Measured) {
+        let maps = sheet.maps(&self.stock.palette);
+        let seen = |view: &View| TreeMesh {
+            leaf: layout.seen_from(view.frame, &maps, (Vec2::ZERO, Vec2::ONE), 0),
+            ..TreeMesh::default()
+        };
+        let wardrobe = Wardrobe { leaves: vec![Picture::new(&maps)], bark: self.stock.wardrobe.bark.clone() };
+        let seen = self.reference(found.pixels).measure_from(&seen, &wardrobe, Asked::All);
+        (at, Measured { color: seen.color, flip: seen.flip, ..found })
+    }
+
+    fn reference(&self, pixels: u32) -> Reference {
+        Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, COLORED))
     }
 }
 
-/// The sizes at which a level may take over, falling, all below where the one before did.
-fn sizes(lod: &Lod, above: f32) -> Vec<f32> {
-    let all: &[f32] = match lod {
-        Lod::Full => &[1.0],
-        Lod::Thinned { .. } => &[0.25, 0.16, 0.11],
-        Lod::BillboardCloud { .. } => &[0.09, 0.065, 0.045],
-        Lod::CrossedQuads | Lod::Impostor { .. } => &[0.037, 0.03, 0.024],
-    };
-    let below: Vec<f32> = all.iter().copied().filter(|s| *s < above * 0.9).collect();
-    if below.is_empty() { vec![above * 0.75] } else { below }
+/// Samples along a tree's height for a kind of level.
+fn lines(lod: &Lod) -> u32 {
+    match lod {
+        Lod::Full | Lod::Thinned { .. } => FINE,
+        _ => COARSE,
+    }
 }
 
-/// Where an impostor takes over, its sheet with as much alpha as the full tree covers there, and what was measured.
-fn settled(
-    views: &Views,
-    lod: &Lod,
-    above: f32,
-    full: &TreeMesh,
-    references: &mut References,
-    wardrobe: &Wardrobe,
-) -> (f32, Maps, Measured) {
-    let tile = wardrobe.leaves.len() as u32;
-    let dressed = |sheet: &Maps| {
-        let mut dressed = wardrobe.clone();
-        dressed.leaves.push(Picture::new(sheet));
-        dressed
+/// The share of the screen that a tree covers whose pixels are so many of its samples wide.
+fn share(lines: u32, size: usize) -> f32 {
+    lines as f32 / (size as f32 * SCREEN)
+}
+
+/// The sizes at which a level may take over, in samples a pixel, growing; all below where the one before did.
+fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
+    let all: &[usize] = match lod {
+        Lod::Full => &[1],
+        Lod::Thinned { .. } => &[2, 3, 4],
+        Lod::BillboardCloud { .. } => &[3, 4, 5],
+        Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10],
     };
-    let measure = |sheet: &Maps, reference: &Reference, asked: Asked| {
-        let seen = |view: &View| TreeMesh {
-            leaf: views.layout.seen_from(view.frame, sheet, (Vec2::ZERO, Vec2::ONE), tile),
-            ..TreeMesh::default()
-        };
-        reference.measure_from(&seen, &dressed(sheet), asked)
-    };
-    let (mut gain, mut sheet) = (1.0_f32, views.sheet(1.0));
-    let at = takes_over(lod, above, full, references, wardrobe, |reference| {
-        let mut measured = measure(&sheet, reference, Asked::Silhouette);
-        for _ in 0..3 {
-            if (measured.coverage - 1.0).abs() < 0.01 {
-                break;
-            }
-            // Texels that are moved hide each other.
-            gain = (gain + (1.0 - measured.coverage) * 1.1).clamp(0.6, 1.8);
-            sheet = views.sheet(gain);
-            measured = measure(&sheet, reference, Asked::Silhouette);
+    let lines = lines(lod);
+    let below: Vec<usize> = all.iter().copied().filter(|&size| share(lines, size) < above * 0.9).collect();
+    if !below.is_empty() {
+        return below;
+    }
+    let next = lines as f32 / (SCREEN * above * 0.9);
+    vec![(next as usize + 1).clamp(1, 64)]
+}
+
+/// The gain with which an impostor covers as much as the full tree, and its outlines with it.
+fn settled(views: &Views, outlines: &Outlines) -> (f32, Vec<Silhouette>) {
+    let mut gain = 1.0_f32;
+    let mut best = (f32::INFINITY, gain);
+    for _ in 0..ROUNDS {
+        let drawn = outlines.some(&|outlines, view| outlines.one(view, &views.shown(view.frame, gain), &[]));
+        let off = outlines.ratio_of_some(&drawn) - 1.0;
+        if off.abs() < best.0 {
+            best = (off.abs(), gain);
         }
-        measured
-    });
-    let measured = measure(&sheet, references.at(at, full, wardrobe), Asked::All);
-    (at, sheet, measured)
+        if off.abs() < 0.01 {
+            break;
+        }
+        // Texels that are moved hide each other.
+        gain = (gain - off * 1.1).clamp(0.6, 1.8);
+    }
+    let draw = |gain: f32| outlines.draw_solid(&|view: &View| views.shown(view.frame, gain));
+    let drawn = draw(best.1);
+    // All views know better than some by how much it is off.
+    let off = outlines.ratio(&drawn) - 1.0;
+    if off.abs() < 0.012 {
+        return (best.1, drawn);
+    }
+    let gain = (best.1 - off * 1.1).clamp(0.6, 1.8);
+    (gain, draw(gain))
 }
 
 /// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the
@@ -269,29 +379,6 @@ fn settled(
 fn agrees(lod: &Lod, measured: &Measured) -> f32 {
     let (mean, worst) = if *lod == Lod::CrossedQuads { (0.8, 0.5) } else { (0.908, 0.862) };
     (measured.iou - mean).min(measured.worst_iou - worst)
-}
-
-/// The largest size at which a level and the full one agree well enough; where they never do, the one at which they agree
-/// best: small pictures are not always more alike, since outlines are longer there for what they hold.
-fn takes_over(
-    lod: &Lod,
-    above: f32,
-    full: &TreeMesh,
-    references: &mut References,
-    wardrobe: &Wardrobe,
-    mut measure: impl FnMut(&Reference) -> Measured,
-) -> f32 {
-    let mut best = (f32::NEG_INFINITY, above);
-    for size in sizes(lod, above) {
-        let better = agrees(lod, &measure(references.at(size, full, wardrobe)));
-        if better > best.0 {
-            best = (better, size);
-        }
-        if better >= 0.0 {
-            break;
-        }
-    }
-    best.1
 }
 
 #[cfg(test)]
@@ -338,7 +425,7 @@ mod tests {
     }
 
     fn build(plant: &Plant) -> Ladder {
-        ladder_with(plant, &PARAMS, &lods(), &[maps(255)], &maps(255), 32, Seed::new(5))
+        ladder_with(plant, &PARAMS, &lods(), &Stock::new(&[maps(255)], &maps(255)), 32, Seed::new(5))
     }
 
     #[test]
@@ -378,7 +465,7 @@ mod tests {
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
         assert_eq!(build(&bare).levels.len(), 4);
-        let none = ladder_with(&plant(40), &PARAMS, &lods(), &[], &maps(0), 32, Seed::new(5));
+        let none = ladder_with(&plant(40), &PARAMS, &lods(), &Stock::new(&[], &maps(0)), 32, Seed::new(5));
         assert_eq!(none.levels.len(), 4);
     }
 }

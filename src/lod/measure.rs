@@ -6,6 +6,8 @@
 //! what popping of brightness follows; colour is compared by the mean of the lit pixels, and FLIP compares the pictures
 //! before a sky.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,15 +28,15 @@ const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
 pub struct Wardrobe {
     /// Leaf pictures by slot, then the tiles of the ladder.
     pub leaves: Vec<Picture>,
-    /// Bark.
-    pub bark: Vec<Picture>,
+    /// Bark; shared, since no level changes it.
+    pub bark: Arc<Vec<Picture>>,
 }
 
 impl Wardrobe {
     /// Makes the mips of leaf pictures and bark.
     #[must_use]
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
-        Self { leaves: leaf_art.iter().map(Picture::new).collect(), bark: vec![Picture::new(bark)] }
+        Self { leaves: leaf_art.iter().map(Picture::new).collect(), bark: Arc::new(vec![Picture::new(bark)]) }
     }
 
     /// What a level shows.
@@ -92,40 +94,50 @@ pub struct Reference {
     samples: u32,
 }
 
+/// Views of a tree that is `pixels` high in them, and the width and height of their pictures, pixels.
+pub(super) fn views(tree: &TreeMesh, pixels: u32, count: u32) -> (Vec<View>, (u32, u32)) {
+    let (low, high) = bounds(tree);
+    let centre = (low + high) * 0.5;
+    let half = (high - low).max(Vec3::splat(1e-3)) * 0.5;
+    let radius = (half.x * half.x + half.z * half.z).sqrt();
+    // A tenth of room for what a level adds; the steepest view sees most of the crown's breadth.
+    let per_metre = pixels.max(1) as f32 / (2.0 * half.y);
+    let wide = radius * 1.1;
+    let tall = (half.y + radius * STEEPEST).max(half.y) * 1.1;
+    let size = |half: f32| (2.0 * half * per_metre).ceil().clamp(1.0, 2048.0) as u32;
+    let (width, height) = (size(wide), size(tall));
+    let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    let count = count.max(1);
+    let view = |i: u32| {
+        let sin = STEEPEST * (i as f32 + 0.5) / count as f32;
+        let cos = (1.0 - sin * sin).sqrt();
+        let half = (0.5 * width as f32 / per_metre, 0.5 * height as f32 / per_metre);
+        let mut view = View::level(golden * (i as f32 + 0.27), centre, half.0, half.1);
+        let Frame { x, y, z } = view.frame;
+        view.frame = Frame { x, y: y * cos - z * sin, z: z * cos + y * sin };
+        view
+    };
+    ((0..count).map(view).collect(), (width, height))
+}
+
 impl Reference {
     /// Draws `tree` so that it is `pixels` high, from `views` directions.
     #[must_use]
     pub fn new(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: u32) -> Self {
-        let (low, high) = bounds(tree);
-        let centre = (low + high) * 0.5;
-        let half = (high - low).max(Vec3::splat(1e-3)) * 0.5;
-        let radius = (half.x * half.x + half.z * half.z).sqrt();
-        // A tenth of room for what a level adds; the steepest view sees most of the crown's breadth.
-        let per_metre = pixels.max(1) as f32 / (2.0 * half.y);
-        let wide = radius * 1.1;
-        let tall = (half.y + radius * STEEPEST).max(half.y) * 1.1;
-        let size = |half: f32| (2.0 * half * per_metre).ceil().clamp(1.0, 2048.0) as u32;
-        let (width, height) = (size(wide), size(tall));
-        let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
-        let count = views.max(1);
-        let views: Vec<View> = (0..count)
-            .map(|i| {
-                let sin = STEEPEST * (i as f32 + 0.5) / count as f32;
-                let cos = (1.0 - sin * sin).sqrt();
-                let mut view = View::level(
-                    golden * (i as f32 + 0.27),
-                    centre,
-                    0.5 * width as f32 / per_metre,
-                    0.5 * height as f32 / per_metre,
-                );
-                let Frame { x, y, z } = view.frame;
-                view.frame = Frame { x, y: y * cos - z * sin, z: z * cos + y * sin };
-                view
-            })
-            .collect();
+        let (views, size) = self::views(tree, pixels, views);
+        Self::of(tree, wardrobe, pixels, views, size)
+    }
+
+    /// As [`new`](Self::new), from every `step`-th of so many directions.
+    pub(super) fn some(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, (count, step): (u32, usize)) -> Self {
+        let (views, size) = self::views(tree, pixels, count);
+        Self::of(tree, wardrobe, pixels, views.into_iter().skip(step / 2).step_by(step).collect(), size)
+    }
+
+    fn of(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: Vec<View>, size: (u32, u32)) -> Self {
         let samples = if pixels <= 160 { 3 } else { 2 };
         let mut made = Self { views, targets: Vec::new(), pixels, samples };
-        made.targets = made.draw(tree, wardrobe, (width, height), &Shading::Lit(Light::DAY));
+        made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
         made
     }
 
@@ -134,15 +146,6 @@ impl Reference {
             .par_iter()
             .map(|view| rasterize(&wardrobe.dressed(tree), view, size.0, size.1, self.samples, shading))
             .collect()
-    }
-
-    /// The covered area of a level over the full tree's, mean of the views. Cheaper than [`Reference::measure`].
-    #[must_use]
-    pub fn coverage(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> f32 {
-        let Some(first) = self.targets.first() else { return 1.0 };
-        let drawn = self.draw(tree, wardrobe, (first.width, first.height), &Shading::Nothing);
-        let ratios = self.targets.iter().zip(&drawn).map(|(a, b)| covered_ratio(a, b));
-        ratios.sum::<f32>() / self.targets.len() as f32
     }
 
     /// Compares a level with the full tree, FLIP included.

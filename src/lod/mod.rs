@@ -3,6 +3,7 @@
 //! Bark is meshed again from the chains at every level; leaves are thinned, then baked to cards. Where a level takes
 //! over is measured, not guessed: see [`ladder`].
 
+mod agree;
 mod bake_card;
 mod cloud;
 mod crossed;
@@ -13,10 +14,12 @@ mod measure;
 mod outline;
 mod planes;
 mod thin;
+mod tile;
 mod twigs;
 
 pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
-pub use ladder::{CULL, Ladder, Level, ladder, ladder_with, mesh_levels};
+pub use ladder::{CULL, Ladder, Level, Stock, ladder, ladder_with, mesh_levels, palette};
 pub use measure::{Asked, Measured, Reference, Wardrobe};
+pub use tile::Tile;

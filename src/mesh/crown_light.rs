@@ -2,7 +2,8 @@
 //!
 //! The crown is the convex hull of the branches and leaves. Foliage darkens with depth below the hull, and a place low
 //! in the crown sees less sky than one at its top. It is a look, not a measurement: rays through a crown of thousands of
-//! masked cards would cost a second a tree, and the hull's depth gives the same gradient.
+//! masked cards would cost a second a tree, and the hull's depth gives the same gradient. The depth is looked up between
+//! the corners of a grid, since every vertex asks for it.
 
 use glam::Vec3;
 
@@ -12,11 +13,14 @@ use crate::plant::{Crown, Plant, Posed};
 const DARKEST: f32 = 0.34;
 /// What a bare crown (no leaves at all) keeps of the darkening.
 const BARE: f32 = 0.25;
+/// Cells along each edge of the grid of depths.
+const CELLS: usize = 16;
 
 /// The crown of a plant as light sees it.
 #[derive(Clone, Debug)]
 pub struct CrownLight {
-    crown: Crown,
+    /// Depth below the hull at the corners of the grid over the crown's box, metres, x first, then y; empty for no crown.
+    depths: Vec<f32>,
     low: Vec3,
     high: Vec3,
     /// Depth at which it is as dark as it gets, metres.
@@ -55,9 +59,35 @@ impl CrownLight {
         }
         let centre = (low + high) * 0.5;
         let mut crown = Crown::new(centre);
-        points.iter().for_each(|&p| crown.add(p));
+        crown.add_all(&points);
         let dark = if crown.is_empty() { 0.0 } else { crown.depth(centre) * 0.8 };
-        Self { crown, low, high, dark: dark.max(1e-6), strength: if leafy { 1.0 } else { BARE } }
+        let step = (high - low) / CELLS as f32;
+        let mut depths = Vec::new();
+        if !crown.is_empty() {
+            let corners = 0..CELLS + 1;
+            let places = corners.clone().flat_map(|z| corners.clone().map(move |y| (y, z)));
+            for (y, z) in places {
+                let at = |x: usize| low + Vec3::new(x as f32, y as f32, z as f32) * step;
+                depths.extend(corners.clone().map(|x| crown.depth(at(x))));
+            }
+        }
+        Self { depths, low, high, dark: dark.max(1e-6), strength: if leafy { 1.0 } else { BARE } }
+    }
+
+    /// Depth below the hull; 0 outside of the crown's box.
+    fn depth(&self, point: Vec3) -> f32 {
+        if !(point.cmpge(self.low).all() && point.cmple(self.high).all()) {
+            return 0.0;
+        }
+        let step = ((self.high - self.low) / CELLS as f32).max(Vec3::splat(f32::MIN_POSITIVE));
+        let at = ((point - self.low) / step).min(Vec3::splat(CELLS as f32));
+        let cell = at.floor().min(Vec3::splat(CELLS as f32 - 1.0));
+        let f = at - cell;
+        let row = CELLS + 1;
+        let first = (cell.z as usize * row + cell.y as usize) * row + cell.x as usize;
+        let edge = |i: usize| self.depths[i] + (self.depths[i + 1] - self.depths[i]) * f.x;
+        let face = |i: usize| edge(i) + (edge(i + row) - edge(i)) * f.y;
+        face(first) + (face(first + row * row) - face(first)) * f.z
     }
 
     /// Middle of the crown's box.
@@ -80,10 +110,10 @@ impl CrownLight {
     /// Share of the sky that a place sees, 255 is all.
     #[must_use]
     pub fn shade(&self, point: Vec3) -> u8 {
-        if self.crown.is_empty() {
+        if self.depths.is_empty() {
             return 255;
         }
-        let depth = (self.crown.depth(point) / self.dark).clamp(0.0, 1.0);
+        let depth = (self.depth(point) / self.dark).clamp(0.0, 1.0);
         let height = (self.high.y - self.low.y).max(1e-6);
         let level = ((point.y - self.low.y) / height).clamp(0.0, 1.0);
         // Below the crown half of the sky is hidden at the trunk, and less towards the rim.

@@ -4,7 +4,8 @@
 //! The axis is the centripetal Catmull-Rom curve through the chain's points (Yuksel et al. 2011), cut finely where it
 //! bends. Radii are linear between points, widened by the collar at a fork and the flare at the ground. Then rings are
 //! dropped as Douglas and Peucker (1973) drop points, in position and radius at once, so that the surface moves by less
-//! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear.
+//! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear. At last rings go that would cut into
+//! their neighbours, whatever the bound: a bend sharper than the wood is wide has no surface of its own inside.
 
 use glam::Vec3;
 
@@ -91,14 +92,57 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
     let fine = subdivide(&knots, error);
     let mut rings = with_base(&fine, base, error, apart);
     thin(&mut rings, error);
-    orient(&mut rings);
-    if let Base::Ground { .. } = base {
-        // Level with the ground, however the stem leans; only a stem that lies on it keeps its own way.
-        if rings[0].tangent.y > 0.5 {
-            rings[0].tangent = Vec3::Y;
-        }
-    }
+    unfold(&mut rings, matches!(base, Base::Ground { .. }));
     rings
+}
+
+/// Takes rings away until none cuts into its neighbours: where thick wood bends sharper than it is wide, the inner side of
+/// the tube would fold over, and its triangles face inward. Each round takes at least one and never two in a row, so that
+/// rounds are few; two rings never fold.
+fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
+    loop {
+        orient(rings);
+        // Level with the ground, however the stem leans; only a stem that lies on it keeps its own way.
+        if grounded && rings[0].tangent.y > 0.5 {
+            let own = std::mem::replace(&mut rings[0].tangent, Vec3::Y);
+            if folds(&rings[0], &rings[1]) {
+                rings[0].tangent = own;
+            }
+        }
+        let last = rings.len() - 1;
+        let mut gone = vec![false; rings.len()];
+        let mut any = false;
+        for i in 0..last {
+            if gone[i] || !folds(&rings[i], &rings[i + 1]) {
+                continue;
+            }
+            // Of the two the one that stands nearer to its other neighbour: the tube loses least with it.
+            let room = |k: usize, other: usize| {
+                if k == 0 || k == last { f32::INFINITY } else { (rings[k].arc - rings[other].arc).abs() }
+            };
+            let (before, after) = (room(i, i.saturating_sub(1)), room(i + 1, (i + 2).min(last)));
+            let victim = if before < after && !(i > 0 && gone[i - 1]) { i } else { i + 1 };
+            if victim > 0 && victim < last {
+                gone[victim] = true;
+                any = true;
+            }
+        }
+        if !any {
+            return;
+        }
+        let mut gone = gone.into_iter();
+        rings.retain(|_| !gone.next().unwrap_or(false));
+    }
+}
+
+/// Whether one of two rings in a row reaches through the plane of the other.
+fn folds(a: &Ring, b: &Ring) -> bool {
+    let way = b.centre - a.centre;
+    let sin = a.tangent.cross(b.tangent).length();
+    let turned = a.tangent.dot(b.tangent) < 0.0;
+    // A little more than nothing: what rounding leaves must still face outward.
+    let least = way.length() * 0.02;
+    turned || way.dot(a.tangent) - b.radius * sin < least || way.dot(b.tangent) - a.radius * sin < least
 }
 
 /// Points on the smooth axis: (position, radius, arc length).

@@ -221,7 +221,17 @@ impl Crown {
     #[must_use]
     pub fn depth(&self, point: Vec3) -> f32 {
         let p = point - self.anchor;
-        self.support.iter().zip(LATTICE.iter()).fold(f32::INFINITY, |d, (h, u)| d.min(h - u.dot(p)))
+        let [x, y, z] = &*LANES;
+        // A minimum in lanes, as in `distance`; dots as `Vec3::dot` sums them.
+        let mut least = [f32::INFINITY; 16];
+        let lanes = x.chunks_exact(16).zip(y.chunks_exact(16)).zip(z.chunks_exact(16));
+        for (((x, y), z), h) in lanes.zip(self.support.chunks_exact(16)) {
+            for ((((least, x), y), z), h) in least.iter_mut().zip(x).zip(y).zip(z).zip(h) {
+                let depth = h - (x * p.x + y * p.y + z * p.z);
+                *least = if depth < *least { depth } else { *least };
+            }
+        }
+        least.into_iter().fold(f32::INFINITY, f32::min)
     }
 
     /// Smallest and largest corner of a box around the hull, at most [`depth`](Self::depth) of a lattice step wider.

@@ -81,6 +81,10 @@ pub struct Sketcher {
     pub(super) height: f32,
     /// The point of its branch before each leaf, and the share of the way to the next.
     pub(super) leaves: Vec<(u32, f32)>,
+    /// The same for each handle.
+    pub(super) on: Vec<(u32, f32)>,
+    /// Where each leaf is and how far it covers about, metres; empty where branches are the crown.
+    pub(super) discs: Vec<(Vec3, f32)>,
 }
 
 impl Sketcher {
@@ -129,9 +133,18 @@ impl Sketcher {
                 ((plant.span(leaf.chain).start + i) as u32, f)
             })
             .collect();
+        let on = handles
+            .iter()
+            .map(|h| {
+                let curve = posed.curve(&plant, h.chain);
+                let (i, f) = curve.segment((h.arc / f64::from(curve.length()).max(1e-12)).min(1.0));
+                ((plant.span(h.chain).start + i) as u32, f)
+            })
+            .collect();
+        let discs = if crown.discs.len() == plant.leaves().len() { crown.discs } else { Vec::new() };
         let (positions, height) = (posed.positions().to_vec(), plant.height());
         let (reach, size) = (crown.reach, crown.size);
-        Ok(Self { plant, positions, handles, spines, charts, views, reach, size, height, leaves })
+        Ok(Self { plant, positions, handles, spines, charts, views, reach, size, height, leaves, on, discs })
     }
 
     /// The plant as it was bound.

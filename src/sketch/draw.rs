@@ -18,6 +18,7 @@ use super::outline::{hull, replaced, resampled};
 use super::prune;
 use super::region::{Fill, Region};
 use super::svg::{Drawing, SketchError};
+use super::trim::trimmed;
 use crate::base::{Frame, math};
 use crate::plant::{Chain, ChainId, Curve, Leaf, Plant, PlantBuilder, STATIONS, frame_at};
 
@@ -120,7 +121,8 @@ impl Sketcher {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
             }
         }
-        let shift = self.spines.moved(&self.positions, &told);
+        let share = if adaptive { self.changed(&self.charts[0], &rings[0]) } else { 0.0 };
+        let shift = trimmed(self, &self.charts[0], &targets[0], &wilts, &mut told, share);
         let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
         Ok(Sketched { sketcher: self.clone(), shift, wilts, targets, outlines })
     }
@@ -189,8 +191,7 @@ impl Sketcher {
         weights: &[f32],
         freedom: Freedom,
     ) {
-        let way = ring.iter().zip(&chart.root).map(|(a, b)| a.distance(*b)).sum::<f32>() / ring.len().max(1) as f32;
-        let share = math::smoothstep(0.0, CHANGED * self.size, way);
+        let share = self.changed(chart, ring);
         if share <= 1e-6 {
             return;
         }
@@ -203,6 +204,12 @@ impl Sketcher {
             let to = if round { Vec2::new(to.x.max(0.0), to.y) } else { to };
             *seen = seen.lerp(to, share);
         }
+    }
+
+    /// How much a sketch differs from the crown, 0..=1: what a sketch that is the crown's own outline leaves undone.
+    fn changed(&self, chart: &Chart, ring: &[Vec2]) -> f32 {
+        let way = ring.iter().zip(&chart.root).map(|(a, b)| a.distance(*b)).sum::<f32>() / ring.len().max(1) as f32;
+        math::smoothstep(0.0, CHANGED * self.size, way)
     }
 
     /// How depth follows a single view: as much as the crown grows in it.

@@ -22,6 +22,7 @@ mod spine;
 mod svg;
 #[cfg(test)]
 mod tests;
+mod trim;
 
 pub use bound::{SketchViews, Sketcher, ViewKind};
 pub use crown::{crown_outline, crown_silhouette, overlap};

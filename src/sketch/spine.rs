@@ -135,7 +135,7 @@ impl Spines {
         }
         let mut shift = self.passed(positions, handles, &bounds);
         // Where a neighbour is held back by its length, its turn is less than its bound.
-        for _ in 0..2 {
+        for _ in 0..6 {
             let turns: Vec<f32> = self.spines.iter().map(|s| s.turn(positions, &shift)).collect();
             let mut tighter = false;
             for (i, bound) in bounds.iter_mut().enumerate() {

@@ -166,11 +166,19 @@ fn who_changes_what_is_kept_raises_the_layout() {
         measured: Measured { views: 3, ..Measured::same(9) },
         impostor: None,
     };
-    let ladder = Ladder { levels: vec![level], tiles: vec![maps.clone()] };
+    let tile = crate::lod::Tile {
+        width: 1,
+        height: 1,
+        alpha: vec![4],
+        normal: vec![[5, 6, 7]],
+        orm: vec![[8, 9, 10]],
+        recipe: crate::bake::Recipe::default(),
+    };
+    let ladder = Ladder { levels: vec![level], tiles: vec![tile] };
     let forms = [form(&plant), form(&ladder), form(&maps)];
     // Changed? Then raise LAYOUT, and put the new forms here.
     assert_eq!(
         (LAYOUT, forms.each_ref().map(String::as_str)),
-        (2, ["ba0bb323493e3d8d", "c5628bc77178f842", "7239ee1e4e7b9e5b"])
+        (3, ["ba0bb323493e3d8d", "d316289f422d36dc", "7239ee1e4e7b9e5b"])
     );
 }

@@ -125,6 +125,13 @@ pub struct MatchParams {
     pub ratio: f32,
 }
 
+impl Default for MatchParams {
+    /// As in presets that say nothing else: 0.5, 0.3, 0.2.
+    fn default() -> Self {
+        Self { crown: 0.5, direction: 0.3, ratio: 0.2 }
+    }
+}
+
 /// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Selection {

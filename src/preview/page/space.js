@@ -62,7 +62,7 @@ export function space(box, tell) {
       transparent: true, depthWrite: false, uniforms: { tint: { value: new THREE.Color() } },
       vertexShader: 'varying vec2 at; void main() { at = position.xy; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }',
       // Darkest under the tree, gone at the edge.
-      fragmentShader: 'uniform vec3 tint; varying vec2 at; void main() { float r = length(at); gl_FragColor = vec4(tint * (0.8 + 0.2 * smoothstep(0.0, 0.35, r)), 0.9 * (1.0 - smoothstep(0.35, 1.0, r))); \n#include <colorspace_fragment>\n }',
+      fragmentShader: 'uniform vec3 tint; varying vec2 at; void main() { float r = length(at); gl_FragColor = vec4(tint * (0.8 + 0.2 * smoothstep(0.0, 0.35, r)), 0.7 * (1.0 - smoothstep(0.35, 1.0, r))); \n#include <colorspace_fragment>\n }',
     }));
     ground.rotation.x = -Math.PI / 2;
     ground.position.y = -.005;
@@ -113,6 +113,12 @@ export function space(box, tell) {
     return group;
   }
 
+  /** Lines in place of faces; leaves are then drawn to their cards' edges. */
+  function lined(part, on) {
+    if (!part.isMesh || part.material.wireframe === on) return;
+    part.userData.cut ??= [part.material.alphaTest, part.material.alphaToCoverage];
+    Object.assign(part.material, { wireframe: on, alphaTest: on ? 0 : part.userData.cut[0], alphaToCoverage: !on && part.userData.cut[1], needsUpdate: true });
+  }
   const seen = new THREE.Frustum(), view = new THREE.Matrix4(), ball = new THREE.Sphere();
   let wanted = null, trees = [null, null], forest = null, run = 0, framed = '', drawn = 0;
   async function show(what) {
@@ -131,12 +137,12 @@ export function space(box, tell) {
     forest = what.forest ? made : null;
     trees = what.forest ? [null, null] : made;
     if (forest) left.trees.add(...forest.parts.flat().map(p => p.mesh));
-    for (const w of [left, right]) w.trees.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; });
+    for (const w of [left, right]) w.trees.traverse(p => lined(p, what.wire));
     const frame = `${what.set.set} ${what.forest ? 'forest' : what.variant.name}`;
     if (frame !== framed) { framed = frame; look(what); }
     if (!forest) for (const [tree, w] of [[trees[0], left], [trees[1], right]]) {
       if (!tree) continue;
-      tree.levels.forEach(level => level.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; }));
+      tree.levels.forEach(level => level.traverse(p => lined(p, what.wire)));
       w.trees.add(...tree.levels);
     }
     drawn = 0;

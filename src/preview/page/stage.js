@@ -91,7 +91,7 @@ export function open(main, [setName, index]) {
     const walk = by => el('button', { 'aria-label': by < 0 ? 'The tree before' : 'The tree after', onclick: () => step(by) }, by < 0 ? '‹' : '›');
     bar.replaceChildren(...[
       choice('Set', all.map(s => [s.set, s.set]), set.set, value => go(value, 0)),
-      walk(-1), choice('Tree', set.variants.map(v => [v.index, v.name]), variant.index, value => go(set.set, Number(value))), walk(1),
+      el('span.walk', {}, walk(-1), choice('Tree', set.variants.map(v => [v.index, v.name]), variant.index, value => go(set.set, Number(value))), walk(1)),
       levels,
       three() ? [press('Wireframe', 'wire', 'W'), press('Breeze', 'wind', 'B'), press('Forest', 'forest', 'A thousand trees (F)')] : [],
       choice('Beside', others, chosen.other ?? '', value => { chosen.other = value === '' ? null : Number(value); show(); }),

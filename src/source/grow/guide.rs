@@ -42,20 +42,20 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// The guiding vector of the node that the step reaches.
-    pub(super) fn turned(mut self, guide: &Guide, seed: Seed) -> Vec3 {
+    /// The guiding vector of the node that the step reaches; `sines` are those of the guide.
+    pub(super) fn turned(mut self, guide: &Guide, sines: &Sines, seed: Seed) -> Vec3 {
         let guide = rule(guide, self.source_height);
         if let Guide::Field { parts } = guide {
             return field::vector(parts, self.position).unwrap_or(self.vector);
         }
         if self.lean != 0.0 {
-            self.vector = lean(self.vector, self.axis(seed), self.lean);
+            self.vector = lean(self.vector, self.axis(seed), self.lean, math::sin_cos(self.lean));
         }
         let angle = self.angle(guide, seed);
         if angle == 0.0 {
             return self.vector;
         }
-        lean(self.vector, self.axis(seed), angle)
+        lean(self.vector, self.axis(seed), angle, sines.of(angle))
     }
 
     /// By how much a vector turns on this step, radians.
@@ -80,6 +80,37 @@ impl Step {
         heading(self.vector)
             .or_else(|| heading(self.edge.normalize_or(Vec3::Y)))
             .unwrap_or_else(|| random(seed, self.node))
+    }
+}
+
+/// Sines and cosines of the angles that a rule names: millions of steps turn by the same two.
+#[derive(Clone, Debug)]
+pub(super) struct Sines(Vec<(f32, (f32, f32))>);
+
+impl Sines {
+    /// Of all angles that a rule names.
+    pub(super) fn new(guide: &Guide) -> Self {
+        let mut angles = Vec::new();
+        named(guide, &mut angles);
+        Self(angles.into_iter().map(|angle| (angle, math::sin_cos(angle))).collect())
+    }
+
+    /// Sine and cosine of an angle, named or not.
+    fn of(&self, angle: f32) -> (f32, f32) {
+        self.0.iter().find(|known| known.0 == angle).map_or_else(|| math::sin_cos(angle), |known| known.1)
+    }
+}
+
+fn named(guide: &Guide, angles: &mut Vec<f32>) {
+    match guide {
+        Guide::Constant { alpha } => angles.push(*alpha),
+        Guide::Piecewise { alpha1, alpha2, .. } => angles.extend([*alpha1, *alpha2]),
+        Guide::Random { alpha2, .. } => angles.push(*alpha2),
+        Guide::Split { lower, upper, .. } => {
+            named(lower, angles);
+            named(upper, angles);
+        }
+        Guide::Polar { .. } | Guide::Field { .. } => {}
     }
 }
 
@@ -112,7 +143,7 @@ pub(super) fn start(start: GuideStart, guide: &Guide, kept: Vec3, position: Vec3
         GuideStart::ByHeight { low, high } => {
             let angle = (low + (high - low) * position.y.clamp(0.0, 1.0)).clamp(0.0, std::f32::consts::PI);
             match heading(kept) {
-                Some(heading) => (lean(Vec3::Y, heading, angle), 0.0),
+                Some(heading) => (lean(Vec3::Y, heading, angle, math::sin_cos(angle)), 0.0),
                 None => (Vec3::Y, angle),
             }
         }
@@ -132,9 +163,8 @@ fn random(seed: Seed, node: u32) -> Vec3 {
 }
 
 /// `v` turned by `angle` away from up, in the plane of up and `heading` (a horizontal unit vector on `v`'s side); it stops
-/// at up and at down.
-fn lean(v: Vec3, heading: Vec3, angle: f32) -> Vec3 {
-    let (sin, cos) = math::sin_cos(angle);
+/// at up and at down. The angle comes with its sine and cosine.
+fn lean(v: Vec3, heading: Vec3, angle: f32, (sin, cos): (f32, f32)) -> Vec3 {
     // Sine and cosine of the way from up; the sums' formulas turn it without asking for the angle.
     let (across, up) = (v.dot(heading).max(0.0), v.y);
     let (across, up) = (across * cos + up * sin, up * cos - across * sin);
@@ -156,6 +186,12 @@ mod tests {
         Step { vector, edge, position: Vec3::Y, hops, source: 4, source_height: 0.5, node: 9, lean: 0.0 }
     }
 
+    impl Step {
+        fn by(self, guide: &Guide, seed: Seed) -> Vec3 {
+            self.turned(guide, &Sines::new(guide), seed)
+        }
+    }
+
     fn piecewise(alpha1: f32, alpha2: f32, h0: u32) -> Guide {
         Guide::Piecewise { alpha1, alpha2, h0 }
     }
@@ -165,7 +201,7 @@ mod tests {
         let mut v = start;
         (1..=hops)
             .map(|h| {
-                v = step(v, Vec3::new(1.0, 1.0, 0.0), h).turned(guide, SEED);
+                v = step(v, Vec3::new(1.0, 1.0, 0.0), h).by(guide, SEED);
                 math::angle(v, Vec3::Y).to_degrees()
             })
             .collect()
@@ -174,12 +210,12 @@ mod tests {
     #[test]
     fn positive_angles_turn_outwards_towards_the_edge() {
         let guide = piecewise(0.5, -0.2, 2);
-        let v = step(Vec3::Y, Vec3::new(1.0, 3.0, 0.0), 1).turned(&guide, SEED);
+        let v = step(Vec3::Y, Vec3::new(1.0, 3.0, 0.0), 1).by(&guide, SEED);
         assert!((v - Vec3::new(math::sin(0.5), math::cos(0.5), 0.0)).length() < 1e-5, "{v}");
         // Further on the vector's own heading counts, not the edge's.
-        let w = step(v, Vec3::new(-1.0, 0.0, 1.0), 2).turned(&guide, SEED);
+        let w = step(v, Vec3::new(-1.0, 0.0, 1.0), 2).by(&guide, SEED);
         assert!((w - Vec3::new(math::sin(1.0), math::cos(1.0), 0.0)).length() < 1e-5, "{w}");
-        let u = step(w, Vec3::Z, 3).turned(&guide, SEED);
+        let u = step(w, Vec3::Z, 3).by(&guide, SEED);
         assert!((u - Vec3::new(math::sin(0.8), math::cos(0.8), 0.0)).length() < 1e-5, "{u}");
     }
 
@@ -213,15 +249,15 @@ mod tests {
     fn a_turn_stops_at_up_and_at_down() {
         let much = piecewise(9.0, -9.0, 1);
         let leaning = Vec3::new(0.6, 0.8, 0.0);
-        assert!((step(leaning, Vec3::X, 1).turned(&much, SEED) + Vec3::Y).length() < 1e-5);
-        assert!((step(leaning, Vec3::X, 2).turned(&much, SEED) - Vec3::Y).length() < 1e-5);
+        assert!((step(leaning, Vec3::X, 1).by(&much, SEED) + Vec3::Y).length() < 1e-5);
+        assert!((step(leaning, Vec3::X, 2).by(&much, SEED) - Vec3::Y).length() < 1e-5);
     }
 
     #[test]
     fn upright_over_an_upright_edge_leans_to_a_random_side() {
         let guide = piecewise(1.0, 0.0, 1);
         let sides: Vec<Vec3> =
-            (0..64).map(|node| Step { node, ..step(Vec3::Y, Vec3::Y, 1) }.turned(&guide, SEED)).collect();
+            (0..64).map(|node| Step { node, ..step(Vec3::Y, Vec3::Y, 1) }.by(&guide, SEED)).collect();
         assert!(sides.iter().all(|v| (math::angle(*v, Vec3::Y) - 1.0).abs() < 1e-5));
         let mean = sides.iter().sum::<Vec3>() / 64.0;
         assert!(Vec3::new(mean.x, 0.0, mean.z).length() < 0.3, "{mean}");
@@ -233,7 +269,7 @@ mod tests {
         for degrees in [0.0_f32, 5.0, 22.5, 45.0, 90.0, 135.0] {
             let (sin, cos) = math::sin_cos(degrees.to_radians());
             let here = Step { position: Vec3::new(0.0, cos, sin) * 0.7, ..step(Vec3::Y, Vec3::X, 5) };
-            let turned = math::angle(here.turned(&Guide::Polar { theta }, SEED), Vec3::Y);
+            let turned = math::angle(here.by(&Guide::Polar { theta }, SEED), Vec3::Y);
             assert!((turned - theta * (degrees / 180.0).sqrt()).abs() < 1e-5, "{degrees}: {turned}");
         }
     }
@@ -243,19 +279,18 @@ mod tests {
         let (low, high) = (30_f32.to_radians(), 120_f32.to_radians());
         let guide = Guide::Random { low, high, alpha2: 0.0, h0: 1 };
         let one = step(Vec3::Y, Vec3::X, 1);
-        let same = Step { node: 77, ..one }.turned(&guide, SEED);
-        assert_eq!(one.turned(&guide, SEED), same);
-        assert_ne!(Step { source: 5, ..one }.turned(&guide, SEED), same);
-        assert_eq!(step(same, Vec3::Z, 2).turned(&guide, SEED), same);
-        let angles: Vec<f32> = (0..400)
-            .map(|source| math::angle(Step { source, ..one }.turned(&guide, SEED), Vec3::Y).to_degrees())
-            .collect();
+        let same = Step { node: 77, ..one }.by(&guide, SEED);
+        assert_eq!(one.by(&guide, SEED), same);
+        assert_ne!(Step { source: 5, ..one }.by(&guide, SEED), same);
+        assert_eq!(step(same, Vec3::Z, 2).by(&guide, SEED), same);
+        let angles: Vec<f32> =
+            (0..400).map(|source| math::angle(Step { source, ..one }.by(&guide, SEED), Vec3::Y).to_degrees()).collect();
         assert!(angles.iter().all(|a| (29.99..120.01).contains(a)));
         let mean = angles.iter().sum::<f32>() / 400.0;
         assert!((mean - 75.0).abs() < 4.0 && angles.iter().any(|a| *a < 40.0) && angles.iter().any(|a| *a > 110.0));
         // Then α2.
         let on = Guide::Random { low, high, alpha2: -0.1, h0: 1 };
-        let next = step(same, Vec3::Z, 2).turned(&on, SEED);
+        let next = step(same, Vec3::Z, 2).by(&on, SEED);
         assert!((math::angle(next, Vec3::Y) - math::angle(same, Vec3::Y) + 0.1).abs() < 1e-5);
     }
 
@@ -268,7 +303,7 @@ mod tests {
         };
         let turn = |source_height: f32, y: f32| {
             let position = Vec3::Y * y;
-            math::angle(Step { source_height, position, ..step(Vec3::Y, Vec3::X, 1) }.turned(&guide, SEED), Vec3::Y)
+            math::angle(Step { source_height, position, ..step(Vec3::Y, Vec3::X, 1) }.by(&guide, SEED), Vec3::Y)
         };
         // However high the branch has climbed, or hung, since.
         assert!((turn(0.39, 0.9) - 0.1).abs() < 1e-5 && (turn(0.4, 0.1) - 0.5).abs() < 1e-5);
@@ -279,12 +314,12 @@ mod tests {
         let part = |primitive| FieldPart { primitive, weight: 1.0, region: FieldRegion::Everywhere };
         let guide = Guide::Field { parts: vec![part(FieldPrimitive::Radial { height: 0.0 })] };
         let here = Step { position: Vec3::new(0.3, 0.4, 0.0), ..step(Vec3::NEG_Y, Vec3::Z, 7) };
-        assert!((here.turned(&guide, SEED) - Vec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
+        assert!((here.by(&guide, SEED) - Vec3::new(0.6, 0.8, 0.0)).length() < 1e-6);
         let by_height = GuideStart::ByHeight { low: 1.0, high: 1.0 };
         assert_eq!(start(by_height, &guide, Vec3::X, Vec3::Y), (Vec3::Y, 0.0));
         // Where the field vanishes, the vector before goes on.
         let centre = Step { position: Vec3::ZERO, ..here };
-        assert_eq!(centre.turned(&guide, SEED), Vec3::NEG_Y);
+        assert_eq!(centre.by(&guide, SEED), Vec3::NEG_Y);
         assert_eq!(start(by_height, &guide, Vec3::X, Vec3::ZERO), (Vec3::X, 0.0));
     }
 
@@ -296,7 +331,7 @@ mod tests {
         let (v, lean) = start(rule, &straight, Vec3::X, middle);
         assert!((math::angle(v, Vec3::Y) - 0.7).abs() < 1e-5 && lean == 0.0);
         let (vector, lean) = start(rule, &straight, Vec3::Y, middle);
-        let w = Step { lean, ..step(vector, Vec3::new(0.0, 1.0, -1.0), 1) }.turned(&straight, SEED);
+        let w = Step { lean, ..step(vector, Vec3::new(0.0, 1.0, -1.0), 1) }.by(&straight, SEED);
         assert!((w - Vec3::new(0.0, math::cos(0.7), -math::sin(0.7))).length() < 1e-5, "{w}");
         assert_eq!(start(GuideStart::Kept, &straight, Vec3::X, Vec3::Y), (Vec3::X, 0.0));
     }

@@ -9,16 +9,17 @@
 //! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Equal costs
 //! come as the frontier has them.
 //!
-//! Plants that share a graph would share their ways too, the trunk first. So every plant has whims: a node is a little
-//! dearer or cheaper to it ([`WHIM`]) than to the next.
+//! Plants that share a graph would share their ways too, the trunk first. So every pass has whims: a node is a little
+//! dearer or cheaper in it ([`WHIM`]) than in the next.
 //!
 //! Several plants grow in one pass. A node belongs to the plant that reaches it at the least cost, so each keeps to its
 //! own part of the space as crowns in a stand do, and no two ever share a node.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::frontier::Frontier;
-use super::guide::{self, Step};
+use super::guide::{self, Sines, Step};
 use super::nodes::Nodes;
 use super::yao::{Edges, NONE};
 use crate::base::Seed;
@@ -26,7 +27,7 @@ use crate::preset::plan::Guide;
 
 /// What a unit of length costs on a path that follows its guiding vectors.
 const LENGTH: f32 = 0.2;
-/// By how much a node of a plant's own may be dearer or cheaper than what the paper says, as a share.
+/// By how much a node may be dearer or cheaper than what the paper says, as a share.
 const WHIM: f32 = 0.15;
 
 /// A node of the structure so far, with the guiding vector it starts with.
@@ -53,7 +54,7 @@ pub(super) struct State {
 }
 
 /// How vectors turn along the paths of one plant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Turning<'a> {
     pub(super) guide: &'a Guide,
     /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
@@ -62,6 +63,7 @@ pub(super) struct Turning<'a> {
     pub(super) seed: Seed,
     /// What [`guide::asks`] says of the guide.
     asks: (bool, bool),
+    sines: Sines,
 }
 
 /// A step of a path as a plant's rule sees it.
@@ -79,7 +81,7 @@ pub(super) struct Stepping {
 
 impl<'a> Turning<'a> {
     pub(super) fn new(guide: &'a Guide, light: Vec3, seed: Seed) -> Self {
-        Self { guide, light, seed, asks: guide::asks(guide) }
+        Self { guide, light, seed, asks: guide::asks(guide), sines: Sines::new(guide) }
     }
 
     /// The state after a step; where the node that is reached lies, and how high the path's source, is asked only by rules
@@ -106,7 +108,7 @@ impl<'a> Turning<'a> {
             // Only sources lean, and only on the first hop.
             lean: if hops <= 1 { lean } else { 0.0 },
         };
-        let mut vector = towards(vector, step.turned(self.guide, self.seed), share);
+        let mut vector = towards(vector, step.turned(self.guide, &self.sines, self.seed), share);
         if self.light != Vec3::ZERO {
             vector = (vector + self.light * share).normalize_or(vector);
         }
@@ -213,7 +215,7 @@ impl Paths {
         let turnings: Vec<Turning<'_>> =
             parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
-        let whims: Vec<Seed> = parties.iter().map(|party| party.seed.child("whim")).collect();
+        let whims = whims(first.seed, count);
         while let Some((cost, node)) = frontier.pop() {
             let i = node as usize;
             let Place { at: here, cost: best } = paths.places[i];
@@ -239,19 +241,18 @@ impl Paths {
                     break;
                 }
             }
-            let State { vector, source, .. } = paths.states[i];
-            let whim = whims[if alone { 0 } else { usize::from(owners[source as usize]) }];
+            let vector = paths.states[i].vector;
             for target in graph.leaving(node) {
                 let Place { at, cost: best } = paths.places[target as usize];
                 if best <= cost {
                     continue;
                 }
                 let weight = weight(at - here, vector);
-                // The whim is drawn last: most nodes cannot be improved even by the least.
+                // The whim is looked up last: most nodes cannot be improved even by the least.
                 if cost + weight * (1.0 - WHIM) >= best {
                     continue;
                 }
-                let cost = cost + weight * (1.0 + WHIM * (2.0 * whim.at(u64::from(target)).unit() - 1.0));
+                let cost = cost + weight * whims[target as usize];
                 // In graphs with shorter edges than they say a node may be finalized already; it stays as it is.
                 if cost < best && paths.marks[target as usize] & FINAL == 0 {
                     paths.places[target as usize].cost = cost;
@@ -287,6 +288,12 @@ impl Paths {
     pub(super) fn vector(&self, node: u32) -> Vec3 {
         self.states[node as usize].vector
     }
+}
+
+/// What the cost of a step to each node is multiplied by. One for all plants of a pass: they share no node.
+fn whims(seed: Seed, count: usize) -> Vec<f32> {
+    let seed = seed.child("whim");
+    (0..count as u64).into_par_iter().map(|node| 1.0 + WHIM * (2.0 * seed.at(node).unit() - 1.0)).collect()
 }
 
 /// The unit vector a share of the way from one to another.

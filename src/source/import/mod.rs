@@ -4,9 +4,10 @@
 //!
 //! - glTF, GLB, OBJ with MTL, PLY: a mesh, read by [`scene`];
 //! - TreeQSM's cylinders as CSV, as the text that its save function writes, or as a MAT-file of version 5 to 7; SimpleForest
-//!   and aRchi CSV; SWC; MTG with coordinates or with lengths and angles.
+//!   and aRchi CSV; SWC; MTG with coordinates or with lengths and angles;
+//! - a plant that [`dump`](crate::plant::dump) wrote, which is how other programs hand over trees of their own making.
 //!
-//! All but meshes become one middle form, a list of pieces (straight stretches of wood that name the piece they grow
+//! All models become one middle form, a list of pieces (straight stretches of wood that name the piece they grow
 //! from), and take the same way from there:
 //!
 //! 1. `cylinders`, `swc`, `mat`, `mtg`: to pieces; every number that is none is an error with its place.
@@ -27,6 +28,7 @@ mod agreement;
 mod columns;
 mod connect;
 mod cylinders;
+mod dumped;
 mod foothold;
 pub(in crate::source) mod limb;
 mod mat;
@@ -73,6 +75,8 @@ pub enum Format {
     Mtg,
     /// Nodes of a skeleton, as neurons are stored.
     Swc,
+    /// A plant as [`dump`](crate::plant::dump) writes it.
+    Dump,
     /// A mesh.
     Mesh(MeshFormat),
 }
@@ -89,6 +93,7 @@ impl Format {
             Self::TreeQsmMat => "TreeQSM MAT",
             Self::Mtg => "MTG",
             Self::Swc => "SWC",
+            Self::Dump => "plant dump",
             Self::Mesh(format) => format.name(),
         }
     }
@@ -148,6 +153,9 @@ pub fn import_with(
     files: &Files<'_>,
     params: &ImportParams,
 ) -> Result<Imported, Vec<Diagnostic>> {
+    if dumped::is_dump(bytes) {
+        return dumped::read(bytes, file, params);
+    }
     match scene::sniff(bytes) {
         Some(format) => mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params),
         None => model(bytes, file, files, params),

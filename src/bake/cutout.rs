@@ -1,0 +1,209 @@
+//! What of a picture passes the alpha test, with mips that keep its share.
+//!
+//! Each level has an alpha threshold of its own, chosen so that the share of texels that pass is that of the full picture
+//! at 0.5 (Castaño, "Computing alpha mipmaps", 2010), and alpha is never tested at a level where no threshold comes near
+//! that share: needles and lobes keep their area however small they are drawn. One byte a texel, so that the inner loops
+//! of the rasterizers stay in the cache.
+
+use glam::Vec2;
+
+use super::Maps;
+
+/// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
+const SMALLEST_EDGE: u32 = 32;
+
+/// One mip.
+#[derive(Clone, Debug)]
+pub(super) struct Level {
+    width: u32,
+    height: u32,
+    alpha: Vec<u8>,
+    /// Smallest alpha that is kept.
+    threshold: u8,
+}
+
+impl Level {
+    /// Texels.
+    pub(super) fn size(&self) -> Vec2 {
+        Vec2::new(self.width as f32, self.height as f32)
+    }
+
+    /// Whether the texel at a place, in texels, passes; edges are clamped.
+    #[inline]
+    pub(super) fn covers(&self, x: f32, y: f32) -> bool {
+        // `as` takes NaN to 0 and clamps what is out of range.
+        let x = (x as i32).clamp(0, self.width as i32 - 1);
+        let y = (y as i32).clamp(0, self.height as i32 - 1);
+        self.alpha[y as usize * self.width as usize + x as usize] >= self.threshold
+    }
+
+    /// As [`covers`](Self::covers), of the four texels around the place.
+    #[inline]
+    pub(super) fn covers_between(&self, x: f32, y: f32) -> bool {
+        let (wide, high) = (self.width as i32 - 1, self.height as i32 - 1);
+        // `max` takes NaN to 0.
+        let (x, y) = ((x - 0.5).max(0.0).min(wide as f32), (y - 0.5).max(0.0).min(high as f32));
+        let (x0, y0) = (x as i32, y as i32);
+        let (x1, y1) = ((x0 + 1).min(wide), (y0 + 1).min(high));
+        let alpha = |x: i32, y: i32| f32::from(self.alpha[y as usize * self.width as usize + x as usize]);
+        let (fx, fy) = (x - x0 as f32, y - y0 as f32);
+        let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
+        let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
+        upper + (lower - upper) * fy >= f32::from(self.threshold)
+    }
+}
+
+/// The alpha of a picture, ready to be tested.
+#[derive(Clone, Debug)]
+pub struct Cutout {
+    levels: Vec<Level>,
+}
+
+impl Cutout {
+    /// The alpha of a picture of `width` by `height` texels. No texels, or fewer than that, become one solid texel.
+    #[must_use]
+    pub fn new(width: u32, height: u32, mut alpha: Vec<u8>) -> Self {
+        let count = width as usize * height as usize;
+        if count == 0 || alpha.len() < count {
+            return Self { levels: vec![Level { width: 1, height: 1, alpha: vec![255], threshold: 128 }] };
+        }
+        alpha.truncate(count);
+        let goal = share(&alpha, 128);
+        let mut levels = vec![Level { width, height, alpha, threshold: 128 }];
+        while let Some(last) = levels.last().filter(|l| (l.width / 2).min(l.height / 2) >= SMALLEST_EDGE) {
+            let mut next = half(last);
+            let off;
+            (next.threshold, off) = threshold(&next.alpha, goal);
+            if off > 0.1 * goal {
+                break;
+            }
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// The alpha of a material's maps.
+    #[must_use]
+    pub fn of(maps: &Maps) -> Self {
+        Self::new(maps.width, maps.height, maps.color.iter().map(|c| c[3]).collect())
+    }
+
+    /// Texels of the full picture.
+    pub(super) fn texels(&self) -> f32 {
+        self.levels[0].width as f32 * self.levels[0].height as f32
+    }
+
+    /// The level at which `area` texels of the full picture become one.
+    pub(super) fn level(&self, mut area: f32) -> usize {
+        let mut level = 0;
+        while area > 2.0 && level + 1 < self.levels.len() {
+            area *= 0.25;
+            level += 1;
+        }
+        level
+    }
+
+    /// Whether the picture covers the point: alpha test with edges clamped, of the nearest texel or, where texels are
+    /// large, of the four around it.
+    #[inline]
+    pub(super) fn covers(&self, level: usize, magnified: bool, u: f32, v: f32) -> bool {
+        let level = self.at(level);
+        let at = Vec2::new(u, v) * level.size();
+        if magnified { level.covers_between(at.x, at.y) } else { level.covers(at.x, at.y) }
+    }
+
+    /// A level; the last one where there are not so many.
+    pub(super) fn at(&self, level: usize) -> &Level {
+        &self.levels[level.min(self.levels.len() - 1)]
+    }
+
+    /// How many levels alpha is tested at.
+    #[cfg(test)]
+    pub(super) fn levels(&self) -> usize {
+        self.levels.len()
+    }
+}
+
+/// The level of half the size; the last row or column of an odd size counts into its neighbour.
+fn half(from: &Level) -> Level {
+    let (width, height) = ((from.width / 2).max(1), (from.height / 2).max(1));
+    let wide = from.width as usize;
+    let mut alpha = Vec::with_capacity((width * height) as usize);
+    let even = from.width.is_multiple_of(2) && from.height.is_multiple_of(2);
+    let span = |i: u32, count: u32, size: u32| (i * size / count) as usize..((i + 1) * size / count) as usize;
+    for y in 0..height {
+        if even {
+            let (upper, lower) = from.alpha[2 * y as usize * wide..][..2 * wide].split_at(wide);
+            let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+            alpha.extend(
+                pairs.map(|(a, b)| ((u32::from(a[0]) + u32::from(a[1]) + u32::from(b[0]) + u32::from(b[1])) / 4) as u8),
+            );
+            continue;
+        }
+        for x in 0..width {
+            let (mut sum, mut count) = (0_u32, 0_u32);
+            for row in span(y, height, from.height) {
+                for a in &from.alpha[row * wide..][span(x, width, from.width)] {
+                    sum += u32::from(*a);
+                    count += 1;
+                }
+            }
+            alpha.push((sum / count.max(1)) as u8);
+        }
+    }
+    Level { width, height, alpha, threshold: 128 }
+}
+
+fn share(alpha: &[u8], threshold: u8) -> f64 {
+    alpha.iter().filter(|a| **a >= threshold).count() as f64 / alpha.len() as f64
+}
+
+/// The threshold at which the share of `alpha` is nearest to `goal`, and how far from it that share is.
+fn threshold(alpha: &[u8], goal: f64) -> (u8, f64) {
+    let mut count = [0_u64; 256];
+    for a in alpha {
+        count[usize::from(*a)] += 1;
+    }
+    let (mut best, mut nearest) = (128, f64::INFINITY);
+    let mut above = 0;
+    for bin in (1..256).rev() {
+        above += count[bin];
+        let off = (above as f64 / alpha.len() as f64 - goal).abs();
+        // Of equally good ones the nearest to a half.
+        if off < nearest || (off == nearest && bin >= 128) {
+            (best, nearest) = (bin as u8, off);
+        }
+    }
+    (best, nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cutout(edge: u32, alpha: impl Fn(u32, u32) -> u8) -> Cutout {
+        Cutout::new(edge, edge, (0..edge * edge).map(|i| alpha(i % edge, i / edge)).collect())
+    }
+
+    #[test]
+    fn thin_stripes_keep_their_coverage_at_every_level() {
+        // Needles a pixel wide, one in eight: plain averages would all fall below a half.
+        let stripes = cutout(256, |x, _| if x % 8 == 0 { 255 } else { 0 });
+        for level in 0..9 {
+            let kept = (0..256 * 256)
+                .filter(|i| stripes.covers(level, false, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            assert_eq!(kept.count(), 256 * 32, "level {level}");
+        }
+        // A disc stays one down to the smallest level.
+        let inside = |x: u32, y: u32| (x as i32 - 128).pow(2) + (y as i32 - 128).pow(2) < 90 * 90;
+        assert_eq!(cutout(256, |x, y| if inside(x, y) { 255 } else { 0 }).levels(), 4);
+    }
+
+    #[test]
+    fn nonsense_is_solid_or_clamped() {
+        let none = Cutout::new(9, 9, vec![0; 3]);
+        assert!(none.covers(5, true, f32::NAN, f32::INFINITY) && none.covers(0, false, -1e30, f32::NAN));
+        let odd = Cutout::new(131, 77, vec![255; 131 * 77]);
+        assert!(odd.covers(1, false, 2.0, 2.0));
+    }
+}

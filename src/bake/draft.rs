@@ -1,0 +1,71 @@
+//! What a lit picture shows, before colours: a picture that is drawn again for every tint is drawn once and painted.
+//!
+//! Of each pixel the texels that it shows are noted, in the mips of the surfaces' pictures, each with the light that falls
+//! on it, shade and share included. Texels are the nearest ones: such pictures are looked at from afar.
+
+use glam::Vec3;
+
+/// Notes of a picture, pixel by pixel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Draft {
+    /// Parts of each pixel.
+    counts: Vec<u16>,
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    /// `u32::MAX` is white.
+    texel: u32,
+    surface: u16,
+    /// Of [`ONE`].
+    light: [u16; 3],
+}
+
+/// What a light of one is noted as.
+const ONE: f32 = 4096.0;
+
+impl Draft {
+    /// Adds a part of the pixel that is not ended yet.
+    pub(super) fn add(&mut self, surface: usize, texel: u32, light: Vec3) {
+        let light = light.to_array().map(|v| (v * ONE + 0.5) as u16);
+        self.parts.push(Part { texel, surface: surface as u16, light });
+    }
+
+    /// Ends a pixel of so many parts.
+    pub(super) fn end(&mut self, parts: usize) {
+        self.counts.push(parts as u16);
+    }
+
+    /// One after the other.
+    pub(super) fn joined(all: Vec<Self>) -> Self {
+        let mut all = all.into_iter();
+        let mut whole = all.next().unwrap_or_default();
+        for draft in all {
+            whole.counts.extend(draft.counts);
+            whole.parts.extend(draft.parts);
+        }
+        whole
+    }
+
+    /// The light of each pixel, in linear light and by the share of it that is covered, from the colours of each surface's
+    /// picture and its mips.
+    pub(super) fn paint(&self, colors: &[Vec<[u16; 4]>]) -> Vec<Vec3> {
+        let mut parts = self.parts.iter();
+        let mut pixel = |&count: &u16| {
+            parts.by_ref().take(usize::from(count)).fold(Vec3::ZERO, |sum, part| {
+                let texel = colors.get(usize::from(part.surface)).and_then(|all| all.get(part.texel as usize));
+                let [r, g, b, _] = texel.copied().unwrap_or([u16::MAX; 4]);
+                let color = Vec3::new(f32::from(r), f32::from(g), f32::from(b));
+                let light = Vec3::from_array(part.light.map(f32::from));
+                sum + color * light * (1.0 / (65535.0 * ONE))
+            })
+        };
+        self.counts.iter().map(&mut pixel).collect()
+    }
+
+    /// About how many bytes it takes.
+    pub(super) fn weight(&self) -> usize {
+        self.counts.len() * 2 + self.parts.len() * std::mem::size_of::<Part>()
+    }
+}

@@ -1,0 +1,248 @@
+//! What the colours of a baked picture are mixed from, so that a new tint repaints cards instead of baking them again.
+//!
+//! A [`Palette`] holds each picture of leaves and bark, reduced to 32 × 32 texels of linear light. A [`Recipe`] names, for
+//! each pixel of a baked picture, up to four of those texels and their shares, which hold the shade of the wood and leaves
+//! there too. Shapes, normals and alpha don't hang on colours, so a recipe stays as long as they do.
+//!
+//! Limits: shares are bytes; of a pixel that shows more than four texels the largest shares stand for all; 16,383
+//! pictures (what lies beyond is white).
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::picture::Repeat;
+use super::{Maps, srgb};
+use crate::base::bulk;
+
+/// Most texels that a pixel is mixed from.
+const MOST: usize = 4;
+/// The texel that is white.
+const WHITE: u32 = 0xff_ffff;
+
+/// Pictures as recipes know them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Palette {
+    colors: Vec<Vec3>,
+}
+
+impl Palette {
+    /// Texels along an edge.
+    const EDGE: u32 = 32;
+    /// Texels of a picture.
+    pub(super) const TEXELS: u32 = Self::EDGE * Self::EDGE;
+
+    /// The pictures of bark and leaves in the order in which surfaces hold them.
+    #[must_use]
+    pub fn new<'a>(pictures: impl Iterator<Item = &'a Maps>) -> Self {
+        let pictures: Vec<&Maps> = pictures.collect();
+        let colors = pictures.par_iter().flat_map_iter(|maps| reduced(maps)).collect();
+        Self { colors }
+    }
+
+    /// The texel of the `picture`-th picture at a place of it.
+    pub(super) fn place(picture: u32, uv: Vec2, repeat: Repeat) -> u32 {
+        let at = |t: f32| {
+            let t = if repeat == Repeat::Tiled { t - t.floor() } else { t };
+            ((t * Self::EDGE as f32) as u32).min(Self::EDGE - 1)
+        };
+        picture.saturating_mul(Self::TEXELS).saturating_add(at(uv.y) * Self::EDGE + at(uv.x))
+    }
+}
+
+/// A picture's texels, averaged by alpha.
+fn reduced(maps: &Maps) -> Vec<Vec3> {
+    let (width, height) = (maps.width as usize, maps.height as usize);
+    let edge = Palette::EDGE as usize;
+    if width == 0 || height == 0 || maps.color.len() < width * height {
+        return vec![Vec3::ONE; edge * edge];
+    }
+    let span = |i: usize, size: usize| {
+        let first = i * size / edge;
+        first..((i + 1) * size / edge).max(first + 1)
+    };
+    let mut colors = Vec::with_capacity(edge * edge);
+    for y in 0..edge {
+        for x in 0..edge {
+            let (mut sum, mut weight) = (Vec3::ZERO, 0.0_f32);
+            for row in span(y, height) {
+                for c in &maps.color[row * width..][span(x, width)] {
+                    // The small share keeps a wholly clear place at its own colour.
+                    let w = f32::from(c[3]) + 0.25;
+                    sum += Vec3::new(srgb::decode(c[0]), srgb::decode(c[1]), srgb::decode(c[2])) * w;
+                    weight += w;
+                }
+            }
+            colors.push(sum / weight);
+        }
+    }
+    colors
+}
+
+/// What each pixel of a picture is mixed from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Texels of the palette that each pixel takes, 0 where nothing is.
+    #[serde(with = "bulk")]
+    counts: Vec<u8>,
+    /// Texel times 256, and share of 255.
+    #[serde(with = "bulk")]
+    parts: Vec<u32>,
+}
+
+impl Recipe {
+    /// Adds a pixel of these texels (`u32::MAX` is white) and shares, which are sorted.
+    pub(super) fn push(&mut self, mixed: &mut Vec<(u32, f32)>) {
+        if mixed.len() > 1 {
+            mixed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            mixed.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                kept.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+        }
+        let all: f32 = mixed.iter().map(|m| m.1).sum();
+        if mixed.len() > MOST {
+            mixed.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            mixed.truncate(MOST);
+        }
+        let kept: f32 = mixed.iter().map(|m| m.1).sum();
+        let scale = if kept > 0.0 { 255.0 * all / kept } else { 0.0 };
+        self.counts.push(mixed.len() as u8);
+        let part = |&(place, share): &(u32, f32)| place.min(WHITE) << 8 | (share * scale + 0.5).min(255.0) as u32;
+        self.parts.extend(mixed.iter().map(part));
+    }
+
+    /// One after the other.
+    pub(super) fn joined(all: Vec<Self>) -> Self {
+        let mut all = all.into_iter();
+        let mut whole = all.next().unwrap_or_default();
+        for recipe in all {
+            whole.counts.extend(recipe.counts);
+            whole.parts.extend(recipe.parts);
+        }
+        whole
+    }
+
+    /// Recipes of pictures of one size, `width` pixels wide, laid out as one picture in rows of `columns`.
+    #[must_use]
+    pub fn sheet(frames: &[Self], columns: usize, width: usize) -> Self {
+        let (columns, width) = (columns.max(1), width.max(1));
+        let mut whole = Self::default();
+        for block in frames.chunks(columns) {
+            let mut starts = vec![0_usize; block.len()];
+            for line in 0..block[0].counts.len() / width {
+                for (frame, start) in block.iter().zip(&mut starts) {
+                    let counts = &frame.counts[line * width..(line + 1) * width];
+                    let parts: usize = counts.iter().map(|c| usize::from(*c)).sum();
+                    whole.counts.extend_from_slice(counts);
+                    whole.parts.extend_from_slice(&frame.parts[*start..*start + parts]);
+                    *start += parts;
+                }
+            }
+        }
+        whole
+    }
+
+    /// The colours that a palette gives, sRGB; black where nothing is.
+    #[must_use]
+    pub fn paint(&self, palette: &Palette) -> Vec<[u8; 3]> {
+        let mut parts = self.parts.iter();
+        let color = |&count: &u8| {
+            let mut sum = Vec3::ZERO;
+            for part in parts.by_ref().take(usize::from(count)) {
+                let color = palette.colors.get((part >> 8) as usize).copied().unwrap_or(Vec3::ONE);
+                sum += color * ((part & 255) as f32 * (1.0 / 255.0));
+            }
+            [srgb::encode(sum.x), srgb::encode(sum.y), srgb::encode(sum.z)]
+        };
+        self.counts.iter().map(color).collect()
+    }
+
+    /// Whether it is one of a picture of so many pixels.
+    #[must_use]
+    pub fn is_of(&self, pixels: usize) -> bool {
+        let parts: usize = self.counts.iter().map(|c| usize::from(*c)).sum();
+        self.counts.len() == pixels && parts == self.parts.len()
+    }
+
+    /// About how many bytes it takes.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.counts.len() + self.parts.len() * 4
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::{Picture, Surface, View, survey};
+    use crate::base::Frame;
+    use crate::mesh::Mesh;
+
+    fn plain(color: [u8; 3]) -> Maps {
+        let [r, g, b] = color;
+        Maps {
+            width: 8,
+            height: 8,
+            color: vec![[r, g, b, 255]; 64],
+            normal: vec![[128, 128, 255]; 64],
+            orm: vec![[255; 3]; 64],
+        }
+    }
+
+    /// Squares side by side, each wearing its own picture; the last one is shaded.
+    fn squares(count: u32) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..count {
+            let first = mesh.positions.len() as u32;
+            for (x, y) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+                mesh.positions.push(Vec3::new(i as f32 + x, y, 0.0));
+                mesh.uvs.push(Vec2::new(x, 1.0 - y));
+                mesh.occlusion.push(if i + 1 == count { 128 } else { 255 });
+                mesh.tiles.push(i);
+            }
+            mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
+        }
+        mesh.normals = vec![Vec3::Z; mesh.positions.len()];
+        mesh
+    }
+
+    #[test]
+    fn what_is_painted_is_what_was_drawn_also_in_other_colours() {
+        let maps = [[200, 40, 60], [20, 220, 30], [90, 90, 250]].map(plain);
+        let pictures: Vec<Picture> = maps.iter().map(Picture::new).collect();
+        let mesh = squares(3);
+        let view = View::new(Frame::WORLD, Vec3::new(1.5, 0.5, 0.0), 1.5, 0.5);
+        // Six columns of two pixels a square, but for five, which mix.
+        let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout };
+        for columns in [6, 5] {
+            let (target, recipe) = survey(&[surface], &view, columns, 2, 4);
+            assert!(recipe.is_of(2 * columns as usize) && !recipe.is_of(7));
+            let painted = recipe.paint(&Palette::new(maps.iter()));
+            for (painted, drawn) in painted.iter().zip(&target.color) {
+                let drawn = drawn.to_array().map(srgb::encode);
+                assert!(painted.iter().zip(drawn).all(|(a, b)| a.abs_diff(b) <= 2), "{painted:?} {drawn:?}");
+            }
+            let red = recipe.paint(&Palette::new([[255, 0, 0]; 3].map(plain).iter()));
+            assert!(red.iter().all(|c| c[0] >= 180 && c[1] == 0 && c[2] == 0), "{red:?}");
+        }
+    }
+
+    #[test]
+    fn many_parts_become_four_that_weigh_as_much_and_frames_lie_side_by_side() {
+        let mut recipe = Recipe::default();
+        let mut mixed: Vec<(u32, f32)> = (0..9).map(|i| (i, 1.0 / 9.0)).collect();
+        recipe.push(&mut mixed);
+        recipe.push(&mut Vec::new());
+        let sum: u32 = recipe.parts.iter().map(|p| p & 255).sum();
+        assert_eq!((recipe.counts.as_slice(), recipe.parts.len()), (&[4, 0][..], 4));
+        assert!(sum.abs_diff(255) <= 2, "{sum}");
+        let mut other = Recipe::default();
+        other.push(&mut vec![(u32::MAX, 1.0)]);
+        other.push(&mut vec![(7, 0.5), (7, 0.5)]);
+        let sheet = Recipe::sheet(&[recipe, other], 2, 1);
+        assert_eq!(sheet.counts, [4, 1, 0, 1]);
+        assert_eq!(sheet.parts[4..], [0xff_ffff << 8 | 255, 7 << 8 | 255]);
+    }
+}

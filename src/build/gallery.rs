@@ -1,0 +1,140 @@
+//! A page beside the sets that shows them all: contact sheets, what each preset says of itself, variants and triangles.
+//!
+//! It is one file of HTML without scripts, made of the manifests, so that it can be opened from a disk or put on any
+//! server. A file of that name that Treewright did not write is left alone.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::record;
+use crate::export::Manifest;
+
+/// Name of the page.
+pub const GALLERY: &str = "gallery.html";
+/// What its first line says; without it the file is somebody's own.
+const MARK: &str = "<!-- Made by treewright: gallery of the sets in this folder. -->\n";
+
+const STYLE: &str = "\
+:root{color-scheme:light dark}\
+body{font:16px/1.5 system-ui,sans-serif;max-width:80rem;margin:2rem auto;padding:0 1rem}\
+section{margin:0 0 3rem}\
+h2{margin:0}\
+p{margin:.25rem 0 .75rem;opacity:.8}\
+img{max-width:100%;height:auto;border-radius:.5rem;border:1px solid #8884}\
+";
+
+/// Writes the page for the sets in `out`, with what is said of each preset (file and text); tells whether it is there.
+/// It is replaced as a whole.
+///
+/// # Errors
+///
+/// When `out` can't be read or written.
+pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
+    let page = out.join(GALLERY);
+    if fs::read(&page).is_ok_and(|old| !old.starts_with(MARK.as_bytes())) {
+        return Ok(false);
+    }
+    let about: BTreeMap<String, String> = presets
+        .iter()
+        .filter_map(|preset| {
+            let text = fs::read_to_string(preset).ok()?;
+            Some((preset.file_stem()?.to_string_lossy().into_owned(), first_comment(&text)))
+        })
+        .collect();
+    let mut sets = Vec::new();
+    for entry in fs::read_dir(out)?.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let manifest = fs::read(entry.path().join(record::manifest_name(&name))).ok();
+        if let Some(manifest) = manifest.and_then(|bytes| serde_json::from_slice::<Manifest>(&bytes).ok()) {
+            sets.push(manifest);
+        }
+    }
+    sets.sort_by(|a, b| a.set.cmp(&b.set));
+    let mut html = format!(
+        "{MARK}<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width\">\n<title>Trees</title>\n<style>{STYLE}</style>\n<h1>{} sets</h1>\n",
+        sets.len()
+    );
+    for set in &sets {
+        section(&mut html, set, about.get(&set.set).map_or("", String::as_str));
+    }
+    // A reader sees the old page or the new one.
+    let new = out.join(format!(".{GALLERY}.{}", std::process::id()));
+    fs::write(&new, html)?;
+    fs::rename(&new, &page).inspect_err(|_| drop(fs::remove_file(&new)))?;
+    Ok(true)
+}
+
+/// What stands in a preset's comment before anything else, up to the first empty line of it.
+fn first_comment(text: &str) -> String {
+    let lines = text.lines().map(str::trim).skip_while(|line| line.is_empty());
+    let comment = lines.map_while(|line| line.strip_prefix("//")).map(str::trim).take_while(|line| !line.is_empty());
+    comment.collect::<Vec<_>>().join(" ")
+}
+
+fn section(html: &mut String, set: &Manifest, about: &str) {
+    let name = escaped(&set.set);
+    let triangles: Vec<u64> = set.variants.iter().filter_map(|v| v.levels.first()).map(|l| l.triangles).collect();
+    let (low, high) = (triangles.iter().min().copied().unwrap_or(0), triangles.iter().max().copied().unwrap_or(0));
+    let levels = set.variants.first().map_or(0, |v| v.levels.len());
+    let variants = match set.variants.len() {
+        1 => "1 variant".to_owned(),
+        count => format!("{count} variants"),
+    };
+    let about = if about.is_empty() { String::new() } else { format!("<p>{}</p>\n", escaped(about)) };
+    let _ = write!(
+        html,
+        "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} levels of detail, {low} to {high} \
+         triangles at the first</p>\n<a href=\"{0}/{0}_contact.png\"><img loading=\"lazy\" alt=\"contact sheet of \
+         {name}: a row a variant, a column a level of detail\" src=\"{0}/{0}_contact.png\"></a>\n</section>\n",
+        linked(&set.set)
+    );
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A name as part of a URL.
+fn linked(name: &str) -> String {
+    let mut link = String::new();
+    for byte in name.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => link.push(char::from(byte)),
+            _ => drop(write!(link, "%{byte:02X}")),
+        }
+    }
+    link
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_presets_first_words_are_taken_up_to_an_empty_line() {
+        let text = "\n// A hedge,\n// of two kinds.\n//\n// Build it: so\n( seed: 1 )";
+        assert_eq!(first_comment(text), "A hedge, of two kinds.");
+        assert_eq!(first_comment("( seed: 1 ) // no"), "");
+    }
+
+    #[test]
+    fn names_do_not_break_the_page() {
+        assert_eq!(escaped("a<b>&\""), "a&lt;b&gt;&amp;&quot;");
+        assert_eq!(linked("a b/\u{e9}"), "a%20b%2F%C3%A9");
+    }
+
+    #[test]
+    fn a_page_of_somebody_else_stays() {
+        let out = tempfile::tempdir().unwrap();
+        assert!(gallery(out.path(), &[]).unwrap());
+        assert!(gallery(out.path(), &[]).unwrap());
+        fs::write(out.path().join(GALLERY), "mine").unwrap();
+        assert!(!gallery(out.path(), &[]).unwrap());
+        assert_eq!(fs::read(out.path().join(GALLERY)).unwrap(), b"mine");
+        assert_eq!(fs::read_dir(out.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,101 @@
+//! How well outlines of a level agree with the full tree's, at all sizes at once.
+//!
+//! The full tree is drawn once from all views, a bit a sample, and so is a level; pixels of two, three or more samples an
+//! edge are then counted from the same bits. Colours play no part, so that a new tint changes no threshold.
+
+use rayon::prelude::*;
+
+use super::measure::{Measured, views};
+use crate::bake::{Cutout, Repeat, Shape, Silhouette, View};
+use crate::mesh::TreeMesh;
+
+/// Every which view is looked at in searches.
+const SOME: usize = 3;
+
+/// The full tree from all views.
+pub(super) struct Outlines {
+    views: Vec<View>,
+    columns: usize,
+    rows: usize,
+    /// Samples along the tree's height.
+    lines: u32,
+    drawn: Vec<Silhouette>,
+}
+
+impl Outlines {
+    /// Draws `tree` from `count` directions so that it is `lines` samples high.
+    pub(super) fn new(tree: &TreeMesh, cutouts: &[&Cutout], lines: u32, count: u32) -> Self {
+        let (views, (columns, rows)) = views(tree, lines, count);
+        let (columns, rows) = (columns as usize, rows as usize);
+        let mut made = Self { views, columns, rows, lines, drawn: Vec::new() };
+        made.drawn = made.draw(tree, cutouts);
+        made
+    }
+
+    /// A level from the same views.
+    pub(super) fn draw(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> Vec<Silhouette> {
+        self.views.par_iter().map(|view| self.one(view, tree, cutouts)).collect()
+    }
+
+    /// As [`draw`](Self::draw), of a level that turns to the viewer, without holes.
+    pub(super) fn draw_solid(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync)) -> Vec<Silhouette> {
+        self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
+    }
+
+    /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
+    pub(super) fn some(&self, draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync)) -> Vec<Silhouette> {
+        self.views.par_iter().skip(1).step_by(SOME).map(|view| draw(self, view)).collect()
+    }
+
+    /// Covered area over the full tree's, mean of every third view.
+    pub(super) fn ratio_of_some(&self, drawn: &[Silhouette]) -> f32 {
+        let ratio = |(a, b): (&Silhouette, &Silhouette)| ratio(a, b);
+        self.drawn.iter().skip(1).step_by(SOME).zip(drawn).map(ratio).sum::<f32>() / drawn.len().max(1) as f32
+    }
+
+    /// One view.
+    pub(super) fn one(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
+        let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled };
+        let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout };
+        // Wood first: it asks for no texels.
+        Silhouette::new(&[bark, leaf], view, self.columns, self.rows)
+    }
+
+    /// Covered area over the full tree's, mean of the views.
+    pub(super) fn ratio(&self, drawn: &[Silhouette]) -> f32 {
+        let ratio = |(a, b): (&Silhouette, &Silhouette)| ratio(a, b);
+        self.drawn.iter().zip(drawn).map(ratio).sum::<f32>() / self.drawn.len().max(1) as f32
+    }
+
+    /// How a level agrees at pixels of `size` samples an edge; colours are not looked at.
+    pub(super) fn agreement(&self, drawn: &[Silhouette], size: usize) -> Measured {
+        let pixels = (self.lines as f32 / size.max(1) as f32 + 0.5) as u32;
+        let count = self.drawn.len().max(1) as f32;
+        let of: Vec<(f32, f32)> =
+            self.drawn.par_iter().zip(drawn).map(|(a, b)| (iou(a, b, size), ratio(a, b))).collect();
+        let mut sum = Measured { views: of.len() as u32, iou: 0.0, coverage: 0.0, ..Measured::same(pixels) };
+        for (iou, ratio) in of {
+            sum.iou += iou / count;
+            sum.worst_iou = sum.worst_iou.min(iou);
+            sum.coverage += ratio / count;
+        }
+        sum
+    }
+}
+
+fn ratio(a: &Silhouette, b: &Silhouette) -> f32 {
+    let (area, other) = (a.count() as f32, b.count() as f32);
+    if area > 0.0 { other / area } else { 1.0 }
+}
+
+/// Of the pixels that are half covered or more.
+fn iou(a: &Silhouette, b: &Silhouette, size: usize) -> f32 {
+    let half = (size * size).div_ceil(2) as u16;
+    let (mut both, mut either) = (0_u32, 0_u32);
+    for (a, b) in a.pixels(size).into_iter().zip(b.pixels(size)) {
+        let (a, b) = (a >= half, b >= half);
+        both += u32::from(a && b);
+        either += u32::from(a || b);
+    }
+    if either == 0 { 1.0 } else { both as f32 / either as f32 }
+}
