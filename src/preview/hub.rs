@@ -1,5 +1,5 @@
-//! What the watcher, the routes and the listeners share: the project as it is known, what was drawn of it, and who wants
-//! to hear of changes.
+//! What the watcher, the routes and the listeners share: the project as it is known, what was drawn of it, and who
+//! wants to hear of changes.
 
 use std::collections::VecDeque;
 use std::pin::Pin;
