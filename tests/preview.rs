@@ -1,5 +1,5 @@
-//! The page's server: it serves the project and nothing else, to its own page and to nobody else, whatever is sent to it,
-//! and what is decided on the page goes into the preset's text.
+//! The page's server: it serves the project and nothing else, to its own page and to nobody else, whatever is sent to
+//! it, and what is decided on the page goes into the preset's text.
 
 #![cfg(feature = "preview")]
 

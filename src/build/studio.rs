@@ -1,8 +1,8 @@
 //! A preset's trees one at a time, in memory: for pages and editors that show a tree before any file is made.
 //!
-//! A studio holds what a set is made from, in correspondence; it makes the trees of the plan, and trees that the plan does
-//! not name yet: mixes at any weights, sources that follow a drawing. Such a tree is, leaf for leaf, the one that a build
-//! makes once the preset names it.
+//! A studio holds what a set is made from, in correspondence; it makes the trees of the plan, and trees that the plan
+//! does not name yet: mixes at any weights, sources that follow a drawing. Such a tree is, leaf for leaf, the one that
+//! a build makes once the preset names it.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 

@@ -1,9 +1,9 @@
 //! Edits of a preset's or species' text that leave everything else as it stands: comments, order, blanks, line ends.
 //!
-//! A value is replaced where it stands; a field that the text does not give is added behind the last one of its group, on
-//! a line of its own where that has one; an item is added to a list in the same way. Each edit is read back before it
-//! is accepted: a text that is well-formed stays so, and no edit can touch what it does not name. Linear in the text for
-//! each edit.
+//! A value is replaced where it stands; a field that the text does not give is added behind the last one of its group,
+//! on a line of its own where that has one; an item is added to a list in the same way. Each edit is read back before
+//! it is accepted: a text that is well-formed stays so, and no edit can touch what it does not name. Linear in the
+//! text for each edit.
 
 use super::place::step;
 use super::report::Report;

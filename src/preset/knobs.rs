@@ -1,5 +1,5 @@
-//! What can be turned in a text: its numbers, colours and plain choices, each with the range, unit, default and sentence of
-//! the schema, and with the value that the text gives. For sliders.
+//! What can be turned in a text: its numbers, colours and plain choices, each with the range, unit, default and
+//! sentence of the schema, and with the value that the text gives. For sliders.
 //!
 //! Groups that the text does not give are listed with their defaults, lists and maps as far as the text gives them.
 

@@ -1,7 +1,7 @@
 //! What a designer decides, written back: edits of presets and species, trees to keep and to reject, drawn crowns.
 //!
-//! A file is written only where it still is what the page saw, where it lies in the project's folder and is one that the
-//! preset reads, and where the preset still loads with it; whole or not at all. Comments and order stay
+//! A file is written only where it still is what the page saw, where it lies in the project's folder and is one that
+//! the preset reads, and where the preset still loads with it; whole or not at all. Comments and order stay
 //! ([`crate::preset::edited`]).
 
 use std::collections::BTreeMap;

@@ -1,7 +1,8 @@
-//! Trees that are in no set: variants and sources with edits that are not saved, mixes, sketches. Made in memory and drawn.
+//! Trees that are in no set: variants and sources with edits that are not saved, mixes, sketches. Made in memory and
+//! drawn.
 //!
-//! A workshop keeps a few presets open ([`Studio`]); the drag of a point in the pad then costs a blend, leaves, a coarse
-//! mesh and a picture.
+//! A workshop keeps a few presets open ([`Studio`]); the drag of a point in the pad then costs a blend, leaves, a
+//! coarse mesh and a picture.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -298,8 +299,8 @@ fn mesh(plant: &Plant, params: &MeshParams, care: Care) -> TreeMesh {
     TreeMesh { bark, leaf }
 }
 
-/// A drawn crown as SVG, in metres, with a trunk that stands on the origin, and the height of all that it draws; none for
-/// fewer than three points, too many, or points that are nowhere.
+/// A drawn crown as SVG, in metres, with a trunk that stands on the origin, and the height of all that it draws; none
+/// for fewer than three points, too many, or points that are nowhere.
 #[must_use]
 pub fn crown_svg(points: &[[f32; 2]]) -> Option<(String, f32)> {
     let sound = |p: &[f32; 2]| p.iter().all(|v| v.is_finite() && v.abs() <= FARTHEST);

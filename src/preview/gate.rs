@@ -2,8 +2,9 @@
 //!
 //! A page that runs on this machine can be reached by every other page in the user's browser. Three things keep those
 //! out: the `Host` must be this server by name of the loopback or by number (a name that somebody points at 127.0.0.1,
-//! DNS rebinding, is neither); an `Origin`, which browsers send with what other pages cause, must be this server; and what
-//! changes anything must say it is JSON, which no form of another page can without asking first, and is never allowed.
+//! DNS rebinding, is neither); an `Origin`, which browsers send with what other pages cause, must be this server; and
+//! what changes anything must say it is JSON, which no form of another page can without asking first, and is never
+//! allowed.
 
 use std::net::{IpAddr, SocketAddr};
 

@@ -1,5 +1,5 @@
-//! What the watcher, the routes and the listeners share: the project as it is known, what was drawn of it, and who wants
-//! to hear of changes.
+//! What the watcher, the routes and the listeners share: the project as it is known, what was drawn of it, and who
+//! wants to hear of changes.
 
 use std::collections::VecDeque;
 use std::pin::Pin;
@@ -26,6 +26,8 @@ const MOST_LISTENERS: usize = 16;
 const BEHIND: usize = 256;
 /// Most bytes of pictures that are kept.
 const MOST_DRAWN: usize = 192 << 20;
+/// Most pictures of a set that are drawn before they are asked for.
+const MOST_AHEAD: usize = 500;
 /// Most meshes and sets' textures that are kept.
 const MOST_READ: (usize, usize) = (8, 3);
 
@@ -38,6 +40,8 @@ pub(super) struct Hub {
     pub(super) limits: Limits,
     drawn: Mutex<Kept<Vec<u8>>>,
     wears: Mutex<Kept<Wear>>,
+    /// Held while a set's textures are read: who asks meanwhile waits for them and does not read them as well.
+    reading: Mutex<()>,
     meshes: Mutex<Kept<TreeMesh>>,
 }
 
@@ -52,6 +56,11 @@ pub(super) struct Shot {
     pub(super) height: u32,
 }
 
+impl Shot {
+    /// As the gallery asks for it (`picture` in `page/kit.js`).
+    const GALLERY: Self = Self { level: None, turn: 26, width: 300, height: 360 };
+}
+
 impl Hub {
     pub(super) fn new(watch: &WatchOptions, three: Option<Three>, cache: Arc<Cache>) -> Self {
         let version = three.as_ref().map(|three| three.version.clone());
@@ -63,6 +72,7 @@ impl Hub {
             limits: watch.limits.clone(),
             drawn: Mutex::default(),
             wears: Mutex::default(),
+            reading: Mutex::default(),
             meshes: Mutex::default(),
         }
     }
@@ -83,6 +93,18 @@ impl Hub {
         }
     }
 
+    /// Draws the small pictures of a set ahead, so that a gallery that is opened finds them; ends early when the set is
+    /// built anew.
+    pub(super) fn draw_ahead(&self, set: &str) {
+        let Some((manifest, _)) = self.project().set(set) else { return };
+        for index in 0..manifest.variants.len().min(MOST_AHEAD) {
+            let same = self.project().set(set).is_some_and(|(now, _)| now.key == manifest.key);
+            if !same || self.picture(set, index, Shot::GALLERY).is_none() {
+                return;
+            }
+        }
+    }
+
     /// A picture of a variant, as PNG; none for what is not there.
     pub(super) fn picture(&self, set: &str, index: usize, shot: Shot) -> Option<Arc<Vec<u8>>> {
         let (manifest, folder) = self.project().set(set)?;
@@ -91,42 +113,47 @@ impl Hub {
         let mesh = &variant.levels.get(level)?.mesh;
         let key = &manifest.key;
         let name = format!("{key} {mesh} {} {} {}", shot.turn, shot.width, shot.height);
-        self.drawn.lock().unwrap_or_else(PoisonError::into_inner).get(&name).or_else(|| {
-            let read = |file: &str| std::fs::read(folder.join(file)).unwrap_or_default();
-            let wear = kept(
-                &self.wears,
-                key,
-                MOST_READ.1,
-                |_| 1,
-                || {
-                    let map = |material: &str, map: &str| {
-                        let entry = manifest.textures.iter().find(|t| t.material == material && t.map == map);
-                        entry.map(|t| read(&t.file)).unwrap_or_default()
-                    };
-                    let files = [("leaf", "color"), ("leaf", "normal"), ("bark", "color"), ("bark", "normal")];
-                    let [a, b, c, d] = files.map(|(m, n)| map(m, n));
-                    Some(Wear::of_png([&a, &b], [&c, &d]))
-                },
-            )?;
-            let tree = kept(
-                &self.meshes,
-                &format!("{key} {mesh}"),
-                MOST_READ.0,
-                |_| 1,
-                || {
-                    let others = variant.assets.iter().flat_map(|asset| &asset.files);
-                    std::iter::once(&variant.file)
-                        .chain(others)
-                        .filter(|file| file.ends_with(".glb") && manifest.files.iter().any(|f| f.file == **file))
-                        .find_map(|file| scene::level(&read(file), mesh))
-                },
-            )?;
-            let (reach, top, foot) = extent(&manifest);
-            let azimuth = (shot.turn as f32).to_radians();
-            let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, shot.width, shot.height) };
-            let png = turntable::png(&turntable::draw(&tree, &wear, &framing, if shot.height > 500 { 2 } else { 3 }));
-            Some(kept(&self.drawn, &name, MOST_DRAWN, Vec::len, || Some(png))?)
-        })
+        // Of its own, so that the lock is not held while it is drawn.
+        let known = self.drawn.lock().unwrap_or_else(PoisonError::into_inner).get(&name);
+        if known.is_some() {
+            return known;
+        }
+        let read = |file: &str| std::fs::read(folder.join(file)).unwrap_or_default();
+        let turn = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let wear = kept(
+            &self.wears,
+            key,
+            MOST_READ.1,
+            |_| 1,
+            || {
+                let map = |material: &str, map: &str| {
+                    let entry = manifest.textures.iter().find(|t| t.material == material && t.map == map);
+                    entry.map(|t| read(&t.file)).unwrap_or_default()
+                };
+                let files = [("leaf", "color"), ("leaf", "normal"), ("bark", "color"), ("bark", "normal")];
+                let [a, b, c, d] = files.map(|(m, n)| map(m, n));
+                Some(Wear::of_png([&a, &b], [&c, &d]))
+            },
+        )?;
+        drop(turn);
+        let tree = kept(
+            &self.meshes,
+            &format!("{key} {mesh}"),
+            MOST_READ.0,
+            |_| 1,
+            || {
+                let others = variant.assets.iter().flat_map(|asset| &asset.files);
+                std::iter::once(&variant.file)
+                    .chain(others)
+                    .filter(|file| file.ends_with(".glb") && manifest.files.iter().any(|f| f.file == **file))
+                    .find_map(|file| scene::level(&read(file), mesh))
+            },
+        )?;
+        let (reach, top, foot) = extent(&manifest);
+        let azimuth = (shot.turn as f32).to_radians();
+        let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, shot.width, shot.height) };
+        let png = turntable::png(&turntable::draw(&tree, &wear, &framing, if shot.height > 500 { 2 } else { 3 }));
+        kept(&self.drawn, &name, MOST_DRAWN, Vec::len, || Some(png))
     }
 }
 

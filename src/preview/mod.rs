@@ -47,6 +47,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
+use crate::build::Progress;
 use crate::watch::{Event, Next, WatchOptions, Watcher};
 use hub::Hub;
 
@@ -95,11 +96,23 @@ impl Preview {
             .map_err(|error| format!("can't listen at {listen}: {error}"))?;
         let ends = Arc::new(AtomicBool::new(false));
         let over = ends.clone();
+        let (built, to_draw) = std::sync::mpsc::channel::<String>();
+        let ahead = hub.clone();
+        std::thread::spawn(move || {
+            while let Ok(set) = to_draw.recv() {
+                ahead.draw_ahead(&set);
+            }
+        });
         // It waits for the system most of the time and can't be woken: it ends with the process, or at the next event.
         std::thread::spawn(move || {
             watcher.run(&|event| {
                 tell(&event);
+                let set = match &event {
+                    Event::Build(Progress::Set { outcome, .. }) => Some(outcome.set.clone()),
+                    _ => None,
+                };
                 hub.take(event);
+                let _ = set.map(|set| built.send(set));
                 if over.load(Ordering::Relaxed) { Next::Stop } else { Next::Watch }
             });
         });

@@ -1,4 +1,5 @@
-//! What is answered to what: a thin layer over the hub. Names are looked up in lists, never joined to paths as they come.
+//! What is answered to what: a thin layer over the hub. Names are looked up in lists, never joined to paths as they
+//! come.
 
 use std::net::SocketAddr;
 use std::sync::Arc;

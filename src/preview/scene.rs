@@ -1,4 +1,5 @@
-//! A variant of a built set as it can be drawn: the meshes of one level out of its GLB, the pictures out of its textures.
+//! A variant of a built set as it can be drawn: the meshes of one level out of its GLB, the pictures out of its
+//! textures.
 //!
 //! What is shown is what was written, not what was meant: the files are read back by the checked reader that imports
 //! use. Pure: bytes in, meshes and pictures out.

@@ -1,5 +1,5 @@
-//! Pictures of trees, drawn by the rasterizer that bakes cards and contact sheets: the turntable, which needs no graphics
-//! hardware and no library, and the small pictures of the gallery.
+//! Pictures of trees, drawn by the rasterizer that bakes cards and contact sheets: the turntable, which needs no
+//! graphics hardware and no library, and the small pictures of the gallery.
 //!
 //! A picture stands on transparent ground, so that it suits a dark page as well as a light one. Pure.
 

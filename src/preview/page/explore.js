@@ -95,8 +95,10 @@ export function open(main) {
     ask('fine');
   }
 
-  const scale = 118, middle = [170, ring.length === 2 ? 170 : 178];
-  const at = p => [middle[0] + p[0] * scale, middle[1] + p[1] * scale];
+  const scale = 116;
+  // In the middle of the pad, whatever shape the corners make.
+  const middle = () => [170, 170 - scale * (Math.min(...ring.map(c => c[1])) + Math.max(...ring.map(c => c[1]))) / 2];
+  const at = p => [middle()[0] + p[0] * scale, middle()[1] + p[1] * scale];
   function draw() {
     const shares = weights(chosen.point, ring);
     const made = svg('svg', { viewBox: '0 0 340 340', 'aria-hidden': 'true' });
@@ -156,7 +158,7 @@ export function open(main) {
     const side = Math.min(box.width, box.height);
     const unit = 340 / side;
     const x = (event.clientX - box.left - (box.width - side) / 2) * unit, y = (event.clientY - box.top - (box.height - side) / 2) * unit;
-    return [(x - middle[0]) / scale, (y - middle[1]) / scale];
+    return [(x - middle()[0]) / scale, (y - middle()[1]) / scale];
   }
   let dragging = false;
   pad.addEventListener('pointerdown', event => { if (ring.length) { dragging = true; pad.setPointerCapture(event.pointerId); moved(place(event)); } });

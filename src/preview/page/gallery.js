@@ -14,11 +14,11 @@ const kept = { sort: 'order', filter: '', show: 'all' };
 function details(variant) {
   const rows = [
     ['Height', `${number.format(variant.height)} m`],
-    ['Triangles', variant.levels.map(level => count(level.triangles)).join(' · ')],
-    ['Seed', variant.seed],
-    variant.score === null ? null : ['Score', number.format(variant.score * 100) + ' %'],
+    ['Triangles', count(variant.triangles), variant.levels.map(level => `${level.kind} ${level.triangles}`).join(', ')],
+    variant.score === null ? null : ['Unlike', `${number.format(variant.score * 100)} %`, 'How far it is from its sources in all: crown, bare trunk, topology'],
+    ['Seed', variant.seed.length > 9 ? `${variant.seed.slice(0, 8)}…` : variant.seed, variant.seed],
   ];
-  return el('dl', {}, rows.filter(Boolean).map(([name, value]) => el('div', {}, el('dt', {}, name), el('dd', { title: value }, value))));
+  return el('dl', {}, rows.filter(Boolean).map(([name, value, more]) => el('div', { title: more ?? value }, el('dt', {}, name), el('dd', {}, value))));
 }
 
 /** Writes what was decided into the preset. */

@@ -40,7 +40,6 @@ export function space(box, tell) {
   const renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
   renderer.setScissorTest(true);
-  renderer.toneMapping = THREE.NeutralToneMapping;
   box.prepend(renderer.domElement);
   const camera = new THREE.PerspectiveCamera(FIELD, 1, 0.05, 20000);
   const controls = new OrbitControls(camera, renderer.domElement);
@@ -52,18 +51,28 @@ export function space(box, tell) {
 
   function world() {
     const scene = new THREE.Scene();
-    const sky = new THREE.HemisphereLight(0xdfe9f2, 0x77705c, 1.9);
-    const sun = new THREE.DirectionalLight(0xfff1dc, 2.6);
-    sun.position.set(.48, .72, .49);
-    const ground = new THREE.Mesh(new THREE.CircleGeometry(1, 72), new THREE.MeshStandardMaterial({ roughness: 1 }));
+    // The light of the pictures that the program draws itself; three.js divides by pi.
+    const sky = new THREE.HemisphereLight(new THREE.Color(.62, .7, .8), new THREE.Color(.24, .21, .17), Math.PI);
+    const sun = new THREE.DirectionalLight(new THREE.Color(2.2, 2.05, 1.8), Math.PI);
+    sun.position.set(.482, .723, .494);
+    // Leaves let light through: a second, weaker sun from behind stands for it.
+    const through = new THREE.DirectionalLight(new THREE.Color(.6, .62, .45), Math.PI * .5);
+    through.position.set(-.5, .35, -.6);
+    const ground = new THREE.Mesh(new THREE.CircleGeometry(1, 72), new THREE.ShaderMaterial({
+      transparent: true, depthWrite: false, uniforms: { tint: { value: new THREE.Color() } },
+      vertexShader: 'varying vec2 at; void main() { at = position.xy; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }',
+      // Darkest under the tree, gone at the edge.
+      fragmentShader: 'uniform vec3 tint; varying vec2 at; void main() { float r = length(at); gl_FragColor = vec4(tint * (0.8 + 0.2 * smoothstep(0.0, 0.35, r)), 0.7 * (1.0 - smoothstep(0.35, 1.0, r))); \n#include <colorspace_fragment>\n }',
+    }));
     ground.rotation.x = -Math.PI / 2;
     ground.position.y = -.005;
-    scene.add(sky, sun, ground);
+    ground.renderOrder = -1;
+    scene.add(sky, sun, through, ground);
     return { scene, ground, trees: new THREE.Group() };
   }
   const left = world(), right = world();
   for (const w of [left, right]) w.scene.add(w.trees);
-  const tint = () => { for (const w of [left, right]) w.ground.material.color.set(dark.matches ? 0x2d332c : 0xd9d5c4); };
+  const tint = () => { for (const w of [left, right]) w.ground.material.uniforms.tint.value.set(dark.matches ? 0x343b33 : 0xcfcab6); };
   tint();
   dark.addEventListener('change', tint);
 
@@ -104,6 +113,13 @@ export function space(box, tell) {
     return group;
   }
 
+  /** Lines in place of faces; leaves are then drawn to their cards' edges. */
+  function lined(part, on) {
+    if (!part.isMesh || part.material.wireframe === on) return;
+    part.userData.cut ??= [part.material.alphaTest, part.material.alphaToCoverage];
+    Object.assign(part.material, { wireframe: on, alphaTest: on ? 0 : part.userData.cut[0], alphaToCoverage: !on && part.userData.cut[1], needsUpdate: true });
+  }
+  const seen = new THREE.Frustum(), view = new THREE.Matrix4(), ball = new THREE.Sphere();
   let wanted = null, trees = [null, null], forest = null, run = 0, framed = '', drawn = 0;
   async function show(what) {
     wanted = what;
@@ -121,31 +137,40 @@ export function space(box, tell) {
     forest = what.forest ? made : null;
     trees = what.forest ? [null, null] : made;
     if (forest) left.trees.add(...forest.parts.flat().map(p => p.mesh));
-    for (const w of [left, right]) w.trees.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; });
+    for (const w of [left, right]) w.trees.traverse(p => lined(p, what.wire));
     const frame = `${what.set.set} ${what.forest ? 'forest' : what.variant.name}`;
     if (frame !== framed) { framed = frame; look(what); }
     if (!forest) for (const [tree, w] of [[trees[0], left], [trees[1], right]]) {
       if (!tree) continue;
-      tree.levels.forEach(level => level.traverse(p => { if (p.isMesh) p.material.wireframe = what.wire; }));
+      tree.levels.forEach(level => level.traverse(p => lined(p, what.wire)));
       w.trees.add(...tree.levels);
     }
     drawn = 0;
+    need = 3;
   }
   function look({ variant, set, forest: many }) {
     const tall = many ? Math.max(...set.variants.map(v => v.height)) : variant.height;
-    const reach = many ? tall * 3 : Math.max(tall, Math.max(...variant.bounds.max.map(Math.abs), ...variant.bounds.min.map(Math.abs)) * 1.25);
-    controls.target.set(0, many ? tall * .5 : tall * .48, 0);
-    camera.position.set(reach * .62, tall * (many ? 1.3 : .62), reach * 1.15);
+    const wide = 2 * Math.max(...variant.bounds.max.map(Math.abs), -variant.bounds.min[0], -variant.bounds.min[2], tall * .3) / Math.max(.6, Math.min(1.6, camera.aspect));
+    const away = many ? tall * 3.2 : Math.max(tall, wide * .8) / (.7 * slope);
+    controls.target.set(0, tall * (many ? .5 : .46), 0);
+    camera.position.set(away * .43, tall * .56, away * .9);
+    if (many) {
+      // From its edge, over the crowns.
+      const edge = Math.sqrt(TREES) * spacing(set.variants) / 2;
+      controls.target.set(0, tall * .4, edge * .35);
+      camera.position.set(edge * .18, tall * 1.7, edge + tall * 1.5);
+    }
     controls.minDistance = tall * .1;
     controls.maxDistance = tall * 140;
-    for (const w of [left, right]) w.ground.scale.setScalar(many ? tall * 60 : tall * 1.2);
+    for (const w of [left, right]) w.ground.scale.setScalar(many ? tall * 60 : tall * 1.5);
   }
 
+  const spacing = some => Math.max(...some.map(v => Math.max(v.bounds.max[0] - v.bounds.min[0], v.bounds.max[2] - v.bounds.min[2], v.height * .4)));
   /** A thousand trees of the set on a jittered grid; each is drawn at the level of its distance. */
   async function plant(set) {
     const some = set.variants.slice(0, 8);
     const all = await Promise.all(some.map(v => load(set, v)));
-    const far = Math.max(...some.map(v => Math.max(v.bounds.max[0] - v.bounds.min[0], v.bounds.max[2] - v.bounds.min[2], v.height * .4)));
+    const far = spacing(some);
     const side = Math.ceil(Math.sqrt(TREES));
     const places = [];
     // Addressed, so that the same forest grows each time.
@@ -174,25 +199,35 @@ export function space(box, tell) {
     const fill = parts.map(all => all.map(() => 0));
     const most = Math.max(...some.map(v => v.levels.length));
     const counts = Array(most).fill(0);
+    camera.updateMatrixWorld();
+    seen.setFromProjectionMatrix(view.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
+    // Thresholds are measured on a screen of 1080 lines; who draws fewer may switch earlier.
+    const lines = Math.min(1, box.clientHeight * renderer.getPixelRatio() / 1080);
     for (const place of places) {
       const { levels, height } = some[place.variant];
+      ball.center.copy(place.at).y = height / 2;
+      ball.radius = height;
+      const sight = seen.intersectsSphere(ball);
       const away = Math.max(.01, camera.position.distanceTo(place.at));
-      const level = wanted.level === 'auto' ? levelAt(levels, height / (away * slope)) : Math.min(wanted.level, levels.length - 1);
+      const level = wanted.level === 'auto' ? levelAt(levels, lines * height / (away * slope)) : Math.min(wanted.level, levels.length - 1);
       counts[level]++;
-      parts[place.variant].forEach((part, i) => { if (part.level === level) part.mesh.setMatrixAt(fill[place.variant][i]++, place.matrix); });
+      if (sight) parts[place.variant].forEach((part, i) => { if (part.level === level) part.mesh.setMatrixAt(fill[place.variant][i]++, place.matrix); });
     }
     parts.forEach((all, v) => all.forEach((part, i) => { part.mesh.count = fill[v][i]; part.mesh.visible = fill[v][i] > 0; part.mesh.instanceMatrix.needsUpdate = true; }));
     return counts;
   }
 
-  let last = 0, told = '';
+  // Frames are drawn when something has changed, or moves.
+  let last = 0, told = '', need = 3;
   function draw(now) {
     const wide = box.clientWidth, tall = box.clientHeight;
     if (!wide || !tall) return;
     const size = renderer.getSize(new THREE.Vector2());
-    if (size.x !== wide || size.y !== tall) renderer.setSize(wide, tall, false);
+    if (size.x !== wide || size.y !== tall) { renderer.setSize(wide, tall, false); need = 3; }
     time.value = now / 1000;
-    controls.update();
+    if (controls.update() || strength.value) need = Math.max(need, 2);
+    if (need <= 0) return;
+    need--;
     const pair = !forest && trees[0] && trees[1];
     camera.aspect = (pair ? wide / 2 : wide) / tall;
     camera.updateProjectionMatrix();
@@ -229,6 +264,7 @@ export function space(box, tell) {
   return {
     show(what) { delete box.dataset.drawn; told = ''; show(what); },
     turn(degrees) {
+      need = 3;
       const offset = camera.position.clone().sub(controls.target).applyAxisAngle(new THREE.Vector3(0, 1, 0), degrees * Math.PI / 180);
       camera.position.copy(controls.target).add(offset);
     },

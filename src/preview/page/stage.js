@@ -91,28 +91,28 @@ export function open(main, [setName, index]) {
     const walk = by => el('button', { 'aria-label': by < 0 ? 'The tree before' : 'The tree after', onclick: () => step(by) }, by < 0 ? '‹' : '›');
     bar.replaceChildren(...[
       choice('Set', all.map(s => [s.set, s.set]), set.set, value => go(value, 0)),
-      walk(-1), choice('Tree', set.variants.map(v => [v.index, v.name]), variant.index, value => go(set.set, Number(value))), walk(1),
+      el('span.walk', {}, walk(-1), choice('Tree', set.variants.map(v => [v.index, v.name]), variant.index, value => go(set.set, Number(value))), walk(1)),
       levels,
       three() ? [press('Wireframe', 'wire', 'W'), press('Breeze', 'wind', 'B'), press('Forest', 'forest', 'A thousand trees (F)')] : [],
       choice('Beside', others, chosen.other ?? '', value => { chosen.other = value === '' ? null : Number(value); show(); }),
-      project.state.three ? el('button.quiet', { onclick: () => { chosen.flat = !chosen.flat; begin(); } }, chosen.flat ? 'View in space' : 'Turntable') : null,
     ].flat().filter(Boolean));
     const rows = variant.levels.map((l, i) => el('tr', { 'data-level': i },
-      el('td', {}, `${i} ${l.kind}`), el('td', {}, count(l.triangles)),
-      el('td', {}, l.distance ? `${number.format(l.distance)} m` : '∞'), el('td', {}, l.iou === null ? '' : `${(l.iou * 100).toFixed(0)} %`)));
+      el('td', {}, `${i} ${l.kind.replace(/(?<=[a-z])[A-Z]/g, c => ` ${c.toLowerCase()}`)}`), el('td', {}, count(l.triangles)),
+      el('td', {}, l.distance ? `${l.distance < 100 ? number.format(l.distance) : Math.round(l.distance)} m` : '∞'), el('td', {}, l.iou === null ? '' : `${(l.iou * 100).toFixed(0)} %`)));
     side.replaceChildren(...[
       el('div.panel', {}, el('h3', {}, variant.name), el('p', {}, recipe(variant.recipe)),
         el('p.soft', {}, `${number.format(variant.height)} m high, ${variant.chains} branches, ${variant.leaves} leaves`),
         el('p.soft', {}, `Seed ${variant.seed}`),
         el('p', {}, el('a', { href: `/set/${encodeURIComponent(set.set)}/${encodeURIComponent(variant.file)}`, download: variant.file }, variant.file))),
       el('div.panel', {}, el('h3', {}, 'Levels of detail'), el('table', {},
-        el('tr', {}, ['Level', 'Triangles', 'Up to', 'Silhouette'].map(h => el('th', { scope: 'col' }, h))), rows),
-        el('p.soft', {}, 'Distances at 60° of view. The silhouette is what agrees with LOD0 where the level takes over.')),
+        el('tr', {}, ['Level', 'Triangles', 'Up to', 'Match'].map(h => el('th', { scope: 'col' }, h))), rows),
+        el('p.soft', {}, 'Distances at 60° of view. Match: how much of the silhouette is that of LOD0 where the level takes over, as measured.')),
       project.state.three ? null : el('div.panel', {}, el('h3', {}, 'A view in space'),
         el('p', {}, 'Run ', el('code', {}, 'npm install three'), ' beside the presets, or give its folder with ', el('code', {}, '--three DIR'), ', and start the preview again.'),
         el('p.soft', {}, 'This page asks no other server for anything. The turntable is drawn by Treewright itself and always works.')),
     ].filter(Boolean));
-    canvas.querySelectorAll('.caption, .split, .flat-other').forEach(c => c.remove());
+    canvas.querySelectorAll('.caption, .split, .swap').forEach(c => c.remove());
+    if (project.state.three) canvas.append(el('button.swap', { onpointerdown: event => event.stopPropagation(), onclick: () => { chosen.flat = !chosen.flat; begin(); } }, chosen.flat ? 'View in space' : 'Turntable'));
     const other = chosen.other === null ? null : set.variants[chosen.other] ?? null;
     if (three()) {
       stage.show({ set, variant, other, level: chosen.level, wire: chosen.wire, wind: chosen.wind, forest: chosen.forest });

@@ -31,7 +31,7 @@ export function open(main) {
   if (!presets.includes(chosen.preset)) { chosen.preset = presets[0]; chosen.file = null; chosen.show = null; }
   const bar = el('div.bar');
   const list = el('div.knobs');
-  const filter = el('input', { type: 'search', placeholder: 'Find a parameter', 'aria-label': 'Find a parameter', oninput: fill });
+  const filter = el('input', { type: 'search', placeholder: 'Find a parameter', 'aria-label': 'Find a parameter', size: 16, oninput: fill });
   const saveButton = el('button.strong', { onclick: keep, disabled: true }, 'Save');
   const backButton = el('button', { onclick: back, disabled: true }, 'Undo all');
   const told = el('p.soft', { role: 'status' });
@@ -40,7 +40,7 @@ export function open(main) {
   const busy = el('span.busy', { hidden: true }, 'growing…');
   canvas.append(image, busy);
   main.append(bar, el('div.two', {},
-    el('div.left', {}, el('div.panel', {}, el('div.bar', {}, filter, saveButton, backButton), told, list)), canvas));
+    el('div.left', {}, el('div.panel.tuning', {}, el('div.top', {}, el('div.bar', {}, filter, saveButton, backButton), told), list)), canvas));
 
   let text = null, changes = new Map(), history = [], turn = 26, closed = false;
   async function load() {
@@ -111,7 +111,7 @@ export function open(main) {
       input = el('input', { type: 'color', id, value: /^#[0-9a-f]{6}$/i.test(plain) ? plain : '#808080', oninput: () => set(knob, `"${input.value}"`, card) });
     }
     card.append(el('div.top', {}, label, top ?? null), ...(input ? [input] : []));
-    if (knob.kind === 'number' && input) card.append(el('div.range', {}, el('span', {}, number.format(knob.low)), el('span', {}, knob.unit), el('span', {}, number.format(knob.high))));
+    if (knob.kind === 'number' && input) card.append(el('div.range', {}, el('span', {}, String(knob.low)), el('span', {}, knob.unit), el('span', {}, String(knob.high))));
     card.append(el('p.about', {}, knob.about, knob.given ? '' : ' (not in the file yet)'));
     return card;
   }
