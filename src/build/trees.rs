@@ -12,12 +12,15 @@ use crate::lod::{self, Ladder, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::Variant;
+use crate::preset::plan::{Lod, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 1);
 const LADDER: Stage = Stage("ladder", 4);
+
+/// Share of an atlas that pictures and their gutters are reckoned to fill.
+const FILLED: f64 = 0.93;
 
 /// A tree of a set.
 #[derive(Clone, Debug)]
@@ -40,11 +43,14 @@ pub(super) struct Trees<'a> {
     stock: OnceLock<Stock>,
     cache: &'a Cache,
     sketches: &'a [Drawn],
+    /// Mean edge of the cards' pictures.
+    texels: u32,
 }
 
 impl<'a> Trees<'a> {
     pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
-        Self { plan, wardrobe, shapes: wardrobe.pictures.shapes(), stock: OnceLock::new(), cache, sketches }
+        let (shapes, texels) = (wardrobe.pictures.shapes(), texels(plan, &wardrobe.pictures));
+        Self { plan, wardrobe, shapes, stock: OnceLock::new(), cache, sketches, texels }
     }
 
     /// A variant with leaves.
@@ -66,12 +72,19 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let key = LADDER.key().input(content(plant)).input(self.shapes).params(mesh).params(lods).number(seed.bits());
+        let key = LADDER
+            .key()
+            .input(content(plant))
+            .input(self.shapes)
+            .params(mesh)
+            .params(lods)
+            .number(u64::from(self.texels))
+            .number(seed.bits());
         let key = key.finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
             let stock = self.stock.get_or_init(|| Stock::new(leaves, bark));
-            lod::ladder_with(plant, mesh, lods, stock, lod::CARD_TEXELS, seed)
+            lod::ladder_with(plant, mesh, lods, stock, self.texels, seed)
         });
         (made, key)
     }
@@ -80,6 +93,34 @@ impl<'a> Trees<'a> {
         let made = self.cache.remember(stage, key, || Ok(make()));
         made.expect("what is made of sound parts never fails")
     }
+}
+
+/// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn
+/// smaller are sharper than those that are scaled when they are packed. In eighths of the usual, so that one more variant
+/// seldom changes the others.
+fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
+    let cell = |edge: f64| {
+        let edge = edge + f64::from(plan.atlas.gutter) + 4.0;
+        edge * edge
+    };
+    let art: f64 = pictures
+        .leaves
+        .iter()
+        .map(|maps| cell(f64::from(maps.width)) * f64::from(maps.height) / f64::from(maps.width.max(1)))
+        .sum();
+    let tree = |texels: u32| -> f64 {
+        let of = |level: &Lod| {
+            lod::pictures(level, texels)
+                .into_iter()
+                .map(|(count, edge)| f64::from(count) * cell(f64::from(edge)))
+                .sum::<f64>()
+        };
+        plan.lods.iter().map(of).sum()
+    };
+    let room = f64::from(plan.atlas.size) * f64::from(plan.atlas.size) * FILLED - art;
+    let steps = (2..=8).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
+    let fits = |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room;
+    steps.clone().find(fits).unwrap_or(lod::CARD_TEXELS / 4)
 }
 
 /// The key of a value's content.
