@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
-use super::stages::{Pictures, SourcePlant, Wardrobe};
+use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
 use crate::base::{Key, Seed};
 use crate::lod::{self, Ladder, Stock};
@@ -174,13 +174,23 @@ impl Pictures {
     }
 }
 
-impl Entry for Pictures {
+impl Entry for LeafPictures {
     fn weight(&self) -> usize {
-        self.leaves.iter().chain([&self.bark]).map(weight).sum()
+        self.0.iter().map(weight).sum()
     }
 
     fn is_sound(&self) -> bool {
-        !self.leaves.is_empty() && self.leaves.iter().chain([&self.bark]).all(is_whole)
+        !self.0.is_empty() && self.0.iter().all(is_whole)
+    }
+}
+
+impl Entry for Maps {
+    fn weight(&self) -> usize {
+        weight(self)
+    }
+
+    fn is_sound(&self) -> bool {
+        is_whole(self)
     }
 }
 
