@@ -110,7 +110,9 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .chain(tiles(trees).zip(&clear).map(|(tile, color)| picked(tile, color)))
             .collect();
         let sizes: Vec<(u32, u32)> = picked.iter().map(|p| (p.width, p.height)).collect();
-        let layout = Layout::new(&sizes, &plan.atlas).map_err(|e| does_not_fit(&e))?;
+        let own = trees.iter().map(|tree| tree.ladder.tiles.len());
+        let groups: Vec<usize> = std::iter::once(pictures.leaves.len()).chain(own).collect();
+        let layout = Layout::new(&sizes, &groups, &plan.atlas).map_err(|e| does_not_fit(&e))?;
         let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
         let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
         let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
