@@ -124,7 +124,7 @@ pub enum AtlasError {
 /// See [`AtlasError`].
 pub fn pack(tiles: &[&Maps], params: &AtlasParams) -> Result<Atlas, AtlasError> {
     let sizes: Vec<(u32, u32)> = tiles.iter().map(|t| (t.width, t.height)).collect();
-    let layout = Layout::new(&sizes, params)?;
+    let layout = Layout::new(&sizes, &[], params)?;
     let picked: Vec<Picked<'_>> = tiles.iter().map(|&maps| maps.into()).collect();
     let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
     let ((normal, orm), color) = (relief?, color?);
@@ -135,10 +135,14 @@ pub fn pack(tiles: &[&Maps], params: &AtlasParams) -> Result<Atlas, AtlasError> 
 impl Layout {
     /// Finds places for pictures of these sizes.
     ///
+    /// `groups` are numbers of pictures that belong together, in order. As long as all fit at full size, one group is
+    /// placed after the other, so that the places of the first do not hang on those that come later; else the largest
+    /// come first, whosever they are.
+    ///
     /// # Errors
     ///
     /// See [`AtlasError`].
-    pub fn new(sizes: &[(u32, u32)], params: &AtlasParams) -> Result<Self, AtlasError> {
+    pub fn new(sizes: &[(u32, u32)], groups: &[usize], params: &AtlasParams) -> Result<Self, AtlasError> {
         let AtlasParams { size, gutter } = *params;
         if !size.is_power_of_two() || !(16..=8192).contains(&size) || gutter > size / 16 {
             return Err(AtlasError::Params { size, gutter });
@@ -154,7 +158,7 @@ impl Layout {
             let side = |n: u32| ((u64::from(n) * u64::from(k) + u64::from(SCALES / 2)) / u64::from(SCALES)).max(1);
             sizes.iter().map(|t| (side(t.0) as u32, side(t.1) as u32)).collect()
         };
-        let fit = |k: u32| -> Option<Vec<(u32, u32)>> {
+        let fit = |k: u32, group: &dyn Fn(usize) -> usize| -> Option<Vec<(u32, u32)>> {
             let cell = |n: u32| n.saturating_add(2 * margin).checked_next_multiple_of(ALIGN).unwrap_or(u32::MAX);
             let cells: Vec<(u32, u32)> = sizes_at(k).iter().map(|&(w, h)| (cell(w), cell(h))).collect();
             let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
@@ -162,18 +166,27 @@ impl Layout {
                 return None;
             }
             let mut order: Vec<usize> = (0..cells.len()).collect();
-            order.sort_by_key(|&i| (std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
+            order.sort_by_key(|&i| (group(i), std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
             skyline::place(&cells, &order, size)
         };
+        let ends: Vec<usize> = groups
+            .iter()
+            .scan(0, |sum, count| {
+                *sum += count;
+                Some(*sum)
+            })
+            .collect();
+        let own = |i: usize| ends.partition_point(|&end| end <= i);
+        let one = |_: usize| 0;
         // Bisection for the largest k that fits; `low` always does.
-        let mut best = match fit(SCALES) {
+        let mut best = match fit(SCALES, &own).or_else(|| fit(SCALES, &one)) {
             Some(corners) => (SCALES, corners),
-            None => (1, fit(1).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?),
+            None => (1, fit(1, &one).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?),
         };
         let mut high = SCALES;
         while high > best.0 + 1 {
             let k = best.0.midpoint(high);
-            match fit(k) {
+            match fit(k, &one) {
                 Some(corners) => best = (k, corners),
                 None => high = k,
             }
@@ -392,6 +405,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn later_groups_do_not_move_earlier_ones() {
+        let sizes: Vec<(u32, u32)> = (0..60).map(|i| (10 + i * 7 % 31, 12 + i * 11 % 29)).collect();
+        let params = AtlasParams { size: 512, gutter: 4 };
+        let some = Layout::new(&sizes[..40], &[10, 15, 15], &params).unwrap();
+        let all = Layout::new(&sizes, &[10, 15, 15, 20], &params).unwrap();
+        assert_eq!((some.scale, all.scale), (1.0, 1.0));
+        assert_eq!(some.rects, all.rects[..40]);
+        // Too many for one after the other at full size: still all of them fit.
+        let many: Vec<(u32, u32)> = sizes.iter().cycle().take(900).copied().collect();
+        assert!(Layout::new(&many, &[300; 3], &params).unwrap().scale < 1.0);
     }
 
     #[test]

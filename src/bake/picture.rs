@@ -5,6 +5,7 @@
 //! exact, so nothing depends on their order.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::srgb::decode;
 use super::{Cutout, Maps};
@@ -102,9 +103,32 @@ impl Picture {
         before as u32 + at(v, level.height) * level.width + at(u, level.width)
     }
 
-    /// The colours of all levels, as [`address`](Self::address) counts them.
+    /// The colours of all levels, as [`address`](Self::address) counts them; much cheaper than a picture.
     pub(super) fn colors(maps: &Maps) -> Vec<[u16; 4]> {
-        Self::new(maps).levels.into_iter().flat_map(|level| level.color).collect()
+        let (mut width, mut height) = (maps.width as usize, maps.height as usize);
+        if width * height == 0 || maps.color.len() < width * height {
+            return vec![[u16::MAX; 4]];
+        }
+        let linear = linear_table();
+        let texel = |c: &[u8; 4]| {
+            let [r, g, b] = [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]);
+            [r, g, b, u16::from(c[3]) * 257]
+        };
+        let mut all: Vec<[u16; 4]> = maps.color[..width * height].iter().map(texel).collect();
+        let mut first = 0;
+        while width > 1 || height > 1 {
+            let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+            let fine = &all[first..];
+            let next: Vec<[u16; 4]> = (0..h)
+                .into_par_iter()
+                .with_min_len(32)
+                .flat_map_iter(|y| (0..w).map(move |x| mean(fine, (width, height), (w, h), (x, y))))
+                .collect();
+            first = all.len();
+            all.extend(next);
+            (width, height) = (w, h);
+        }
+        all
     }
 
     /// Bilinear sample; edges clamped or repeated.
@@ -164,6 +188,25 @@ fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
             (i, (i + 1).min(last), s - i as f32)
         }
     }
+}
+
+/// The mean colour, by alpha, of the texels that one texel of a smaller level stands for.
+fn mean(fine: &[[u16; 4]], from: (usize, usize), to: (usize, usize), at: (usize, usize)) -> [u16; 4] {
+    let span = |i: usize, count: usize, size: usize| i * size / count..(i + 1) * size / count;
+    let (mut sum, mut plain, mut alpha, mut count) = ([0_u64; 3], [0_u64; 3], 0_u64, 0_u64);
+    for row in span(at.1, to.1, from.1) {
+        for c in &fine[row * from.0..][span(at.0, to.0, from.0)] {
+            let a = u64::from(c[3]);
+            for k in 0..3 {
+                sum[k] += a * u64::from(c[k]);
+                plain[k] += u64::from(c[k]);
+            }
+            alpha += a;
+            count += 1;
+        }
+    }
+    let [r, g, b] = std::array::from_fn(|k| sum[k].checked_div(alpha).unwrap_or(plain[k] / count.max(1)) as u16);
+    [r, g, b, (alpha / count.max(1)) as u16]
 }
 
 /// The level of half the size; the last row or column of an odd size counts into its neighbour.

@@ -29,6 +29,7 @@ const PNG: Stage = Stage("png", 2);
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
 const SHEET: Stage = Stage("sheet", 1);
+const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -42,6 +43,8 @@ pub(super) struct SetParts<'a> {
     pub(super) identities: &'a [(serde_json::Value, Seed)],
     /// The dressed variants and their levels, with coordinates in their own pictures.
     pub(super) trees: &'a [Tree],
+    /// What is told of each tree.
+    pub(super) facts: &'a [Arc<Facts>],
     /// What leaves and bark wear.
     pub(super) pictures: &'a Pictures,
     /// The animated files.
@@ -107,7 +110,9 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .chain(tiles(trees).zip(&clear).map(|(tile, color)| picked(tile, color)))
             .collect();
         let sizes: Vec<(u32, u32)> = picked.iter().map(|p| (p.width, p.height)).collect();
-        let layout = Layout::new(&sizes, &plan.atlas).map_err(|e| does_not_fit(&e))?;
+        let own = trees.iter().map(|tree| tree.ladder.tiles.len());
+        let groups: Vec<usize> = std::iter::once(pictures.leaves.len()).chain(own).collect();
+        let layout = Layout::new(&sizes, &groups, &plan.atlas).map_err(|e| does_not_fit(&e))?;
         let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
         let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
         let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
@@ -404,6 +409,34 @@ fn kind(lod: &Lod) -> &'static str {
     }
 }
 
+/// What is told of a tree and its shape alone.
+pub(super) struct Facts {
+    stats: PlantStats,
+    bounds: Bounds,
+    capsules: Vec<export::Capsule>,
+}
+
+/// Looks at every tree that was not looked at before.
+pub(super) fn facts(trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
+    let one = |tree: &Tree| {
+        let key = FACTS.key().input(tree.key).finish();
+        cache.remember_here(
+            key,
+            |facts: &Facts| facts.capsules.len() * 32 + 512,
+            || {
+                let (plant, full) = (&*tree.plant, &tree.ladder.levels[0].mesh);
+                let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
+                Ok(Facts {
+                    stats: PlantStats::of(plant),
+                    bounds: Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] }),
+                    capsules: export::capsules(plant, &plant.pose(), &ColliderParams::default()),
+                })
+            },
+        )
+    };
+    trees.par_iter().map(one).collect()
+}
+
 /// A file's name and bytes.
 type NamedFile = (String, Vec<u8>);
 
@@ -461,11 +494,9 @@ fn variant_entry(
     variant: usize,
     name: &str,
 ) -> VariantEntry {
-    let plant = &*parts.trees[variant].plant;
-    let stats = PlantStats::of(plant);
-    let meshes = &placed.meshes[variant];
-    let points = meshes[0].bark.positions.iter().chain(&meshes[0].leaf.positions).copied();
-    let bounds = Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
+    let facts = &parts.facts[variant];
+    let Facts { stats, bounds, capsules } = &**facts;
+    let (bounds, meshes) = (bounds.clone(), &placed.meshes[variant]);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {
@@ -486,7 +517,7 @@ fn variant_entry(
                 ..level_entry(name, i, level, mesh, height)
             })
             .collect(),
-        capsules: export::capsules(plant, &plant.pose(), &ColliderParams::default()),
+        capsules: capsules.clone(),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::assets::Packed;
 use super::cache::Entry;
-use super::stages::{Pictures, SourcePlant};
+use super::stages::{LeafPictures, SourcePlant};
+use crate::bake::Maps;
 use crate::lod::Ladder;
 use crate::plant::Plant;
 
@@ -12,7 +13,8 @@ use crate::plant::Plant;
 pub fn entry_is_sound(stage: &str, bytes: &[u8]) -> Option<bool> {
     let sound = match stage {
         "grow" | "import" | "like" => is_sound::<SourcePlant>,
-        "pictures" => is_sound::<Pictures>,
+        "pictures" => is_sound::<LeafPictures>,
+        "bark" => is_sound::<Maps>,
         "dress" => is_sound::<Plant>,
         "ladder" => is_sound::<Ladder>,
         "atlas" => is_sound::<Packed>,

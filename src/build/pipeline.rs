@@ -296,8 +296,9 @@ pub fn make_set(
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, inputs, &prepared, &selected);
-    let identities = &identities;
-    let parts = SetParts { cache, plan, key, identities, trees: &trees, pictures, clips: &clips, notes: &notes };
+    let (identities, facts) = (&identities, assets::facts(&trees, cache)?);
+    let parts =
+        SetParts { cache, plan, key, identities, trees: &trees, facts: &facts, pictures, clips: &clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

@@ -23,7 +23,8 @@ const GROW: Stage = Stage("grow", 3);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 5);
 const LIKE: Stage = Stage("like", 3);
-const PICTURES: Stage = Stage("pictures", 1);
+const PICTURES: Stage = Stage("pictures", 2);
+const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -63,7 +64,7 @@ impl SourcePlant {
 }
 
 /// What leaves and bark wear.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Pictures {
     /// One for each slot.
     pub(super) leaves: Vec<Maps>,
@@ -239,45 +240,64 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
     plan.sources.iter().zip(sources).flat_map(of).collect()
 }
 
-/// Makes or reads the pictures of leaves and bark.
-pub(super) fn pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Pictures>, Vec<Diagnostic>> {
-    let seed = Seed::new(plan.seed);
-    let mut key = PICTURES
-        .key()
-        .number(plan.seed)
-        .number(u64::from(plan.dress.pictures))
-        .params(&plan.leaf_art)
-        .params(&plan.bark_art);
-    for file in picture_files(plan) {
+/// Makes or reads the pictures of leaves and bark, each by its own parameters: a new tint of leaves makes no bark.
+pub(super) fn pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Pictures, Vec<Diagnostic>> {
+    let (leaves, bark) = rayon::join(|| leaf_pictures(plan, inputs, cache), || bark_picture(plan, inputs, cache));
+    match (leaves, bark) {
+        (Ok(leaves), Ok(bark)) => Ok(Pictures { leaves: leaves.0.clone(), bark: (*bark).clone() }),
+        (Err(mut errors), bark) => {
+            errors.extend(bark.err().into_iter().flatten());
+            Err(errors)
+        }
+        (_, Err(errors)) => Err(errors),
+    }
+}
+
+fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<LeafPictures>, Vec<Diagnostic>> {
+    let pictures = u64::from(plan.dress.pictures);
+    let mut key = PICTURES.key().number(plan.seed).number(pictures).params(&plan.leaf_art);
+    for file in leaf_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
     cache.remember(PICTURES, key.finish(), || {
-        let leaves = match &plan.leaf_art {
+        let seed = Seed::new(plan.seed).child("leaves");
+        Ok(LeafPictures(match &plan.leaf_art {
             LeafArt::Made { shape, color, variation, size } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
-                .map(|picture| bake::leaf_maps(*shape, *color, *variation, *size, picture, seed.child("leaves")))
+                .map(|picture| bake::leaf_maps(*shape, *color, *variation, *size, picture, seed))
                 .collect(),
             LeafArt::Files { color, normal } => vec![user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?],
-        };
-        let bark = match &plan.bark_art {
-            BarkArt::Made { pattern, color, size } => bake::bark_maps(*pattern, *color, *size, seed.child("bark")),
-            BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?,
-        };
-        Ok(Pictures { leaves, bark })
+        }))
     })
 }
 
-/// The files that a plan's pictures are read from.
-fn picture_files(plan: &Plan) -> Vec<&String> {
-    let mut files = Vec::new();
-    if let LeafArt::Files { color, normal } = &plan.leaf_art {
-        files.extend([color, normal]);
+fn bark_picture(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Maps>, Vec<Diagnostic>> {
+    let mut key = BARK.key().number(plan.seed).params(&plan.bark_art);
+    for file in bark_files(plan) {
+        key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
-    if let BarkArt::Files { color, normal, roughness } = &plan.bark_art {
-        files.extend([color, normal, roughness]);
-    }
-    files.retain(|file| !file.is_empty());
-    files
+    cache.remember(BARK, key.finish(), || match &plan.bark_art {
+        BarkArt::Made { pattern, color, size } => {
+            Ok(bake::bark_maps(*pattern, *color, *size, Seed::new(plan.seed).child("bark")))
+        }
+        BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness]),
+    })
+}
+
+/// The pictures of leaves by slot.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct LeafPictures(pub(super) Vec<Maps>);
+
+/// The files that the pictures of leaves are read from.
+fn leaf_files(plan: &Plan) -> Vec<&String> {
+    let LeafArt::Files { color, normal } = &plan.leaf_art else { return Vec::new() };
+    [color, normal].into_iter().filter(|file| !file.is_empty()).collect()
+}
+
+/// The files that the bark is read from.
+fn bark_files(plan: &Plan) -> Vec<&String> {
+    let BarkArt::Files { color, normal, roughness } = &plan.bark_art else { return Vec::new() };
+    [color, normal, roughness].into_iter().filter(|file| !file.is_empty()).collect()
 }
 
 /// Decodes pictures of the user's: colour, normal, roughness; an empty name is a map that was not given.

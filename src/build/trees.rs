@@ -5,19 +5,22 @@ use std::sync::{Arc, OnceLock};
 
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
-use super::stages::{Pictures, SourcePlant, Wardrobe};
+use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
 use crate::base::{Key, Seed};
 use crate::lod::{self, Ladder, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::Variant;
+use crate::preset::plan::{Lod, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 1);
 const LADDER: Stage = Stage("ladder", 4);
+
+/// Share of an atlas that pictures and their gutters are reckoned to fill.
+const FILLED: f64 = 0.93;
 
 /// A tree of a set.
 #[derive(Clone, Debug)]
@@ -34,8 +37,8 @@ pub(super) struct Tree {
 pub(super) struct Trees<'a> {
     plan: &'a Plan,
     wardrobe: &'a Wardrobe,
-    /// All of the wardrobe's pictures but their colours, once somebody asks.
-    shapes: OnceLock<Key>,
+    /// All of the wardrobe's pictures but their colours, and the mean edge of cards' pictures, once somebody asks.
+    looks: OnceLock<(Key, u32)>,
     /// The same, ready to be drawn; made when a ladder is.
     stock: OnceLock<Stock>,
     cache: &'a Cache,
@@ -44,7 +47,7 @@ pub(super) struct Trees<'a> {
 
 impl<'a> Trees<'a> {
     pub(super) fn new(plan: &'a Plan, wardrobe: &'a Wardrobe, cache: &'a Cache, sketches: &'a [Drawn]) -> Self {
-        Self { plan, wardrobe, shapes: OnceLock::new(), stock: OnceLock::new(), cache, sketches }
+        Self { plan, wardrobe, looks: OnceLock::new(), stock: OnceLock::new(), cache, sketches }
     }
 
     /// A variant with leaves.
@@ -66,13 +69,21 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let shapes = *self.shapes.get_or_init(|| self.wardrobe.pictures.shapes());
-        let key = LADDER.key().input(content(plant)).input(shapes).params(mesh).params(lods).number(seed.bits());
+        let (shapes, edge) =
+            *self.looks.get_or_init(|| (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
+        let key = LADDER
+            .key()
+            .input(content(plant))
+            .input(shapes)
+            .params(mesh)
+            .params(lods)
+            .number(u64::from(edge))
+            .number(seed.bits());
         let key = key.finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
             let stock = self.stock.get_or_init(|| Stock::new(leaves, bark));
-            lod::ladder_with(plant, mesh, lods, stock, lod::CARD_TEXELS, seed)
+            lod::ladder_with(plant, mesh, lods, stock, edge, seed)
         });
         (made, key)
     }
@@ -81,6 +92,34 @@ impl<'a> Trees<'a> {
         let made = self.cache.remember(stage, key, || Ok(make()));
         made.expect("what is made of sound parts never fails")
     }
+}
+
+/// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn
+/// smaller are sharper than those that are scaled when they are packed. In eighths of the usual, so that one more variant
+/// seldom changes the others.
+fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
+    let cell = |edge: f64| {
+        let edge = edge + f64::from(plan.atlas.gutter) + 4.0;
+        edge * edge
+    };
+    let art: f64 = pictures
+        .leaves
+        .iter()
+        .map(|maps| cell(f64::from(maps.width)) * f64::from(maps.height) / f64::from(maps.width.max(1)))
+        .sum();
+    let tree = |texels: u32| -> f64 {
+        let of = |level: &Lod| {
+            lod::pictures(level, texels)
+                .into_iter()
+                .map(|(count, edge)| f64::from(count) * cell(f64::from(edge)))
+                .sum::<f64>()
+        };
+        plan.lods.iter().map(of).sum()
+    };
+    let room = f64::from(plan.atlas.size) * f64::from(plan.atlas.size) * FILLED - art;
+    let steps = (2..=8).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
+    let fits = |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room;
+    steps.clone().find(fits).unwrap_or(lod::CARD_TEXELS / 4)
 }
 
 /// The key of a value's content.
@@ -134,13 +173,23 @@ impl Pictures {
     }
 }
 
-impl Entry for Pictures {
+impl Entry for LeafPictures {
     fn weight(&self) -> usize {
-        self.leaves.iter().chain([&self.bark]).map(weight).sum()
+        self.0.iter().map(weight).sum()
     }
 
     fn is_sound(&self) -> bool {
-        !self.leaves.is_empty() && self.leaves.iter().chain([&self.bark]).all(is_whole)
+        !self.0.is_empty() && self.0.iter().all(is_whole)
+    }
+}
+
+impl Entry for Maps {
+    fn weight(&self) -> usize {
+        weight(self)
+    }
+
+    fn is_sound(&self) -> bool {
+        is_whole(self)
     }
 }
 

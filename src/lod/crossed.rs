@@ -12,7 +12,7 @@ use super::tile::Tile;
 use crate::mesh::{Mesh, TreeMesh};
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
-const EDGE: u32 = 2;
+pub(super) const EDGE: u32 = 2;
 /// Distance of a quad's two sides from its plane, as a share of its height: a third of a pixel at the size at which quads
 /// take over, and more than depth buffers confuse there.
 const APART: f32 = 0.008;

@@ -20,7 +20,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::cloud::Scene;
+use super::cloud::{CARD_TEXELS, Scene};
 use super::measure::{Wardrobe, bounds};
 use super::tile::Tile;
 use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Target, View, survey};
@@ -28,7 +28,7 @@ use crate::base::Frame;
 use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::preset::plan::Forks;
 
-/// Texels along a frame's edge.
+/// Texels along a frame's edge, where cards have [`CARD_TEXELS`].
 const TEXELS: u32 = 40;
 /// Samples along a texel's edge.
 const SAMPLES: u32 = 3;
@@ -42,6 +42,11 @@ const APART: f32 = 0.01;
 const ROUGHNESS: u8 = 200;
 /// The first alpha that passes the test.
 const SOLID: u8 = 128;
+
+/// Texels along a frame's edge where cards have so many.
+pub(super) fn texels(cards: u32) -> u32 {
+    (cards.clamp(8, 1024) * TEXELS / CARD_TEXELS).clamp(8, 128)
+}
 
 /// How a sheet of views is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -180,6 +185,8 @@ impl Shown {
 /// An impostor before its alpha is settled.
 pub(super) struct Views {
     pub(super) layout: Impostor,
+    /// Along a frame's edge.
+    texels: u32,
     drawn: Vec<Drawn>,
     /// The mesh for engines without a shader for it.
     pub(super) tree: TreeMesh,
@@ -196,9 +203,9 @@ struct Drawn {
     recipe: Recipe,
 }
 
-/// Draws an impostor's frames; its mesh wears tile `tile`.
-pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile: u32) -> Views {
-    let frames = frames.clamp(2, 32);
+/// Draws an impostor's frames, so many along an edge, for cards of so many texels; its mesh wears tile `tile`.
+pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe, tile: u32) -> Views {
+    let (frames, texels) = (frames.clamp(2, 32), texels(cards));
     let (low, high) = bounds(scene.full);
     let centre = (low + high) * 0.5;
     let points = || scene.full.bark.positions.iter().chain(&scene.full.leaf.positions).filter(|p| p.is_finite());
@@ -206,7 +213,7 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     let reach = (points().map(across).fold(0.0_f32, f32::max).sqrt() * ROOM).max(1e-3);
     let height = ((high.y - low.y) * 0.5 * ROOM).max(1e-3);
     let layout = Impostor { frames, centre, radius: (reach * reach + height * height).sqrt(), reach, height };
-    let afar = afar(scene, 2.0 * height / TEXELS as f32);
+    let afar = afar(scene, 2.0 * height / texels as f32);
     let surfaces = wardrobe.dressed(&afar);
     let drawn: Vec<Drawn> = (0..frames * frames)
         .into_par_iter()
@@ -214,7 +221,7 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
             let frame = (i % frames, i / frames);
             let (axes, extent) = (layout.axes(frame), layout.extent(frame));
             let view = View::new(axes, centre, extent.x, extent.y);
-            let (target, recipe) = survey(&surfaces, &view, TEXELS, TEXELS, SAMPLES);
+            let (target, recipe) = survey(&surfaces, &view, texels, texels, SAMPLES);
             Drawn::new(target, recipe, axes)
         })
         .collect();
@@ -233,7 +240,7 @@ pub(super) fn impostor(scene: &Scene<'_>, frames: u32, wardrobe: &Wardrobe, tile
     }
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
-    Views { layout, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
+    Views { layout, texels, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
 }
 
 /// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
@@ -281,10 +288,10 @@ impl Views {
     pub(super) fn shown(&self, viewer: Frame, gain: f32) -> TreeMesh {
         let frame = self.layout.nearest(viewer.z);
         let drawn = &self.drawn[(frame.1 * self.layout.frames + frame.0) as usize];
-        let mut shown = Shown::new(&self.layout, frame, viewer, Vec2::splat(TEXELS as f32), 0);
-        for (i, _) in alphas(&drawn.coverage, gain).iter().enumerate().filter(|(_, a)| **a >= SOLID) {
-            let at = Vec2::new((i as u32 % TEXELS) as f32 + 0.5, (i as u32 / TEXELS) as f32 + 0.5);
-            shown.add(at / TEXELS as f32 * 2.0 - 1.0, drawn.depth[i], Vec2::ZERO);
+        let mut shown = Shown::new(&self.layout, frame, viewer, Vec2::splat(self.texels as f32), 0);
+        for (i, _) in alphas(&drawn.coverage, self.texels, gain).iter().enumerate().filter(|(_, a)| **a >= SOLID) {
+            let at = Vec2::new((i as u32 % self.texels) as f32 + 0.5, (i as u32 / self.texels) as f32 + 0.5);
+            shown.add(at / self.texels as f32 * 2.0 - 1.0, drawn.depth[i], Vec2::ZERO);
         }
         TreeMesh { bark: Mesh::default(), leaf: shown.mesh }
     }
@@ -292,9 +299,10 @@ impl Views {
     /// The sheet, with `gain` times the area that the tree covers solid.
     pub(super) fn sheet(&self, gain: f32) -> Tile {
         let frames = self.layout.frames;
-        let edge = (frames * TEXELS) as usize;
-        let texels = TEXELS as usize;
-        let alphas: Vec<Vec<u8>> = self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, gain)).collect();
+        let edge = (frames * self.texels) as usize;
+        let texels = self.texels as usize;
+        let alphas: Vec<Vec<u8>> =
+            self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, gain)).collect();
         let (mut alpha, mut normal) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
         let mut orm = Vec::with_capacity(edge * edge);
         for block in (0..self.drawn.len()).step_by(frames as usize) {
@@ -318,7 +326,7 @@ impl Views {
 
 /// Alpha of a frame's texels: as many are solid as the tree covers, times `gain`, the fullest first. A row that would show
 /// nothing of a thin trunk shows its fullest texel.
-fn alphas(coverage: &[f32], gain: f32) -> Vec<u8> {
+fn alphas(coverage: &[f32], texels: u32, gain: f32) -> Vec<u8> {
     let mut ranked: Vec<f32> = coverage.iter().copied().filter(|c| *c > 0.0).collect();
     ranked.sort_unstable_by(|a, b| b.total_cmp(a));
     let wanted = (coverage.iter().sum::<f32>() * gain + 0.5) as usize;
@@ -326,7 +334,7 @@ fn alphas(coverage: &[f32], gain: f32) -> Vec<u8> {
     // A little past the threshold, which itself must pass after rounding to bytes.
     let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
     let mut alphas: Vec<u8> = coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
-    let width = TEXELS as usize;
+    let width = texels as usize;
     for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {
         if covered.iter().sum::<f32>() < 0.25 || row.iter().any(|a| *a >= SOLID) {
             continue;

@@ -88,6 +88,17 @@ impl Stock {
     }
 }
 
+/// How many pictures a level brings at a mean edge of its cards of `texels`, about, and their edges.
+#[must_use]
+pub fn pictures(level: &Lod, texels: u32) -> Vec<(u32, u32)> {
+    match *level {
+        Lod::Full | Lod::Thinned { .. } => Vec::new(),
+        Lod::BillboardCloud { cards } => vec![(cards, texels)],
+        Lod::CrossedQuads => vec![(2, texels * super::crossed::EDGE)],
+        Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels))],
+    }
+}
+
 /// The palette that [`Tile`]s are painted with: bark, then leaf pictures by slot.
 #[must_use]
 pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
@@ -161,7 +172,7 @@ pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock
                 (made, own, measured)
             }
             Lod::Impostor { frames } => {
-                let views = impostor(&scene, frames, wardrobe, first_tile);
+                let views = impostor(&scene, (frames, texels), wardrobe, first_tile);
                 layout = Some(views.layout);
                 let (gain, drawn) = settled(&views, bench.outlines(COARSE));
                 let found = bench.takes_over(lod, above, &drawn);

@@ -56,6 +56,23 @@ pub(super) enum Base {
     },
 }
 
+/// How far from its parent's surface a branch is lit like it, in its own radius; half the parent's at most.
+const SEAM: f32 = 1.2;
+/// How much of the parent's normal a collar takes: less than all, so that no normal turns away from its triangle.
+const TAKEN: f32 = 0.8;
+
+impl Base {
+    /// The normal of a branch's skin at `place` as light is to see it: where a branch with a collar leaves its parent's
+    /// wood, which is taken to be straight from `foot` on, it goes over into the parent's, so that the joint is no crease.
+    pub(super) fn blended(&self, foot: Vec3, place: Vec3, normal: Vec3, radius: f32) -> Vec3 {
+        let Self::Fork { axis, parent, forks: Forks::Collar } = *self else { return normal };
+        let away = place - foot;
+        let out = away - axis * away.dot(axis);
+        let share = 1.0 - math::smoothstep(0.0, (SEAM * radius).min(parent * 0.5).max(1e-6), out.length() - parent);
+        if share <= 0.0 { normal } else { (normal + out.normalize_or_zero() * (TAKEN * share)).normalize_or(normal) }
+    }
+}
+
 /// The rings of a chain, base first: at least two, at least `apart` metres from each other.
 ///
 /// `points` and `radii` are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in

@@ -159,7 +159,9 @@ impl Scene<'_> {
                 let radial = frame.x * cos + frame.z * -sin;
                 let u = around * k as f32 / sides as f32;
                 let normal = (radial - frame.y * ring.slope.clamp(-2.0, 2.0)).normalize_or(radial);
-                push(mesh, ring.centre + radial * ring.radius, normal, Vec2::new(u, v), shade);
+                let place = ring.centre + radial * ring.radius;
+                let normal = base.blended(points[0], place, normal, ring.radius);
+                push(mesh, place, normal, Vec2::new(u, v), shade);
             }
             last = *ring;
         }
