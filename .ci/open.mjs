@@ -2,10 +2,10 @@
 // as many vertices and triangles as the file says. Where a variant was written plain and for the web, both are rendered
 // and compared.
 //
-//     npm install --prefix .ci --no-save --no-package-lock three puppeteer-core
+//     (cd .ci && npm install --no-package-lock)
 //     node .ci/open.mjs out/avenue shots/ [CHROMIUM]
 //
-// Not a part of .ci/run, since it needs a browser. Exit code 1 when counts differ, a page reports an error, or two
+// Exit code 1 when counts differ, a page reports an error, or two
 // pictures of one variant differ by more than `tolerance`.
 
 import { execFileSync } from "node:child_process";
@@ -13,7 +13,7 @@ import { createServer } from "node:http";
 import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import path from "node:path";
-import puppeteer from "puppeteer-core";
+import { chromium as browsers } from "playwright-core";
 
 // Mean difference of the channels, 0 to 1: quantized normals shade a little differently.
 const tolerance = 0.01;
@@ -81,7 +81,7 @@ const server = createServer(async (request, response) => {
   }
 });
 await new Promise((done) => server.listen(0, "127.0.0.1", done));
-const browser = await puppeteer.launch({
+const browser = await browsers.launch({
   executablePath: chromium,
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
@@ -89,9 +89,9 @@ const tab = await browser.newPage();
 const faults = [];
 tab.on("pageerror", (error) => faults.push(String(error)));
 tab.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-await tab.setViewport({ width: 512, height: 512 });
+await tab.setViewportSize({ width: 512, height: 512 });
 await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-await tab.waitForFunction("window.ready", { timeout: 120000 }).catch((error) => faults.push(String(error)));
+await tab.waitForFunction("window.ready", undefined, { timeout: 120000 }).catch((error) => faults.push(String(error)));
 await mkdir(shots, { recursive: true });
 
 // What the file itself says, primitive by primitive.

@@ -1,16 +1,16 @@
 // Plays a clip in three.js in Chromium and takes a screenshot at three times.
 //
-//     npm install --prefix .ci --no-save --no-package-lock three puppeteer-core
+//     (cd .ci && npm install --no-package-lock)
 //     node .ci/play.mjs out/morph/morph_clip_001.glb shots/ [CHROMIUM]
 //
-// Not a part of .ci/run, since it needs a browser. Exit code 1 when the page reports an error, when no animation is found,
+// Exit code 1 when the page reports an error, when no animation is found,
 // or when two of the screenshots are the same.
 
 import { createServer } from "node:http";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import path from "node:path";
-import puppeteer from "puppeteer-core";
+import { chromium as browsers } from "playwright-core";
 
 const [clip, shots, chromium = "/usr/bin/chromium"] = process.argv.slice(2);
 if (!clip || !shots) {
@@ -70,7 +70,7 @@ const server = createServer(async (request, response) => {
   }
 });
 await new Promise((done) => server.listen(0, "127.0.0.1", done));
-const browser = await puppeteer.launch({
+const browser = await browsers.launch({
   executablePath: chromium,
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
@@ -78,9 +78,9 @@ const tab = await browser.newPage();
 const faults = [];
 tab.on("pageerror", (error) => faults.push(String(error)));
 tab.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-await tab.setViewport({ width: 720, height: 720 });
+await tab.setViewportSize({ width: 720, height: 720 });
 await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-await tab.waitForFunction("window.ready", { timeout: 240000 }).catch((error) => faults.push(String(error)));
+await tab.waitForFunction("window.ready", undefined, { timeout: 240000 }).catch((error) => faults.push(String(error)));
 await mkdir(shots, { recursive: true });
 const taken = [];
 if (faults.length === 0) {
