@@ -16,7 +16,7 @@ pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     if slim == 0 {
         return (rest, slim);
     }
-    let (before, after) = (plant.height(), rest.height());
+    let (before, after) = rayon::join(|| plant.height(), || rest.height());
     // The highest twig may be among what was shed.
     if after > 0.0 && after < before {
         let (rest, _) = without(plant, slenderness, before / after);
@@ -32,7 +32,7 @@ pub(super) fn shed_in_place(plant: &Plant, slenderness: f32) -> (Plant, usize) {
 
 /// A plant scaled to be as high as another.
 pub(super) fn as_high_as(model: &Plant, plant: Plant) -> Plant {
-    let (before, after) = (model.height(), plant.height());
+    let (before, after) = rayon::join(|| model.height(), || plant.height());
     if after > 0.0 && before > 0.0 && after != before {
         return without(&plant, f32::INFINITY, before / after).0;
     }

@@ -131,7 +131,7 @@ fn dropped(plant: &Plant, found: &Found) -> (Plant, usize) {
 
 /// The chains of `after` that an obstacle bars though it did not bar them `before`; chains of both are the same ones.
 fn newly_barred(before: &Plant, after: &Plant, barred: &dyn Fn(Vec3, Vec3) -> bool) -> Vec<bool> {
-    let (a, b) = (Posed::of_bearers(before), Posed::of_bearers(after));
+    let (a, b) = rayon::join(|| Posed::of_bearers(before), || Posed::of_bearers(after));
     let within = |posed: &Posed, plant: &Plant, id| posed.chain(plant, id).windows(2).any(|s| barred(s[0], s[1]));
     let ids = after.chain_ids();
     ids.map(|id| a.chain(before, id) != b.chain(after, id) && within(&b, after, id) && !within(&a, before, id))
