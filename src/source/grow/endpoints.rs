@@ -124,16 +124,15 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
     if count >= order.len() {
         return order;
     }
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for &n in &order {
-        (low, high) = (low.min(nodes.at(n)), high.max(nodes.at(n)));
-    }
-    let mut chosen: Vec<u32> = Vec::with_capacity(count);
+    // Each with its place, and with the square of its distance to a chosen one that keeps it out: most are still kept out
+    // by it when the disc has shrunk, and need not look around.
+    let mut order: Vec<(u32, f32, Vec3)> =
+        order.into_par_iter().with_min_len(4096).map(|n| (n, f32::INFINITY, nodes.at(n))).collect();
+    let ends = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = order.iter().fold(ends, |(low, high), (_, _, p)| (low.min(*p), high.max(*p)));
+    let mut chosen: Vec<(u32, Vec3)> = Vec::with_capacity(count);
     // Candidates fill a volume or a surface of discs; the larger first guess is the surface's.
     let mut disc = nodes.disc * 1.3 * (order.len() as f32 / count.max(1) as f32).sqrt();
-    // Each with the square of its distance to a chosen one that keeps it out: most are still kept out by it when the
-    // disc has shrunk, and need not look around.
-    let mut order: Vec<(u32, f32)> = order.into_iter().map(|n| (n, f32::INFINITY)).collect();
     while chosen.len() < count && !order.is_empty() {
         // At the graph's own disc every candidate has room, which ends the loop.
         let last = disc <= nodes.disc;
@@ -141,24 +140,23 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
         let lattice = Lattice::covering(low, high, disc.max(nodes.disc));
         let mut heads = vec![NONE; lattice.cells()];
         let mut links: Vec<u32> = Vec::with_capacity(count);
-        let put = |heads: &mut Vec<u32>, links: &mut Vec<u32>, place: u32, node: u32| {
-            let cell = lattice.index(lattice.cell(nodes.at(node)));
+        let put = |heads: &mut Vec<u32>, links: &mut Vec<u32>, place: u32, at: Vec3| {
+            let cell = lattice.index(lattice.cell(at));
             links.push(heads[cell]);
             heads[cell] = place;
         };
-        for (place, &node) in chosen.iter().enumerate() {
-            put(&mut heads, &mut links, place as u32, node);
+        for (place, &(_, at)) in chosen.iter().enumerate() {
+            put(&mut heads, &mut links, place as u32, at);
         }
         let mut refused = Vec::new();
-        for &(node, kept_out) in &order {
+        for &(node, kept_out, here) in &order {
             if chosen.len() == count {
                 break;
             }
             if kept_out < square && !last {
-                refused.push((node, kept_out));
+                refused.push((node, kept_out, here));
                 continue;
             }
-            let here = nodes.at(node);
             let crowding = || {
                 let [from, to] = lattice.around(lattice.cell(here));
                 for y in from[1]..=to[1] {
@@ -166,7 +164,7 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
                         for x in from[0]..=to[0] {
                             let mut i = heads[lattice.index([x, y, z])];
                             while i != NONE {
-                                let apart = nodes.at(chosen[i as usize]).distance_squared(here);
+                                let apart = chosen[i as usize].1.distance_squared(here);
                                 if apart < square {
                                     return Some(apart);
                                 }
@@ -178,17 +176,17 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
                 None
             };
             match if last { None } else { crowding() } {
-                Some(apart) => refused.push((node, apart)),
+                Some(apart) => refused.push((node, apart, here)),
                 None => {
-                    put(&mut heads, &mut links, chosen.len() as u32, node);
-                    chosen.push(node);
+                    put(&mut heads, &mut links, chosen.len() as u32, here);
+                    chosen.push((node, here));
                 }
             }
         }
         order = refused;
         disc *= 0.85;
     }
-    chosen
+    chosen.into_iter().map(|(node, _)| node).collect()
 }
 
 #[cfg(test)]
