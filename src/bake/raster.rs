@@ -263,7 +263,9 @@ fn draw(
                             }
                             Noted::Light => {
                                 let light = fragment.light * (part.count as f32 / area);
-                                notes.draft.add(shader.surface, fragment.texel, light);
+                                for (texel, share) in shader.texels(part) {
+                                    notes.draft.add(shader.surface, texel, light * share);
+                                }
                             }
                         }
                         sum.add(fragment, part.count as f32);
@@ -276,7 +278,7 @@ fn draw(
             match noted {
                 Noted::Nothing => {}
                 Noted::Palette(_) => notes.recipe.push(&mut mixed),
-                Noted::Light => notes.draft.end(shown.len()),
+                Noted::Light => notes.draft.end(),
             }
         }
         notes
@@ -637,6 +639,14 @@ impl Setup {
         }
     }
 
+    /// Coordinates at a point within it, in units.
+    fn uv_at(&self, (x, y): (i32, i32)) -> Vec2 {
+        let [a, b, c] = self.points;
+        let inverse = 1.0 / self.area as f32;
+        let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
+        self.uv[0] * (1.0 - wb - wc) + self.uv[1] * wb + self.uv[2] * wc
+    }
+
     /// What the triangle shows at a point within it, in units.
     fn fragment(&self, surface: &Surface<'_>, (x, y): (i32, i32)) -> Fragment {
         let [a, b, c] = self.points;
@@ -656,14 +666,13 @@ impl Setup {
             }
         }
         let mut normal = normal.normalize_or(Vec3::Y);
-        let (mut color, mut occlusion, mut place, mut address) = (Vec3::ONE, 1.0, NONE, NONE);
+        let (mut color, mut occlusion, mut place) = (Vec3::ONE, 1.0, NONE);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
             let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
             color = texel.color;
             occlusion = texel.occlusion;
             place = Palette::place(t as u32, uv, surface.repeat);
-            address = surface.pictures[t].address(self.level, uv.x, uv.y, surface.repeat);
             let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
             if tangent != Vec3::ZERO {
                 let n = texel.normal;
@@ -671,16 +680,7 @@ impl Setup {
                 normal = bent.normalize_or(normal);
             }
         }
-        Fragment {
-            color: color * shade,
-            light: Vec3::splat(shade),
-            normal,
-            occlusion,
-            back: self.back,
-            shade,
-            place,
-            texel: address,
-        }
+        Fragment { color: color * shade, light: Vec3::splat(shade), normal, occlusion, back: self.back, shade, place }
     }
 }
 
@@ -740,6 +740,18 @@ struct Shader<'a> {
 }
 
 impl Shader<'_> {
+    /// The texels that the part last shaded shows, with their shares: the nearest one, or four where they are larger than
+    /// a sample; `u32::MAX` for white.
+    fn texels(&self, part: &Shown) -> impl Iterator<Item = (u32, f32)> {
+        let surface = &self.scene.surfaces[self.surface];
+        let picture = self.setup.as_ref().and_then(|s| Some((s, &surface.pictures[s.picture?])));
+        let found = picture.map_or([(NONE, 1.0), (NONE, 0.0), (NONE, 0.0), (NONE, 0.0)], |(setup, picture)| {
+            let uv = setup.uv_at(part.middle());
+            picture.addresses(setup.level, setup.magnified, (uv.x, uv.y), surface.repeat)
+        });
+        found.into_iter().filter(|f| f.1 > 0.0)
+    }
+
     fn shade(&mut self, part: &Shown) -> Fragment {
         if self.held != part.triangle {
             self.held = part.triangle;
