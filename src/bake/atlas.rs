@@ -240,7 +240,7 @@ impl Layout {
     /// When there are more or fewer pictures than places, or one isn't whole.
     pub fn relief(&self, pictures: &[Picked<'_>]) -> Result<Relief, AtlasError> {
         self.check(pictures, |p| p.color.len() == p.normal.len() && p.color.len() == p.orm.len())?;
-        let scaled: Vec<(Cow<'_, [[u8; 3]]>, Cow<'_, [[u8; 3]]>)> = self
+        let (normal, orm): (Vec<_>, Vec<_>) = self
             .with_places(pictures)
             .map(|(p, r)| {
                 if (p.width, p.height) == (r.width, r.height) {
@@ -249,8 +249,7 @@ impl Layout {
                 let (normal, orm) = shrink_relief(p, r.width, r.height);
                 (Cow::Owned(normal), Cow::Owned(orm))
             })
-            .collect();
-        let (normal, orm): (Vec<_>, Vec<_>) = scaled.into_iter().unzip();
+            .unzip();
         Ok(rayon::join(|| self.draw(&normal, [128, 128, 255]), || self.draw(&orm, [255, 255, 0])))
     }
 

@@ -1,7 +1,7 @@
 //! What a lit picture shows, before colours: a picture that is drawn again for every tint is drawn once and painted.
 //!
 //! Of each pixel the texels that it shows are noted, in the mips of the surfaces' pictures, each with the light that falls
-//! on it, shade and share included. Texels are the nearest ones: such pictures are looked at from afar.
+//! on it, shade and share included; the nearest one, or the four around where they are larger than a sample.
 
 use glam::Vec3;
 
@@ -11,6 +11,8 @@ pub(super) struct Draft {
     /// Parts of each pixel.
     counts: Vec<u16>,
     parts: Vec<Part>,
+    /// Parts of pixels that are ended.
+    ended: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +34,10 @@ impl Draft {
         self.parts.push(Part { texel, surface: surface as u16, light });
     }
 
-    /// Ends a pixel of so many parts.
-    pub(super) fn end(&mut self, parts: usize) {
-        self.counts.push(parts as u16);
+    /// Ends a pixel.
+    pub(super) fn end(&mut self) {
+        self.counts.push((self.parts.len() - self.ended) as u16);
+        self.ended = self.parts.len();
     }
 
     /// One after the other.
@@ -44,6 +47,7 @@ impl Draft {
         for draft in all {
             whole.counts.extend(draft.counts);
             whole.parts.extend(draft.parts);
+            whole.ended += draft.ended;
         }
         whole
     }

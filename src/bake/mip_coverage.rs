@@ -187,7 +187,7 @@ impl Level {
     }
 
     /// Of some squares as many as they cover.
-    fn pick(&mut self, ranked: &mut Vec<(f32, usize)>, owed: &mut f32) {
+    fn pick(&mut self, ranked: &mut [(f32, usize)], owed: &mut f32) {
         let wanted = ranked.iter().map(|r| self.squares[r.1].solid).sum::<f32>() + *owed;
         // Those that can be either go by how full they are; before them come those that can't be clear.
         for (rank, i) in ranked.iter_mut() {
@@ -354,9 +354,9 @@ mod tests {
     fn each_picture_keeps_its_own_coverage() {
         // Left dense, right sparse: by rank alone all would go to the left.
         let mut alpha = vec![0_u8; 128 * 64];
-        for i in 0..128 * 64 {
+        for (i, a) in alpha.iter_mut().enumerate() {
             let share = if i % 128 < 64 { 0.8 } else { 0.2 };
-            alpha[i] = if Seed::new(4).at(i as u64).unit() < share { 255 } else { 0 };
+            *a = if Seed::new(4).at(i as u64).unit() < share { 255 } else { 0 };
         }
         let halves = [0, 64].map(|x| Rect { x, y: 0, width: 64, height: 64 });
         preserve_alpha(&mut alpha, (128, 64), &halves);

@@ -22,6 +22,7 @@ mod picture;
 mod raster;
 mod recipe;
 mod resample;
+mod samples;
 mod shade;
 mod silhouette;
 mod skyline;

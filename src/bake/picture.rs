@@ -91,19 +91,37 @@ impl Picture {
         level
     }
 
-    /// The texel of a level at a place, counted through all levels.
-    pub(super) fn address(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> u32 {
+    /// The texels of a level that show at a place, counted through all levels, and their shares: the nearest one, or, where
+    /// they are magnified, the four around by their alpha.
+    pub(super) fn addresses(
+        &self,
+        level: usize,
+        magnified: bool,
+        (u, v): (f32, f32),
+        repeat: Repeat,
+    ) -> [(u32, f32); 4] {
         let level = level.min(self.levels.len() - 1);
         let before: usize = self.levels[..level].iter().map(|l| l.color.len()).sum();
         let level = &self.levels[level];
-        let at = |t: f32, size: u32| {
-            let t = if repeat == Repeat::Tiled { t - t.floor() } else { t };
-            ((t * size as f32) as u32).min(size - 1)
-        };
-        before as u32 + at(v, level.height) * level.width + at(u, level.width)
+        let (x0, x1, fx) = neighbours(u, level.width, repeat);
+        let (y0, y1, fy) = neighbours(v, level.height, repeat);
+        let at = |x: u32, y: u32| y * level.width + x;
+        if !magnified {
+            let (x, y) = (if fx < 0.5 { x0 } else { x1 }, if fy < 0.5 { y0 } else { y1 });
+            return [(before as u32 + at(x, y), 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+        }
+        let corners = [
+            (x0, y0, (1.0 - fx) * (1.0 - fy)),
+            (x1, y0, fx * (1.0 - fy)),
+            (x0, y1, (1.0 - fx) * fy),
+            (x1, y1, fx * fy),
+        ];
+        let weighed = corners.map(|(x, y, w)| (at(x, y), w * (f32::from(level.color[at(x, y) as usize][3]) + 1.0)));
+        let all: f32 = weighed.iter().map(|w| w.1).sum();
+        weighed.map(|(texel, w)| (before as u32 + texel, w / all.max(1e-20)))
     }
 
-    /// The colours of all levels, as [`address`](Self::address) counts them; much cheaper than a picture.
+    /// The colours of all levels, as [`addresses`](Self::addresses) counts them; much cheaper than a picture.
     pub(super) fn colors(maps: &Maps) -> Vec<[u16; 4]> {
         let (mut width, mut height) = (maps.width as usize, maps.height as usize);
         if width * height == 0 || maps.color.len() < width * height {

@@ -20,18 +20,15 @@ use rayon::prelude::*;
 use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
+use super::samples::{
+    Extent, Grid, Point, SMALL, SUBSAMPLE, corner_points, edge, extent, holds_any, project, span, top_left,
+};
 use super::shade::{Fragment, Light, Shading};
 use crate::base::Frame;
 use crate::mesh::Mesh;
 
-/// Snapping: units a sample.
-const SUBSAMPLE: f32 = 256.0;
-/// Farthest snapped coordinate that is drawn; keeps products of edges within 64 bits.
-const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
 /// Rows of samples that one task fills.
 const BAND: usize = 32;
-/// Samples of a picture that one task fills.
-const SMALL: usize = 1 << 16;
 /// Most samples along an edge of a target.
 const LARGEST: u32 = 8192;
 /// Most samples in the box of a triangle that is tested against each of them before anything else is done with it.
@@ -100,18 +97,6 @@ pub struct Target {
     pub occlusion: Vec<f32>,
     /// Mean distance from the view's centre towards the viewer, metres; negative infinity where nothing is covered.
     pub depth: Vec<f32>,
-}
-
-/// A projected vertex, in 1/256 samples; `x` is `i32::MIN` where it can't be drawn.
-#[derive(Clone, Copy)]
-pub(super) struct Point {
-    pub(super) x: i32,
-    pub(super) y: i32,
-    depth: f32,
-}
-
-impl Point {
-    const NOWHERE: Self = Self { x: i32::MIN, y: 0, depth: 0.0 };
 }
 
 /// Which depths are drawn.
@@ -263,7 +248,9 @@ fn draw(
                             }
                             Noted::Light => {
                                 let light = fragment.light * (part.count as f32 / area);
-                                notes.draft.add(shader.surface, fragment.texel, light);
+                                for (texel, share) in shader.texels(part) {
+                                    notes.draft.add(shader.surface, texel, light * share);
+                                }
                             }
                         }
                         sum.add(fragment, part.count as f32);
@@ -276,7 +263,7 @@ fn draw(
             match noted {
                 Noted::Nothing => {}
                 Noted::Palette(_) => notes.recipe.push(&mut mixed),
-                Noted::Light => notes.draft.end(shown.len()),
+                Noted::Light => notes.draft.end(),
             }
         }
         notes
@@ -380,9 +367,6 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// First and last column, first and last row.
-type Extent = ((usize, usize), (usize, usize));
-
 /// A triangle as far as one pixel shows it.
 #[derive(Clone, Copy)]
 struct Shown {
@@ -410,62 +394,6 @@ impl Shown {
         let count = self.count as u64;
         ((self.columns as u64 * 256 / count) as i32 + 128, (self.rows as u64 * 256 / count) as i32 + 128)
     }
-}
-
-/// Samples of a picture.
-#[derive(Clone, Copy)]
-pub(super) struct Grid {
-    pub(super) columns: usize,
-    pub(super) rows: usize,
-}
-
-/// Where a mesh's vertices lie in a picture.
-struct Projection {
-    view: View,
-    scale: Vec2,
-    middle: Vec2,
-}
-
-impl Projection {
-    fn new(view: &View, grid: Grid) -> Self {
-        let middle = Vec2::new(grid.columns as f32, grid.rows as f32) * (0.5 * SUBSAMPLE);
-        Self { view: *view, scale: middle / Vec2::new(view.half_width, view.half_height), middle }
-    }
-
-    #[inline]
-    fn point(&self, p: Vec3) -> Point {
-        let local = self.view.frame.to_local(p - self.view.centre);
-        let (x, y) = (self.middle.x + local.x * self.scale.x, self.middle.y - local.y * self.scale.y);
-        // Written so that NaN fails it.
-        if x.abs() < FARTHEST && y.abs() < FARTHEST && local.z.is_finite() {
-            Point { x: round(x), y: round(y), depth: local.z }
-        } else {
-            Point::NOWHERE
-        }
-    }
-}
-
-/// `(v + 0.5).floor()` without a call: baselines of x86 have no instruction for it.
-#[inline]
-fn round(v: f32) -> i32 {
-    let v = v + 0.5;
-    let cut = v as i32;
-    cut - i32::from(cut as f32 > v)
-}
-
-fn project(mesh: &Mesh, view: &View, grid: Grid) -> Vec<Point> {
-    let projection = Projection::new(view, grid);
-    if grid.columns * grid.rows <= SMALL {
-        return mesh.positions.iter().map(|&p| projection.point(p)).collect();
-    }
-    mesh.positions.par_iter().with_min_len(4096).map(|&p| projection.point(p)).collect()
-}
-
-/// As [`project`], on this thread, into points that are used again.
-pub(super) fn project_into(mesh: &Mesh, view: &View, grid: Grid, points: &mut Vec<Point>) {
-    let projection = Projection::new(view, grid);
-    points.clear();
-    points.extend(mesh.positions.iter().map(|&p| projection.point(p)));
 }
 
 /// Triangles by the band of rows that they touch, in order within each band.
@@ -506,36 +434,6 @@ impl Bands {
     fn of(&self, band: usize) -> &[u32] {
         &self.entries[self.starts[band]..self.starts[band + 1]]
     }
-}
-
-pub(super) fn corner_points(points: &[Point], corners: [u32; 3]) -> Option<[Point; 3]> {
-    let at = |i: u32| points.get(i as usize).copied().filter(|p| p.x != i32::MIN);
-    Some([at(corners[0])?, at(corners[1])?, at(corners[2])?])
-}
-
-/// First and last column and row of the samples whose centres a triangle's box holds.
-#[inline]
-pub(super) fn extent(p: [Point; 3], grid: Grid) -> Option<Extent> {
-    let span = |a: i32, b: i32, c: i32, size: usize| {
-        // A centre lies at 256 i + 128. Shifts round down.
-        let low = ((a.min(b).min(c) - 128 + 255) >> 8).max(0);
-        let high = ((a.max(b).max(c) - 128) >> 8).min(size as i32 - 1);
-        (low <= high).then_some((low as usize, high as usize))
-    };
-    Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
-}
-
-/// Whether the triangle covers one of the samples of its box.
-fn holds_any(mut p: [Point; 3], x: (usize, usize), y: (usize, usize)) -> bool {
-    if edge(p[0], p[1], p[2].x, p[2].y) < 0 {
-        p.swap(1, 2);
-    }
-    let edges = [(p[1], p[2]), (p[2], p[0]), (p[0], p[1])];
-    let inside = |x: usize, y: usize| {
-        let (x, y) = (x as i32 * 256 + 128, y as i32 * 256 + 128);
-        edges.iter().all(|&(p, q)| edge(p, q, x, y) >= i64::from(!top_left(p, q)))
-    };
-    (y.0..=y.1).any(|y| (x.0..=x.1).any(|x| inside(x, y)))
 }
 
 /// One triangle, ready to be filled: `value(x, y) = value(a) + w_b * (b - a) + w_c * (c - a)`.
@@ -637,6 +535,14 @@ impl Setup {
         }
     }
 
+    /// Coordinates at a point within it, in units.
+    fn uv_at(&self, (x, y): (i32, i32)) -> Vec2 {
+        let [a, b, c] = self.points;
+        let inverse = 1.0 / self.area as f32;
+        let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
+        self.uv[0] * (1.0 - wb - wc) + self.uv[1] * wb + self.uv[2] * wc
+    }
+
     /// What the triangle shows at a point within it, in units.
     fn fragment(&self, surface: &Surface<'_>, (x, y): (i32, i32)) -> Fragment {
         let [a, b, c] = self.points;
@@ -656,14 +562,13 @@ impl Setup {
             }
         }
         let mut normal = normal.normalize_or(Vec3::Y);
-        let (mut color, mut occlusion, mut place, mut address) = (Vec3::ONE, 1.0, NONE, NONE);
+        let (mut color, mut occlusion, mut place) = (Vec3::ONE, 1.0, NONE);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
             let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
             color = texel.color;
             occlusion = texel.occlusion;
             place = Palette::place(t as u32, uv, surface.repeat);
-            address = surface.pictures[t].address(self.level, uv.x, uv.y, surface.repeat);
             let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
             if tangent != Vec3::ZERO {
                 let n = texel.normal;
@@ -671,61 +576,8 @@ impl Setup {
                 normal = bent.normalize_or(normal);
             }
         }
-        Fragment {
-            color: color * shade,
-            light: Vec3::splat(shade),
-            normal,
-            occlusion,
-            back: self.back,
-            shade,
-            place,
-            texel: address,
-        }
+        Fragment { color: color * shade, light: Vec3::splat(shade), normal, occlusion, back: self.back, shade, place }
     }
-}
-
-/// The columns of a row that lie within all edges. `e` are the edges' values at the first of `columns`, each growing by
-/// `step` a column and inside where at least `bias`.
-///
-/// Quotients of whole numbers below 2^53 round to the right side of every whole number in double precision, which
-/// divides four times as fast.
-#[inline]
-pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
-    let count = (columns.1 - columns.0) as i64;
-    let (mut low, mut high) = (0, count);
-    for k in 0..3 {
-        let short = bias[k] - e[k];
-        if step[k] > 0 {
-            if short > 0 {
-                low = low.max(up(short as f64 / step[k] as f64));
-            }
-        } else if step[k] < 0 {
-            if short > 0 {
-                return None;
-            }
-            high = high.min((short as f64 / step[k] as f64) as i64);
-        } else if short > 0 {
-            return None;
-        }
-    }
-    (low <= high).then(|| (columns.0 + low as usize, columns.0 + high as usize))
-}
-
-/// The next whole number of a value that is not negative.
-#[inline]
-fn up(v: f64) -> i64 {
-    let cut = v as i64;
-    cut + i64::from((cut as f64) < v)
-}
-
-/// Twice the signed area of the triangle (p, q, (x, y)).
-pub(super) fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
-    i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
-}
-
-/// Whether samples on the edge belong to the triangle: one of each pair of opposite directions.
-pub(super) fn top_left(p: Point, q: Point) -> bool {
-    q.y < p.y || (q.y == p.y && q.x > p.x)
 }
 
 /// Keeps the last triangle, since neighbouring pixels mostly show the same.
@@ -740,6 +592,18 @@ struct Shader<'a> {
 }
 
 impl Shader<'_> {
+    /// The texels that the part last shaded shows, with their shares: the nearest one, or four where they are larger than
+    /// a sample; `u32::MAX` for white.
+    fn texels(&self, part: &Shown) -> impl Iterator<Item = (u32, f32)> {
+        let surface = &self.scene.surfaces[self.surface];
+        let picture = self.setup.as_ref().and_then(|s| Some((s, &surface.pictures[s.picture?])));
+        let found = picture.map_or([(NONE, 1.0), (NONE, 0.0), (NONE, 0.0), (NONE, 0.0)], |(setup, picture)| {
+            let uv = setup.uv_at(part.middle());
+            picture.addresses(setup.level, setup.magnified, (uv.x, uv.y), surface.repeat)
+        });
+        found.into_iter().filter(|f| f.1 > 0.0)
+    }
+
     fn shade(&mut self, part: &Shown) -> Fragment {
         if self.held != part.triangle {
             self.held = part.triangle;
@@ -757,131 +621,5 @@ impl Shader<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::bake::Maps;
-    use crate::base::Seed;
-
-    fn flat(maps: [u8; 4]) -> Picture {
-        Picture::new(&Maps {
-            width: 4,
-            height: 4,
-            color: vec![maps; 16],
-            normal: vec![[128, 128, 255]; 16],
-            orm: vec![[255, 255, 0]; 16],
-        })
-    }
-
-    fn quad(half: f32, z: f32) -> Mesh {
-        Mesh {
-            positions: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                .map(|(x, y)| Vec3::new(x * half, y * half, z))
-                .into(),
-            normals: vec![Vec3::Z; 4],
-            uvs: [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(x, y)| Vec2::new(x, y)).into(),
-            indices: vec![0, 1, 2, 0, 2, 3],
-            ..Mesh::default()
-        }
-    }
-
-    fn front(half: f32) -> View {
-        View::new(Frame::WORLD, Vec3::ZERO, half, half)
-    }
-
-    fn draw(meshes: &[(&Mesh, &Picture)], view: &View, size: u32, samples: u32) -> Target {
-        let surfaces: Vec<Surface<'_>> = meshes
-            .iter()
-            .map(|(mesh, p)| Surface { mesh, pictures: std::slice::from_ref(*p), repeat: Repeat::Cutout })
-            .collect();
-        rasterize(&surfaces, view, size, size, samples, &Shading::Albedo)
-    }
-
-    #[test]
-    fn a_square_of_half_the_width_covers_a_quarter_exactly() {
-        let target = draw(&[(&quad(1.0, 0.0), &flat([255; 4]))], &front(2.0), 64, 3);
-        assert_eq!(target.coverage.iter().sum::<f32>(), 1024.0);
-        assert!((target.color[32 * 64 + 32] - Vec3::ONE).length() < 1e-4);
-    }
-
-    #[test]
-    fn the_nearer_one_shows_from_either_side_and_holes_show_what_is_behind() {
-        let (red, blue, clear) = (flat([255, 0, 0, 255]), flat([0, 0, 255, 255]), flat([0, 255, 0, 100]));
-        let (near, far) = (quad(1.0, 1.0), quad(1.0, 0.0));
-        for order in [[(&near, &red), (&far, &blue)], [(&far, &blue), (&near, &red)]] {
-            assert!(draw(&order, &front(2.0), 16, 1).color[8 * 16 + 8].x > 0.99);
-        }
-        let behind = View::level(std::f32::consts::PI, Vec3::ZERO, 2.0, 2.0);
-        assert!(draw(&[(&near, &red), (&far, &blue)], &behind, 16, 1).color[8 * 16 + 8].z > 0.99);
-        assert!(draw(&[(&near, &clear), (&far, &blue)], &front(2.0), 16, 1).color[8 * 16 + 8].z > 0.99);
-        let slab = View { front: 0.5, ..front(2.0) };
-        assert!(draw(&[(&near, &red), (&far, &blue)], &slab, 16, 1).color[8 * 16 + 8].z > 0.99);
-    }
-
-    #[test]
-    fn a_fan_of_random_triangles_leaves_no_gap_and_no_overlap() {
-        // A grid with jittered inner vertices tiles the square: drawn with depth by index, every sample is covered, and
-        // the areas of the single triangles add up to it.
-        let n = 12_usize;
-        let mut mesh = Mesh::default();
-        for i in 0..=n {
-            for j in 0..=n {
-                let inner = i > 0 && i < n && j > 0 && j < n;
-                let seed = Seed::new(3).at((i * 100 + j) as u64);
-                let jitter =
-                    if inner { Vec2::new(seed.at(0).unit(), seed.at(1).unit()) * 0.6 - 0.3 } else { Vec2::ZERO };
-                let p = (Vec2::new(i as f32, j as f32) + jitter) / n as f32 * 2.0 - 1.0;
-                mesh.positions.push(p.extend(0.0));
-            }
-        }
-        for i in 0..n {
-            for j in 0..n {
-                let at = |di: usize, dj: usize| ((i + di) * (n + 1) + j + dj) as u32;
-                mesh.indices.extend([at(0, 0), at(1, 0), at(1, 1), at(0, 0), at(1, 1), at(0, 1)]);
-            }
-        }
-        let white = flat([255; 4]);
-        let whole = draw(&[(&mesh, &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
-        let mut parts = 0.0;
-        for triangle in mesh.indices.as_chunks::<3>().0 {
-            let one = Mesh { indices: triangle.to_vec(), ..mesh.clone() };
-            parts += draw(&[(&one, &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
-        }
-        assert_eq!(whole, parts);
-        let square = draw(&[(&quad(1.0, 0.0), &white)], &front(1.3), 97, 1).coverage.iter().sum::<f32>();
-        assert_eq!(whole, square);
-    }
-
-    #[test]
-    fn the_picture_is_the_same_on_one_thread_and_on_many() {
-        let mut mesh = Mesh::default();
-        for i in 0..3000_u64 {
-            let seed = Seed::new(8).at(i);
-            let base = seed.at(0).direction();
-            for k in 0..3 {
-                mesh.positions.push(base + seed.at(k + 1).direction() * 0.2);
-                mesh.normals.push(base);
-                mesh.uvs.push(Vec2::new(k as f32 * 0.5, seed.at(k).unit()));
-                mesh.indices.push(mesh.indices.len() as u32);
-            }
-        }
-        let green = flat([20, 90, 10, 255]);
-        let shot = || draw(&[(&mesh, &green)], &front(1.2), 60, 3);
-        let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-        assert_eq!(pool(1).install(shot), pool(4).install(shot));
-    }
-
-    #[test]
-    fn broken_meshes_and_views_draw_nothing_and_never_panic() {
-        let white = flat([255; 4]);
-        let mut broken = quad(1.0, 0.0);
-        broken.positions[2] = Vec3::new(f32::NAN, 0.0, 0.0);
-        broken.indices.extend([0, 1, 99, 7]);
-        broken.tiles = vec![5];
-        assert_eq!(draw(&[(&broken, &white)], &front(2.0), 16, 1).coverage.iter().sum::<f32>(), 0.0);
-        for half in [0.0, f32::NAN, f32::INFINITY, 1e-30] {
-            let target = draw(&[(&quad(1e30, 0.0), &white)], &front(half), 16, 99);
-            assert!(target.coverage.iter().all(|c| *c == 0.0));
-        }
-        assert_eq!(draw(&[], &front(1.0), 0, 0).coverage.len(), 1);
-    }
-}
+#[path = "raster_tests.rs"]
+mod tests;

@@ -22,8 +22,6 @@ pub(super) struct Fragment {
     pub(super) light: Vec3,
     /// Seen from the back.
     pub(super) back: bool,
-    /// The texel of the first picture's mips that the colour comes from; `u32::MAX` for white.
-    pub(super) texel: u32,
     /// Of the vertices: what the picture's colour was multiplied by.
     pub(super) shade: f32,
     /// The texel of the palette that the colour comes from, counted from the surface's first; `u32::MAX` for white.

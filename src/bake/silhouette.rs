@@ -12,7 +12,8 @@ use glam::Vec2;
 use super::Cutout;
 use super::cutout::Level;
 use super::picture::Repeat;
-use super::raster::{Grid, Point, View, corner_points, edge, extent, project_into, span, top_left};
+use super::raster::View;
+use super::samples::{Grid, Point, corner_points, edge, extent, project_into, span, top_left};
 use crate::mesh::Mesh;
 
 /// Most samples along an edge.

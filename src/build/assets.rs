@@ -496,7 +496,7 @@ fn variant_entry(
 ) -> VariantEntry {
     let facts = &parts.facts[variant];
     let Facts { stats, bounds, capsules } = &**facts;
-    let (bounds, meshes) = (bounds.clone(), &placed.meshes[variant]);
+    let (bounds, meshes) = (*bounds, &placed.meshes[variant]);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {

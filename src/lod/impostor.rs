@@ -305,13 +305,13 @@ impl Views {
             self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, gain)).collect();
         let (mut alpha, mut normal) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
         let mut orm = Vec::with_capacity(edge * edge);
-        for block in (0..self.drawn.len()).step_by(frames as usize) {
+        for (drawn, alphas) in self.drawn.chunks(frames as usize).zip(alphas.chunks(frames as usize)) {
             for line in 0..texels {
-                for i in block..block + frames as usize {
-                    let (drawn, row) = (&self.drawn[i], line * texels..(line + 1) * texels);
-                    alpha.extend_from_slice(&alphas[i][row.clone()]);
+                let row = line * texels..(line + 1) * texels;
+                for (drawn, alphas) in drawn.iter().zip(alphas) {
+                    alpha.extend_from_slice(&alphas[row.clone()]);
                     normal.extend_from_slice(&drawn.normal[row.clone()]);
-                    for k in row {
+                    for k in row.clone() {
                         let depth = (0.5 + 0.5 * drawn.depth[k] / self.layout.radius).clamp(0.0, 1.0);
                         orm.push([drawn.open[k], ROUGHNESS, (depth * 255.0 + 0.5) as u8]);
                     }

@@ -20,6 +20,8 @@ use crate::mesh::{Mesh, TreeMesh};
 /// Sine of the elevation of the steepest view: 45 degrees. At the size at which the second level takes over, that is a
 /// viewer a hundred metres above the ground.
 const STEEPEST: f32 = std::f32::consts::FRAC_1_SQRT_2;
+/// Samples along a tree's height, at least.
+const LINES: u32 = 270;
 /// The sky behind the trees when pictures are compared, linear light.
 const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
 
@@ -135,7 +137,8 @@ impl Reference {
     }
 
     fn of(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: Vec<View>, size: (u32, u32)) -> Self {
-        let samples = if pixels <= 160 { 3 } else { 2 };
+        // As many samples along the tree at any size: what a pixel holds is a matter of the tree, not of mips.
+        let samples = LINES.div_ceil(pixels.max(1)).clamp(2, 9);
         let mut made = Self { views, targets: Vec::new(), pixels, samples };
         made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
         made

@@ -73,9 +73,29 @@ impl Base {
     }
 }
 
+/// The radii that a chain is meshed with: as the plant has them, but thinning no faster than [`TAPER`] where a branch has
+/// left. Whoever asks where a branch leaves its parent's wood asks for these.
+pub(super) fn tapered(points: &[Vec3], radii: &[f32], is_stem: bool) -> Vec<f32> {
+    let mut tapered = radii.to_vec();
+    // A stem's own flare is as steep as it is.
+    let flared = if is_stem { FLARED * radii.first().copied().unwrap_or(0.0) } else { 0.0 };
+    let mut along = 0.0;
+    for i in 1..tapered.len().min(points.len()) {
+        let step = points[i - 1].distance(points[i]);
+        along += step;
+        let before = tapered[i - 1];
+        let least = before - step * TAPER;
+        // Short cones are meant to be steep.
+        if along >= flared && tapered[i] < least && tapered[i] > before * 0.6 {
+            tapered[i] = least;
+        }
+    }
+    tapered
+}
+
 /// The rings of a chain, base first: at least two, at least `apart` metres from each other.
 ///
-/// `points` and `radii` are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
+/// `points` and `radii` ([`tapered`]) are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
 /// one place count as one; a chain without length gives nothing.
 pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thinnest: f32) -> Vec<Ring> {
     let apart = thinnest;
@@ -85,21 +105,6 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
         match knots.last_mut() {
             Some(last) if last.0.distance(p) < apart => last.1 = last.1.max(r),
             _ => knots.push((p, r)),
-        }
-    }
-    // A stem's own flare is as steep as it is.
-    let flared = if matches!(base, Base::Ground { .. }) { FLARED * knots.first().map_or(0.0, |k| k.1) } else { 0.0 };
-    let mut along = 0.0;
-    for i in 1..knots.len() {
-        let (before, after) = (knots[i - 1], knots[i]);
-        along += before.0.distance(after.0);
-        if along < flared {
-            continue;
-        }
-        let least = before.1 - before.0.distance(after.0) * TAPER;
-        // Short cones are meant to be steep.
-        if after.1 < least && after.1 > before.1 * 0.6 {
-            knots[i].1 = least;
         }
     }
     // The tip is where the plant says, also when the last stretch was too short to stand alone.

@@ -9,7 +9,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::rings::{Base, Ring, rings};
+use super::rings::{Base, Ring, rings, tapered};
 use super::sides::sides;
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
@@ -76,7 +76,13 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
         kept[id.index()] = thick && plant.chain(id).parent.is_none_or(|p| kept[p.index()]);
     }
     let ids: Vec<ChainId> = plant.chain_ids().filter(|id| kept[id.index()]).collect();
-    let scene = Scene { plant, posed, detail, light, thickest, thinnest };
+    let radii = |i: usize| {
+        let id = ChainId(i as u32);
+        let is_stem = plant.chain(id).parent.is_none();
+        if kept[i] { tapered(posed.chain(plant, id), plant.radii(id), is_stem) } else { Vec::new() }
+    };
+    let radii: Vec<Vec<f32>> = (0..kept.len()).into_par_iter().with_min_len(64).map(radii).collect();
+    let scene = Scene { plant, posed, radii: &radii, detail, light, thickest, thinnest };
     let parts: Vec<Mesh> = ids
         .par_chunks(64)
         .map(|ids| {
@@ -104,6 +110,8 @@ fn append(mesh: &mut Mesh, part: &Mesh) {
 struct Scene<'a> {
     plant: &'a Plant,
     posed: &'a Posed,
+    /// Of each chain that is kept.
+    radii: &'a [Vec<f32>],
     detail: &'a TubeDetail,
     light: &'a CrownLight,
     thickest: f32,
@@ -121,12 +129,15 @@ impl Scene<'_> {
     /// Adds one chain's skin.
     fn sweep(&self, id: ChainId, mesh: &mut Mesh) {
         let chain = self.plant.chain(id);
-        let radii = self.plant.radii(id);
+        let radii = self.radii[id.index()].as_slice();
         let points = self.posed.chain(self.plant, id);
         let base = match chain.parent {
             Some(parent) => Base::Fork {
                 axis: self.posed.frame(parent, chain.location).y,
-                parent: self.posed.curve(self.plant, parent).value(self.plant.radii(parent), f64::from(chain.location)),
+                parent: self
+                    .posed
+                    .curve(self.plant, parent)
+                    .value(&self.radii[parent.index()], f64::from(chain.location)),
                 forks: self.detail.forks,
             },
             None => Base::Ground { flare: flare(points, radii) },
