@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(tried(|a| a.hosts = &["localhost:8750"]), Ok(()));
         assert_eq!(tried(|a| a.origins = &["http://127.0.0.1:8750"]), Ok(()));
         for hosts in [
-            &["evil.example:8750"][..],
+            &["evil.example:8750"] as &[&str],
             &["127.0.0.1"],
             &["127.0.0.1:80"],
             &["127.0.0.1:8750.evil.example"],
@@ -141,7 +141,7 @@ mod tests {
             assert_eq!(tried(|a| a.hosts = hosts), Err(Refusal::Host), "{hosts:?}");
         }
         for origins in
-            [&["http://evil.example"][..], &["null"], &["https://127.0.0.1:8750"], &["http://127.0.0.1:87500"]]
+            [&["http://evil.example"] as &[&str], &["null"], &["https://127.0.0.1:8750"], &["http://127.0.0.1:87500"]]
         {
             assert_eq!(tried(|a| a.origins = origins), Err(Refusal::Origin), "{origins:?}");
         }
