@@ -133,8 +133,10 @@ impl Impostor {
     fn add(&self, frame: (u32, u32), low: Vec2, high: Vec2, apart: f32, tile: u32, mesh: &mut Mesh) {
         let (axes, extent, (corner, edge)) = (self.axes(frame), self.extent(frame), self.rect(frame));
         let first = mesh.positions.len() as u32;
+        // The rectangles cross where the trunk stands: elsewhere each would show a trunk of its own.
+        let deep = apart * self.radius - axes.z.dot(self.centre * Vec3::new(1.0, 0.0, 1.0));
         for at in [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)] {
-            let on = axes.x * (at.x * extent.x) + axes.y * (at.y * extent.y) + axes.z * (apart * self.radius);
+            let on = axes.x * (at.x * extent.x) + axes.y * (at.y * extent.y) + axes.z * deep;
             mesh.positions.push(self.centre + on);
             mesh.normals.push(axes.z);
             mesh.uvs.push(corner + Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * edge);

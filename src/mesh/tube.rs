@@ -162,6 +162,8 @@ impl Scene<'_> {
         // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
         let pointed = tip.radius <= (self.detail.error).max(self.thinnest * 1.5);
         let body = if pointed { &rings[..rings.len() - 1] } else { &rings[..] };
+        // The wood's own normals, before they lean on the parent's.
+        let mut own: Vec<Vec3> = Vec::with_capacity(body.len() * circle.len());
         for ring in body {
             frame = frame.transported(ring.tangent);
             v -= along(&last, ring, around, tile);
@@ -171,6 +173,7 @@ impl Scene<'_> {
                 let u = around * k as f32 / sides as f32;
                 let normal = (radial - frame.y * ring.slope.clamp(-2.0, 2.0)).normalize_or(radial);
                 let place = ring.centre + radial * ring.radius;
+                own.push(normal);
                 let normal = base.blended(points[0], place, normal, ring.radius);
                 push(mesh, place, normal, Vec2::new(u, v), shade);
             }
@@ -182,6 +185,11 @@ impl Scene<'_> {
                 let a = start + j * columns + k;
                 let (b, c, d) = (a + 1, a + columns, a + columns + 1);
                 mesh.indices.extend([a, b, d, a, d, c]);
+                for t in [[a, b, d], [a, d, c]] {
+                    if is_lit_from_behind(mesh, t) {
+                        t.iter().for_each(|&i| mesh.normals[i as usize] = own[(i - start) as usize]);
+                    }
+                }
             }
         }
         let apex = if pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
@@ -201,6 +209,13 @@ impl Scene<'_> {
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
     }
+}
+
+/// Whether a triangle faces away from the normals of all its corners.
+fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+    let face = (b - a).cross(c - a);
+    triangle.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
 }
 
 fn push(mesh: &mut Mesh, position: Vec3, normal: Vec3, uv: Vec2, shade: u8) {
