@@ -94,7 +94,8 @@ export function space(box, tell) {
           const copy = object.clone();
           copy.traverse(part => {
             if (!part.isMesh) return;
-            if (part.material.alphaTest > 0 || /leaf/.test(part.material.name)) { part.material.alphaToCoverage = true; part.material.side = THREE.DoubleSide; }
+            // No alpha to coverage: the canvas has alpha of its own, and the page would shine through the leaves.
+            if (part.material.alphaTest > 0 || /leaf/.test(part.material.name)) part.material.side = THREE.DoubleSide;
           });
           group.add(copy);
           return group;
@@ -116,8 +117,8 @@ export function space(box, tell) {
   /** Lines in place of faces; leaves are then drawn to their cards' edges. */
   function lined(part, on) {
     if (!part.isMesh || part.material.wireframe === on) return;
-    part.userData.cut ??= [part.material.alphaTest, part.material.alphaToCoverage];
-    Object.assign(part.material, { wireframe: on, alphaTest: on ? 0 : part.userData.cut[0], alphaToCoverage: !on && part.userData.cut[1], needsUpdate: true });
+    part.userData.cut ??= part.material.alphaTest;
+    Object.assign(part.material, { wireframe: on, alphaTest: on ? 0 : part.userData.cut, needsUpdate: true });
   }
   const seen = new THREE.Frustum(), view = new THREE.Matrix4(), ball = new THREE.Sphere();
   let wanted = null, trees = [null, null], forest = null, run = 0, framed = '', drawn = 0;
