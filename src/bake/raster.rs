@@ -621,5 +621,4 @@ impl Shader<'_> {
 }
 
 #[cfg(test)]
-#[path = "raster_tests.rs"]
 mod tests;
