@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 use treewright::base::{Rotation, Seed};
-use treewright::mesh::{CardShape, TubeDetail, add_tangents, all_cards, closure, leaf_cards, problems, tubes};
+use treewright::mesh::{
+    CardShape, TubeDetail, add_tangents, all_cards, closure, leaf_cards, meshed_radii, problems, tubes,
+};
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder};
 use treewright::preset::plan::Forks;
 
@@ -61,7 +63,8 @@ pub(crate) fn print() {
             for id in plant.chain_ids() {
                 let chain = plant.chain(id);
                 let Some(parent) = chain.parent else { continue };
-                let wood = posed.curve(&plant, parent).value(plant.radii(parent), f64::from(chain.location));
+                let radii = meshed_radii(&plant, &posed, parent);
+                let wood = posed.curve(&plant, parent).value(&radii, f64::from(chain.location));
                 let (at, axis) = (posed.chain(&plant, id)[0], posed.frame(parent, chain.location).y);
                 let first = bark.chains.iter().position(|&c| c == id.0).unwrap_or(0);
                 for p in bark.positions[first..].iter().zip(&bark.chains[first..]).take_while(|v| *v.1 == id.0).take(3)

@@ -76,11 +76,7 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
         kept[id.index()] = thick && plant.chain(id).parent.is_none_or(|p| kept[p.index()]);
     }
     let ids: Vec<ChainId> = plant.chain_ids().filter(|id| kept[id.index()]).collect();
-    let radii = |i: usize| {
-        let id = ChainId(i as u32);
-        let is_stem = plant.chain(id).parent.is_none();
-        if kept[i] { tapered(posed.chain(plant, id), plant.radii(id), is_stem) } else { Vec::new() }
-    };
+    let radii = |i: usize| if kept[i] { meshed_radii(plant, posed, ChainId(i as u32)) } else { Vec::new() };
     let radii: Vec<Vec<f32>> = (0..kept.len()).into_par_iter().with_min_len(64).map(radii).collect();
     let scene = Scene { plant, posed, radii: &radii, detail, light, thickest, thinnest };
     let parts: Vec<Mesh> = ids
@@ -94,6 +90,13 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
     let mut mesh = Mesh::default();
     parts.iter().for_each(|part| append(&mut mesh, part));
     mesh
+}
+
+/// The radii that a chain is meshed with, one a point, metres: as the plant has them, but where a branch has left the wood
+/// does not thin at once.
+#[must_use]
+pub fn meshed_radii(plant: &Plant, posed: &Posed, id: ChainId) -> Vec<f32> {
+    tapered(posed.chain(plant, id), plant.radii(id), plant.chain(id).parent.is_none())
 }
 
 /// Adds all of `part` to `mesh`.
