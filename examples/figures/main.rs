@@ -14,6 +14,7 @@ mod foliage;
 mod formats;
 mod grow;
 mod import;
+mod leafy;
 mod line;
 mod lod;
 mod lod_asset;

@@ -11,16 +11,15 @@ use treewright::dress::dress;
 use treewright::export::Curve;
 use treewright::mesh::{CardShape, CrownLight, TubeDetail, all_cards, leaf_cards_in, tubes_in};
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder, PlantStats};
-use treewright::preset::plan::{DressParams, ImportParams, LeafShape, MatchParams, MeshParams};
+use treewright::preset::plan::{DressParams, LeafShape, MatchParams, MeshParams};
 use treewright::relate::{
-    Blender, Family, Pattern, PatternParams, PatternTree, fuzzy_family, gather_loose, groups, lobes, match_patterns,
-    pattern_family,
+    Blender, Family, Pattern, PatternParams, PatternTree, fuzzy_family, groups, lobes, match_patterns, pattern_family,
 };
 use treewright::select;
-use treewright::source::import::import;
 
+use crate::leafy::{foliage, imported, leafy};
 use crate::table_1::source;
-use crate::{Figure, data, seconds};
+use crate::{Figure, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
 const MESH: MeshParams =
@@ -34,30 +33,6 @@ pub(crate) fn print() {
     lobe_agreement();
     pictures();
     table_2();
-}
-
-fn foliage(leaves: u32) -> DressParams {
-    DressParams {
-        density: 1.0,
-        most_leaves: leaves,
-        leaf_size: 0.2,
-        leaf_spread: 0.2,
-        leaf_angle: 0.9,
-        twig_length: 0.35,
-        droop: 0.2,
-        pictures: 2,
-    }
-}
-
-fn leafy(species: &str, seed: u64, leaves: u32) -> Plant {
-    dress(&source(species, seed, usize::MAX), &foliage(leaves), Seed::new(seed).child("dress"))
-}
-
-/// A mesh of the data folder with its own leaves, all on chains near them.
-fn imported(name: &str) -> Option<Plant> {
-    let bytes = std::fs::read(data()?.join("mesh").join(name)).ok()?;
-    let plant = import(&bytes, name, &ImportParams::default()).ok()?.plant;
-    Some(gather_loose(&plant, &PatternTree::of(&plant, &PatternParams::default())))
 }
 
 fn family(a: &Plant, b: &Plant) -> Family {

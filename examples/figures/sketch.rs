@@ -10,14 +10,14 @@ use treewright::base::Seed;
 use treewright::blend::{Pace, morph};
 use treewright::dress::dress;
 use treewright::plant::{Plant, PlantStats};
-use treewright::preset::plan::{DressParams, ImportParams, MatchParams};
-use treewright::relate::{PatternParams, PatternTree, gather_loose, pattern_family};
+use treewright::preset::plan::{DressParams, MatchParams};
+use treewright::relate::pattern_family;
 use treewright::sketch::{
     Drawing, Method, Sketch, SketchSize, SketchViews, Sketched, Sketcher, ViewKind, crown_outline, crown_silhouette,
     discrete_frechet, overlap, resampled,
 };
-use treewright::source::import::import;
 
+use crate::leafy::{foliage, imported, leafy};
 use crate::table_1::source;
 use crate::{Figure, data, root, seconds};
 
@@ -41,29 +41,6 @@ pub(crate) fn print() {
 fn drawing(name: &str) -> Drawing {
     let file = root().join(format!("presets/sketches/{name}.svg"));
     Drawing::read(&std::fs::read(file).expect("it is shipped")).expect("it is a drawing")
-}
-
-fn foliage(leaves: u32) -> DressParams {
-    DressParams {
-        density: 1.0,
-        most_leaves: leaves,
-        leaf_size: 0.2,
-        leaf_spread: 0.2,
-        leaf_angle: 0.9,
-        twig_length: 0.35,
-        droop: 0.2,
-        pictures: 2,
-    }
-}
-
-fn leafy(species: &str, seed: u64, leaves: u32) -> Plant {
-    dress(&source(species, seed, usize::MAX), &foliage(leaves), Seed::new(seed).child("dress"))
-}
-
-fn imported(name: &str) -> Option<Plant> {
-    let bytes = std::fs::read(data()?.join("mesh").join(name)).ok()?;
-    let plant = import(&bytes, name, &ImportParams::default()).ok()?.plant;
-    Some(gather_loose(&plant, &PatternTree::of(&plant, &PatternParams::default())))
 }
 
 /// Two grown plants and two imported ones.

@@ -94,13 +94,8 @@ impl Cutout {
     }
 
     /// The level at which `area` texels of the full picture become one.
-    pub(super) fn level(&self, mut area: f32) -> usize {
-        let mut level = 0;
-        while area > 2.0 && level + 1 < self.levels.len() {
-            area *= 0.25;
-            level += 1;
-        }
-        level
+    pub(super) fn level(&self, area: f32) -> usize {
+        level_of(area, self.levels.len())
     }
 
     /// Whether the picture covers the point: alpha test with edges clamped, of the nearest texel or, where texels are
@@ -122,6 +117,16 @@ impl Cutout {
     pub(super) fn levels(&self) -> usize {
         self.levels.len()
     }
+}
+
+/// The one of `count` levels at which `area` texels of the full picture become one.
+pub(super) fn level_of(mut area: f32, count: usize) -> usize {
+    let mut level = 0;
+    while area > 2.0 && level + 1 < count {
+        area *= 0.25;
+        level += 1;
+    }
+    level
 }
 
 /// The level of half the size; the last row or column of an odd size counts into its neighbour.

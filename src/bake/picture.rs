@@ -7,6 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::cutout::level_of;
 use super::srgb::decode;
 use super::{Cutout, Maps};
 
@@ -82,13 +83,8 @@ impl Picture {
     }
 
     /// The level at which `area` texels of the full picture become one.
-    pub(super) fn level(&self, mut area: f32) -> usize {
-        let mut level = 0;
-        while area > 2.0 && level + 1 < self.levels.len() {
-            area *= 0.25;
-            level += 1;
-        }
-        level
+    pub(super) fn level(&self, area: f32) -> usize {
+        level_of(area, self.levels.len())
     }
 
     /// The texels of a level that show at a place, counted through all levels, and their shares: the nearest one, or, where
