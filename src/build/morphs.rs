@@ -100,7 +100,9 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
             let plant = source(of, &TargetLeaf::AsSet);
             let drawn = Drawn::read(&sketch, inputs)?;
             (
-                drawn.sketched(&plant).map_or(Way::Still(plant), |sketched| Way::Sketched(Box::new(sketched))),
+                drawn
+                    .sketched(&plant)
+                    .map_or(Way::Still(plant), |sketched| Way::Sketched(Box::new(sketched.following()))),
                 PairedSlots::default(),
             )
         }

@@ -44,8 +44,8 @@ impl<'a> Curve<'a> {
     }
 
     /// Arc length from the base up to each point, metres.
-    pub(super) fn arc(&self) -> &[f64] {
-        &self.arc
+    pub(super) fn into_arc(self) -> Vec<f64> {
+        self.arc.into_owned()
     }
 
     /// Total arc length, metres.

@@ -1,10 +1,16 @@
 //! World positions and frames of a plant: the one pass from relative to absolute.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::curve::{Curve, STATIONS, frame_at};
 use super::{ChainId, Leaf, Plant};
 use crate::base::Frame;
+
+/// From how many chains on a plant is posed by all threads, a generation after the other.
+const MANY: usize = 512;
+/// Chains that a thread takes at least.
+const FEW: usize = 64;
 
 /// A place on an axis: position and frame in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,30 +45,52 @@ impl Posed {
     }
 
     fn with_frames(plant: &Plant, framed: &[bool]) -> Self {
-        let mut positions = vec![Vec3::ZERO; plant.all_points().len()];
-        let mut arc = Vec::with_capacity(positions.len());
-        let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(plant.chains().len());
-        for id in plant.chain_ids() {
-            let chain = plant.chain(id);
-            let (base, frame) = match chain.parent {
-                None => (chain.origin, Frame::WORLD),
-                Some(parent) => {
-                    let span = plant.span(parent);
-                    // Posing turns the parent's polyline but does not change its arc lengths.
-                    let curve = Curve::measured(&positions[span.clone()], &arc[span]);
-                    let location = chain.location;
-                    (curve.point(f64::from(location)), frame_at(&frames[parent.index()], location))
-                }
-            };
-            let points = plant.points(id);
-            for (position, &point) in positions[plant.span(id)].iter_mut().zip(points) {
-                *position = base + frame.to_world(point);
+        let (chains, points) = (plant.chains().len(), plant.all_points().len());
+        let mut posed = Self {
+            positions: vec![Vec3::ZERO; points],
+            arc: vec![0.0; points],
+            frames: vec![[Frame::WORLD; STATIONS + 1]; chains],
+        };
+        if chains < MANY {
+            for id in plant.chain_ids() {
+                let one = posed.one(plant, id, framed[id.index()]);
+                posed.put(plant, id, &one);
             }
-            let curve = Curve::new(points);
-            frames.push(if framed[id.index()] { curve.frames(frame) } else { [frame; STATIONS + 1] });
-            arc.extend_from_slice(curve.arc());
+            return posed;
         }
-        Self { positions, arc, frames }
+        for generation in generations(plant) {
+            let ones: Vec<PosedChain> =
+                generation.par_iter().with_min_len(FEW).map(|&id| posed.one(plant, id, framed[id.index()])).collect();
+            generation.iter().zip(&ones).for_each(|(&id, one)| posed.put(plant, id, one));
+        }
+        posed
+    }
+
+    /// Poses one chain, whose parent is posed.
+    fn one(&self, plant: &Plant, id: ChainId, framed: bool) -> PosedChain {
+        let chain = plant.chain(id);
+        let (base, frame) = match chain.parent {
+            None => (chain.origin, Frame::WORLD),
+            // Posing turns the parent's polyline but does not change its arc lengths.
+            Some(parent) => (
+                self.curve(plant, parent).point(f64::from(chain.location)),
+                frame_at(&self.frames[parent.index()], chain.location),
+            ),
+        };
+        let points = plant.points(id);
+        let curve = Curve::new(points);
+        PosedChain {
+            positions: points.iter().map(|&point| base + frame.to_world(point)).collect(),
+            frames: if framed { curve.frames(frame) } else { [frame; STATIONS + 1] },
+            arc: curve.into_arc(),
+        }
+    }
+
+    fn put(&mut self, plant: &Plant, id: ChainId, one: &PosedChain) {
+        let span = plant.span(id);
+        self.positions[span.clone()].copy_from_slice(&one.positions);
+        self.arc[span].copy_from_slice(&one.arc);
+        self.frames[id.index()] = one.frames;
     }
 
     /// World positions of all points, in the order of [`Plant::all_points`].
@@ -109,6 +137,28 @@ impl Posed {
     }
 }
 
+/// One chain in the world.
+struct PosedChain {
+    positions: Vec<Vec3>,
+    arc: Vec<f64>,
+    frames: [Frame; STATIONS + 1],
+}
+
+/// The chains by how many others they stand on: what one generation needs was posed with those before it.
+fn generations(plant: &Plant) -> Vec<Vec<ChainId>> {
+    let mut depths = vec![0; plant.chains().len()];
+    let mut generations: Vec<Vec<ChainId>> = Vec::new();
+    for id in plant.chain_ids() {
+        let depth = plant.chain(id).parent.map_or(0, |parent| depths[parent.index()] + 1);
+        depths[id.index()] = depth;
+        if generations.len() <= depth {
+            generations.push(Vec::new());
+        }
+        generations[depth].push(id);
+    }
+    generations
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,13 +168,30 @@ mod tests {
     #[test]
     fn a_pose_of_bearers_has_the_same_positions_and_the_same_frames_where_something_leaves() {
         for seed in 0..10 {
-            let plant = random_plant(Seed::new(seed), 50, Oddity::Wild);
+            let plant = random_plant(Seed::new(seed), if seed < 8 { 50 } else { 2 * MANY }, Oddity::Wild);
             let (all, some) = (plant.pose(), Posed::of_bearers(&plant));
             assert!(all.positions == some.positions && all.arc == some.arc);
             for chain in plant.chains() {
                 let Some(parent) = chain.parent else { continue };
                 assert!(all.frame(parent, chain.location) == some.frame(parent, chain.location));
             }
+        }
+    }
+
+    #[test]
+    fn many_chains_stand_where_each_by_itself_stands() {
+        let plant = random_plant(Seed::new(4), 2 * MANY, Oddity::Wild);
+        assert!(plant.chains().len() >= MANY);
+        let posed = plant.pose();
+        for id in plant.chain_ids() {
+            let one = posed.one(&plant, id, true);
+            assert!(posed.chain(&plant, id) == one.positions && posed.frames[id.index()] == one.frames);
+        }
+        let foot =
+            |id| plant.chain(id).parent.map(|parent| posed.at(&plant, parent, plant.chain(id).location).position);
+        for id in plant.chain_ids() {
+            let Some(foot) = foot(id) else { continue };
+            assert!(posed.chain(&plant, id)[0].distance(foot) < 1e-4 * (1.0 + foot.length()));
         }
     }
 }

@@ -238,7 +238,11 @@ static SHAPE: Choice = Choice {
         KindOf { name: "Cylinder", form: Form::Fields(&ROUND), about: "an upright cylinder" },
         KindOf { name: "Box", form: Form::Fields(&BOX), about: "an upright box" },
         KindOf { name: "Mesh", form: Form::Fields(&MESH), about: "the inside of a closed mesh" },
-        KindOf { name: "Outline", form: Form::Fields(&OUTLINE), about: "an SVG silhouette, revolved" },
+        KindOf {
+            name: "Outline",
+            form: Form::Fields(&OUTLINE),
+            about: "an SVG silhouette, revolved, or the hull of two",
+        },
     ],
 };
 
@@ -290,13 +294,20 @@ static UPWARDS: Choice = Choice {
 };
 static OUTLINE: Record = Record {
     title: "Outline",
-    about: "A filled silhouette, revolved about the vertical through its middle, between the two heights.",
+    about: "A filled silhouette, revolved about the vertical through its middle, between the two heights; or all that lies \
+            inside of two, from the front and from the side.",
     fields: &[
         Field {
             name: "file",
             kind: Kind::Text("the path of an SVG file"),
             default: Default::Required,
             about: "relative to the species file's folder",
+        },
+        Field {
+            name: "side",
+            kind: Kind::Text("the path of an SVG file"),
+            default: Default::Else("`file` is revolved"),
+            about: "what is seen from the side, 90 degrees on; `file` is then what is seen from the front",
         },
         BOTTOM,
         TOP,
@@ -449,7 +460,10 @@ fn volume(kind: &str, fields: &Reader<'_, '_>, width: f32) -> Option<Volume> {
             let up = fields.choice("up", |kind, _| Some(if kind == "Z" { UpAxis::Z } else { UpAxis::Y }));
             Volume::Mesh { file: path(fields, "file"), up: up?, bottom, top }
         }
-        "Outline" => Volume::Outline { file: path(fields, "file"), bottom, top },
+        "Outline" => {
+            let side = fields.has("side").then(|| path(fields, "side"));
+            Volume::Outline { file: path(fields, "file"), side, bottom, top }
+        }
         "Box" => {
             let (width, depth) = (fields.number("width"), fields.number("depth"));
             within("width", width * 0.5, 2.0);
@@ -472,10 +486,12 @@ fn volume(kind: &str, fields: &Reader<'_, '_>, width: f32) -> Option<Volume> {
 /// The species with the files of its shapes as seen from another folder: `folder` is the species file's.
 pub(super) fn seen_from(mut params: GrowParams, folder: &str) -> GrowParams {
     for iteration in &mut params.iterations {
-        if let Endpoints::Volume { shape: Volume::Mesh { file, .. } | Volume::Outline { file, .. }, .. } =
-            &mut iteration.endpoints
-        {
+        let Endpoints::Volume { shape, .. } = &mut iteration.endpoints else { continue };
+        if let Volume::Mesh { file, .. } | Volume::Outline { file, .. } = shape {
             *file = joined(folder, file);
+        }
+        if let Volume::Outline { side: Some(side), .. } = shape {
+            *side = joined(folder, side);
         }
     }
     params

@@ -82,7 +82,7 @@ impl Crown {
     }
 
     /// What is seen of it in a plane.
-    fn seen(&self, plane: &ViewPlane) -> Vec<(Vec2, f32)> {
+    pub(super) fn seen(&self, plane: &ViewPlane) -> Vec<(Vec2, f32)> {
         let mut seen: Vec<(Vec2, f32)> = self.discs.iter().map(|d| (plane.seen(d.0), d.1)).collect();
         if matches!(plane, ViewPlane::Round { .. }) {
             let other: Vec<(Vec2, f32)> = seen.iter().map(|(p, r)| (Vec2::new(-p.x, p.y), *r)).collect();

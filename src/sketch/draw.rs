@@ -2,7 +2,7 @@
 //! outside pruned; and the tree at any time on the way.
 //!
 //! In-betweens are straight ways of points (2018, 5.3: the transformation is interpolated), so their silhouettes lie near
-//! the interpolated ones. A sketch that is the crown's own silhouette changes nothing: lobes spread as far as the
+//! the interpolated ones; where they don't, rims give way (`sketch/along.rs`). A sketch that is the crown's own silhouette changes nothing: lobes spread as far as the
 //! sketch differs from it.
 
 use std::sync::Arc;
@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::along::Along;
 use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
 use super::fit::{Fitted, SketchSize, placed, placed_beside};
@@ -54,9 +55,14 @@ pub enum Method {
 /// A deformation that shapes a plant's crown.
 #[derive(Clone, Debug)]
 pub struct Sketched {
-    sketcher: Arc<Sketcher>,
-    shift: Vec<Vec3>,
+    pub(super) sketcher: Arc<Sketcher>,
+    /// How every point moves until the end.
+    pub(super) shift: Vec<Vec3>,
     wilts: Vec<bool>,
+    /// What lobes were told, and how far the sketch differs from the crown: what in-betweens are found from.
+    told: Vec<Vec3>,
+    share: f32,
+    along: Along,
     /// What is drawn, in the plane of each view, metres.
     pub targets: Vec<Region>,
     /// For each view the outline of the crown as it was, and what becomes of each of its places.
@@ -124,7 +130,7 @@ impl Sketcher {
         let share = if adaptive { self.changed(&self.charts[0], &rings[0]) } else { 0.0 };
         let shift = trimmed(self, &self.charts[0], &targets[0], &wilts, &mut told, share);
         let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
-        Ok(Sketched { sketcher: self.clone(), shift, wilts, targets, outlines })
+        Ok(Sketched { sketcher: self.clone(), shift, wilts, told, share, along: Along::default(), targets, outlines })
     }
 
     /// What is drawn in a view's plane, and the root cage for it.
@@ -248,25 +254,44 @@ impl Sketched {
         stay.map(|i| [strains[i].0, strains[i].1, beyond(i)]).collect()
     }
 
+    /// The same with in-betweens whose crowns follow the interpolated silhouette more closely than straight ways do
+    /// (2018, Fig. 11). Takes some twenty drawings of the tree; both ends stay as they are.
+    #[must_use]
+    pub fn following(mut self) -> Self {
+        self.along = Along::of(&self, &self.told, self.share);
+        self
+    }
+
     /// The tree at a time 0..=1: at 0 the plant as it was, at 1 as sketched, without what wilts.
     #[must_use]
     pub fn at(&self, t: f32) -> Plant {
         if t.is_nan() || t <= 0.0 {
             return (*self.sketcher.plant).clone();
         }
-        self.made(t.min(1.0), t >= 1.0)
+        self.on_the_way(t.min(1.0), t >= 1.0)
     }
 
     /// The tree at a time, with all branches and leaves it ever has: those that have wilted are as good as without size.
     #[must_use]
     pub fn key(&self, t: f32) -> Plant {
-        self.made(t.clamp(0.0, 1.0), false)
+        self.on_the_way(t.clamp(0.0, 1.0), false)
     }
 
-    fn made(&self, t: f32, finished: bool) -> Plant {
+    /// The tree at a time when every point goes a straight way.
+    pub(super) fn straight(&self, t: f32) -> Plant {
+        self.made(&|i| self.shift[i] * t, t, t >= 1.0)
+    }
+
+    fn on_the_way(&self, t: f32, finished: bool) -> Plant {
+        let weights = Along::weights(t);
+        self.made(&|i| self.shift[i] * t + self.along.at(i, &weights), t, finished)
+    }
+
+    /// The tree when points have moved, and what wilts has done so for a time.
+    pub(super) fn made(&self, moved: &(dyn Fn(usize) -> Vec3 + Sync), t: f32, finished: bool) -> Plant {
         let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
         let places: Vec<Vec3> =
-            positions.par_iter().zip(&self.shift).with_min_len(4096).map(|(p, d)| *p + *d * t).collect();
+            positions.par_iter().enumerate().with_min_len(4096).map(|(i, p)| *p + moved(i)).collect();
         let left = (1.0 - t).max(1e-4);
         let mut bears = vec![false; plant.chains().len()];
         plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);

@@ -5,6 +5,7 @@
 //! deformation for a sketch, and [`Sketched::at`] gives the tree at any time on the way there. Past the paper: front and
 //! side at once, outlines that are revolved, a setting for detail, and lobes that fill all of a sketch, with its holes.
 
+mod along;
 mod bound;
 mod cages;
 mod crown;

@@ -102,6 +102,31 @@ fn at_the_start_nothing_has_moved_and_on_the_way_all_hangs_together() {
 }
 
 #[test]
+fn in_betweens_that_follow_are_nearer_to_the_interpolated_silhouette() {
+    let plant = ball(4);
+    let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
+    let drawn = drawing(TRIANGLE);
+    let straight = sketcher.draw(&sketch(&drawn)).unwrap();
+    let following = straight.clone().following();
+    assert!(following.at(0.0) == plant && following.at(1.0) == straight.at(1.0));
+    let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0), 240);
+    let (from, to) = (places(&plant), places(&straight.at(1.0)));
+    let (mut near, mut far) = (0.0, 0.0);
+    for k in 1..8 {
+        let t = k as f32 / 8.0;
+        let reference: Vec<Vec2> = from.iter().zip(&to).map(|(a, b)| a.lerp(*b, t)).collect();
+        let made = following.at(t);
+        assert_eq!(PlantStats::of(&made).topology_continuity, 1.0);
+        let [a, b] = [&made, &straight.at(t)].map(|plant| discrete_frechet(&places(plant), &reference));
+        // At keys the best of the rounds is kept, the straight way among them.
+        assert!(a <= b + 1e-4, "{t}: {a} {b}");
+        near += a;
+        far += b;
+    }
+    assert!(near < 0.9 * far, "{near} {far}");
+}
+
+#[test]
 fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let plant = Arc::new(ball(4));
     let (heart, triangle) = (drawing(HEART), drawing(TRIANGLE));

@@ -47,14 +47,9 @@ pub(super) fn trimmed(
     let mut best = likeness(&covered, &inside);
     let mut next = told.clone();
     for _ in 0..ROUNDS {
-        let most = FARTHEST * sketcher.size;
         for ((told, handle), (point, f)) in next.iter_mut().zip(&sketcher.handles).zip(&sketcher.on) {
             let place = handle.position + between(&shift, *point, *f);
-            let seen = chart.plane.seen(place);
-            let (is, wanted) = (covered.at(grid, seen), drawn.at(grid, seen));
-            let free = 1.0 - math::smoothstep(DEEP.0 * sketcher.size, DEEP.1 * sketcher.size, wanted.max(0.0));
-            let way = drawn.inwards(grid, seen) * ((is - wanted) * GAIN * free * share).clamp(-most, most);
-            *told += chart.plane.lifted(place, way);
+            *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, share);
         }
         let moved = sketcher.spines.moved(&sketcher.positions, &next);
         let now = cover(sketcher, chart, grid, wilts, &moved);
@@ -69,8 +64,26 @@ pub(super) fn trimmed(
     shift
 }
 
+/// How a lobe moves whose rim is off: `covered` is the depth below the silhouette as it is, `drawn` that below the wanted
+/// one.
+pub(super) fn give_way(
+    sketcher: &Sketcher,
+    chart: &Chart,
+    grid: Grid,
+    [covered, drawn]: [&Depths; 2],
+    place: Vec3,
+    share: f32,
+) -> Vec3 {
+    let most = FARTHEST * sketcher.size;
+    let seen = chart.plane.seen(place);
+    let (is, wanted) = (covered.at(grid, seen), drawn.at(grid, seen));
+    let free = 1.0 - math::smoothstep(DEEP.0 * sketcher.size, DEEP.1 * sketcher.size, wanted.max(0.0));
+    let way = drawn.inwards(grid, seen) * ((is - wanted) * GAIN * free * share).clamp(-most, most);
+    chart.plane.lifted(place, way)
+}
+
 /// The shift of a place between points.
-fn between(shift: &[Vec3], point: u32, f: f32) -> Vec3 {
+pub(super) fn between(shift: &[Vec3], point: u32, f: f32) -> Vec3 {
     let a = shift[point as usize];
     if f == 0.0 { a } else { a.lerp(shift.get(point as usize + 1).copied().unwrap_or(a), f) }
 }
@@ -90,7 +103,7 @@ fn cover(sketcher: &Sketcher, chart: &Chart, grid: Grid, wilts: &[bool], shift: 
             }
         }
     }
-    Depths(Mask::of_discs(&discs, grid, sketcher.size * CLOSE).1.into_iter().map(|d| d * grid.cell).collect())
+    Depths::covered(&discs, grid, sketcher.size * CLOSE)
 }
 
 /// Cells of both over cells of either.
@@ -104,10 +117,15 @@ fn likeness(covered: &Depths, inside: &[bool]) -> f32 {
 }
 
 /// Depth below an outline at the middles of cells, metres; below zero outside.
-struct Depths(Vec<f32>);
+pub(super) struct Depths(Vec<f32>);
 
 impl Depths {
-    fn of(mask: &Mask) -> Self {
+    /// Below the outline of what discs cover, with gaps closed that are narrower than twice `close`.
+    pub(super) fn covered(discs: &[(Vec2, f32)], grid: Grid, close: f32) -> Self {
+        Self(Mask::of_discs(discs, grid, close).1.into_iter().map(|d| d * grid.cell).collect())
+    }
+
+    pub(super) fn of(mask: &Mask) -> Self {
         let free = Mask { grid: mask.grid, inside: mask.inside.iter().map(|inside| !inside).collect() };
         let of = |(inner, outer): (f32, f32)| if inner > 0.0 { inner - 0.5 } else { 0.5 - outer };
         Self(mask.depths().into_iter().zip(free.depths()).map(|depths| of(depths) * mask.grid.cell).collect())

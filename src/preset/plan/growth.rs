@@ -266,10 +266,13 @@ pub enum Volume {
         /// Height of its highest point.
         top: f32,
     },
-    /// The inside of an SVG silhouette revolved about the vertical through the middle of its bounds.
+    /// The inside of an SVG silhouette revolved about the vertical through the middle of its bounds; or, where there is a
+    /// `side`, the visual hull of both: what is inside as seen from the front (+z) and from the side (+x).
     Outline {
         /// SVG file, relative to the preset's folder.
         file: String,
+        /// SVG file of what is seen from the side, scaled to the same heights.
+        side: Option<String>,
         /// Height of its lowest point.
         bottom: f32,
         /// Height of its highest point.

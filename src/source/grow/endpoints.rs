@@ -21,6 +21,11 @@ use crate::preset::plan::{Count, Endpoints, Sampling, Volume};
 /// Most endpoints that a density may ask for.
 const MOST: f32 = 50_000.0;
 
+/// How many candidates are looked at together, at first; twice as many in each batch after that, up to a bound, since most
+/// are chosen from the first.
+const BATCH: usize = 512;
+const MOST_BATCH: usize = 16_384;
+
 /// The nodes at which branches may end, without those of the structure; in no particular order. The second value has
 /// the nodes that ways to them may use, where these are confined: twigs of some hops keep to what lies as near to the
 /// structure as their ends, and a hop further.
@@ -148,38 +153,56 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
         for (place, &(_, at)) in chosen.iter().enumerate() {
             put(&mut heads, &mut links, place as u32, at);
         }
-        let mut refused = Vec::new();
-        for &(node, kept_out, here) in &order {
-            if chosen.len() == count {
-                break;
-            }
-            if kept_out < square && !last {
-                refused.push((node, kept_out, here));
-                continue;
-            }
-            let crowding = || {
-                let [from, to] = lattice.around(lattice.cell(here));
-                for y in from[1]..=to[1] {
-                    for z in from[2]..=to[2] {
-                        for x in from[0]..=to[0] {
-                            let mut i = heads[lattice.index([x, y, z])];
-                            while i != NONE {
-                                let apart = chosen[i as usize].1.distance_squared(here);
-                                if apart < square {
-                                    return Some(apart);
-                                }
-                                i = links[i as usize];
+        // Whether one of those chosen is too near, and how near.
+        let crowding = |heads: &[u32], links: &[u32], chosen: &[(u32, Vec3)], here: Vec3| {
+            let [from, to] = lattice.around(lattice.cell(here));
+            for y in from[1]..=to[1] {
+                for z in from[2]..=to[2] {
+                    for x in from[0]..=to[0] {
+                        let mut i = heads[lattice.index([x, y, z])];
+                        while i != NONE {
+                            let apart = chosen[i as usize].1.distance_squared(here);
+                            if apart < square {
+                                return Some(apart);
                             }
+                            i = links[i as usize];
                         }
                     }
                 }
-                None
-            };
-            match if last { None } else { crowding() } {
-                Some(apart) => refused.push((node, apart, here)),
-                None => {
-                    put(&mut heads, &mut links, chosen.len() as u32, here);
-                    chosen.push((node, here));
+            }
+            None
+        };
+        let mut refused = Vec::new();
+        let (mut rest, mut size) = (&mut order[..], BATCH);
+        while !rest.is_empty() && chosen.len() < count {
+            // Most of a batch are kept out by those chosen before it, which can be asked of all at once; the others in turn.
+            let (batch, later) = rest.split_at_mut(size.min(rest.len()));
+            rest = later;
+            size = (size * 2).min(MOST_BATCH);
+            if !last {
+                batch.par_iter_mut().with_min_len(BATCH).for_each(|(_, kept_out, here)| {
+                    if *kept_out >= square {
+                        *kept_out = crowding(&heads, &links, &chosen, *here).unwrap_or(f32::INFINITY);
+                    }
+                });
+            }
+            for &mut (node, kept_out, here) in batch {
+                if chosen.len() == count {
+                    break;
+                }
+                let near = if last {
+                    None
+                } else if kept_out < square {
+                    Some(kept_out)
+                } else {
+                    crowding(&heads, &links, &chosen, here)
+                };
+                match near {
+                    Some(apart) => refused.push((node, apart, here)),
+                    None => {
+                        put(&mut heads, &mut links, chosen.len() as u32, here);
+                        chosen.push((node, here));
+                    }
                 }
             }
         }

@@ -39,24 +39,36 @@ impl Frontier {
         self.held += 1;
     }
 
-    /// Takes a node from the bucket of the least cost, with the cost that it was added with.
-    pub(super) fn pop(&mut self) -> Option<(f32, u32)> {
-        if self.held == 0 {
-            return None;
-        }
-        loop {
-            let Some(key) = self.ring[self.current as usize % MOST].pop() else {
+    /// Takes all nodes of the bucket of the least cost, with the costs that they were added with, in the order of their
+    /// adding; false when there is none. What is added to that bucket later is a bucket of its own, taken next.
+    pub(super) fn take(&mut self, nodes: &mut Vec<(f32, u32)>) -> bool {
+        nodes.clear();
+        while self.held > 0 {
+            let place = self.current as usize % MOST;
+            if self.ring[place].is_empty() {
                 self.current += 1;
                 continue;
-            };
-            self.held -= 1;
-            let (cost, node) = (f32::from_bits((key >> 32) as u32), key as u32);
-            if self.bucket(cost) <= self.current {
-                return Some((cost, node));
             }
-            // It waited for a place in the ring. There is one now, since this bucket is the ring's first.
-            self.push(cost, node);
+            let mut bucket = std::mem::take(&mut self.ring[place]);
+            self.held -= bucket.len();
+            for key in bucket.drain(..) {
+                let (cost, node) = (f32::from_bits((key >> 32) as u32), key as u32);
+                if self.bucket(cost) <= self.current {
+                    nodes.push((cost, node));
+                } else {
+                    // It waited for a place in the ring. There is one now, since this bucket is the ring's first.
+                    self.push(cost, node);
+                }
+            }
+            // Its memory serves again, unless something came back to this place.
+            if self.ring[place].is_empty() {
+                self.ring[place] = bucket;
+            }
+            if !nodes.is_empty() {
+                return true;
+            }
         }
+        false
     }
 }
 
@@ -73,12 +85,15 @@ mod tests {
                 frontier.push(Seed::new(3).at(u64::from(i)).index(40) as f32 * 0.25, i);
             }
             let (mut seen, mut last) = ([false; 500], 0);
-            while let Some((cost, node)) = frontier.pop() {
-                let bucket = (cost / width) as u64;
-                assert!(bucket >= last && !seen[node as usize]);
-                assert_eq!(cost, Seed::new(3).at(u64::from(node)).index(40) as f32 * 0.25);
-                seen[node as usize] = true;
-                last = bucket;
+            let mut nodes = Vec::new();
+            while frontier.take(&mut nodes) {
+                for &(cost, node) in &nodes {
+                    let bucket = (cost / width) as u64;
+                    assert!(bucket >= last && !seen[node as usize]);
+                    assert_eq!(cost, Seed::new(3).at(u64::from(node)).index(40) as f32 * 0.25);
+                    seen[node as usize] = true;
+                    last = bucket;
+                }
             }
             assert!(seen.iter().all(|&s| s));
         }
@@ -89,19 +104,22 @@ mod tests {
         let mut frontier = Frontier::new(0.1);
         frontier.push(0.0, 0);
         let (mut added, mut last) = (1, 0.0_f32);
-        while let Some((cost, node)) = frontier.pop() {
-            // Within a bucket in any order.
-            assert!(cost > last - 0.1001, "{cost} after {last}");
-            last = last.max(cost);
-            for k in 0..3 {
-                if added < 2000 {
-                    frontier.push(cost + 0.1 + Seed::new(u64::from(node)).at(k).unit(), added);
-                    added += 1;
+        let (mut nodes, mut taken) = (Vec::new(), 0);
+        while frontier.take(&mut nodes) {
+            taken += nodes.len();
+            for &(cost, node) in &nodes {
+                // Within a bucket in any order.
+                assert!(cost > last - 0.1001, "{cost} after {last}");
+                last = last.max(cost);
+                for k in 0..3 {
+                    if added < 2000 {
+                        frontier.push(cost + 0.1 + Seed::new(u64::from(node)).at(k).unit(), added);
+                        added += 1;
+                    }
                 }
             }
         }
-        assert_eq!(added, 2000);
-        assert_eq!(frontier.pop(), None);
+        assert_eq!((added, taken), (2000, 2000));
     }
 
     #[test]
@@ -109,8 +127,13 @@ mod tests {
         let mut frontier = Frontier::new(0.5);
         frontier.push(2.0, 1);
         frontier.push(3.0, 2);
-        assert_eq!(frontier.pop(), Some((2.0, 1)));
+        let take = |frontier: &mut Frontier| {
+            let mut nodes = Vec::new();
+            frontier.take(&mut nodes).then_some(nodes)
+        };
+        assert_eq!(take(&mut frontier), Some(vec![(2.0, 1)]));
         frontier.push(1.0, 0);
-        assert_eq!([frontier.pop(), frontier.pop(), frontier.pop()], [Some((1.0, 0)), Some((3.0, 2)), None]);
+        let rest = [take(&mut frontier), take(&mut frontier), take(&mut frontier)];
+        assert_eq!(rest, [Some(vec![(1.0, 0)]), Some(vec![(3.0, 2)]), None]);
     }
 }

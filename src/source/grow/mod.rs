@@ -212,9 +212,9 @@ pub fn shape_files(params: &GrowParams) -> BTreeSet<ShapeFile> {
     std::iter::once(params)
         .chain(params.space.beside.iter().map(|beside| &beside.params))
         .flat_map(|params| &params.iterations)
-        .filter_map(|iteration| match &iteration.endpoints {
-            Endpoints::Volume { shape, .. } => volume::file(shape),
-            Endpoints::Surface { .. } => None,
+        .flat_map(|iteration| match &iteration.endpoints {
+            Endpoints::Volume { shape, .. } => volume::files(shape),
+            Endpoints::Surface { .. } => Vec::new(),
         })
         .collect()
 }

@@ -1,4 +1,4 @@
-//! The silhouettes of an SVG, and the half profile that they sweep when they are revolved.
+//! The silhouettes of an SVG, what they cover as seen, and the half profile that they sweep when they are revolved.
 //!
 //! Every visible path counts as filled, by its own fill rule; paths that overlap are one silhouette. Curves are cut into
 //! [`PIECES`] straight pieces. The profile is rasterized once, in [`ROWS`] rows, finer than any graph. Both halves of an
@@ -102,6 +102,22 @@ fn rings(path: &usvg::Path) -> Vec<Vec<Vec2>> {
 /// Silhouettes have height 1, y up from 0, their axis at x = 0 and reach `half` to either side.
 pub(super) fn profile(silhouettes: &[Silhouette], half: f32) -> (usize, Vec<bool>) {
     let columns = (half * ROWS as f32).ceil().max(1.0) as usize;
+    (columns, rasterized(silhouettes, columns, |from, to| [(from, to), (-to, -from)]))
+}
+
+/// Columns from the left edge on, and for each row and column whether the middle of the cell lies in a silhouette; as
+/// [`profile`], but either side by itself.
+pub(super) fn seen(silhouettes: &[Silhouette], half: f32) -> (usize, Vec<bool>) {
+    let columns = (2.0 * half * ROWS as f32).ceil().max(1.0) as usize;
+    (columns, rasterized(silhouettes, columns, |from, to| [(from + half, to + half)]))
+}
+
+/// The cells that silhouettes cover, row by row; `spans` says where a piece of a row lies.
+fn rasterized<const N: usize>(
+    silhouettes: &[Silhouette],
+    columns: usize,
+    spans: impl Fn(f32, f32) -> [(f32, f32); N],
+) -> Vec<bool> {
     let mut inside = vec![false; columns * ROWS];
     for Silhouette { rings, even_odd } in silhouettes {
         // Where the outline crosses the middle of each row, and which way.
@@ -122,12 +138,12 @@ pub(super) fn profile(silhouettes: &[Silhouette], half: f32) -> (usize, Vec<bool
                 if winding == 0 {
                     continue;
                 }
-                for (from, to) in [(pair[0].0, pair[1].0), (-pair[1].0, -pair[0].0)] {
+                for (from, to) in spans(pair[0].0, pair[1].0) {
                     let column = |x: f32| (x * ROWS as f32 - 0.5).ceil().clamp(0.0, columns as f32) as usize;
                     inside[r * columns + column(from)..r * columns + column(to).max(column(from))].fill(true);
                 }
             }
         }
     }
-    (columns, inside)
+    inside
 }

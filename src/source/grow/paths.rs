@@ -15,6 +15,8 @@
 //! Several plants grow in one pass. A node belongs to the plant that reaches it at the least cost, so each keeps to its
 //! own part of the space as crowns in a stand do, and no two ever share a node.
 
+use std::hint::black_box;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -116,8 +118,10 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// What is asked of every neighbour of a finalized node, in one place in memory: a pass waits for memory most of its time.
+/// What is asked of every neighbour of a finalized node, in one place in memory and in one line of the cache: a pass waits
+/// for memory most of its time.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
 struct Place {
     at: Vec3,
     cost: f32,
@@ -125,6 +129,17 @@ struct Place {
     whim: f32,
     /// The node before it; itself at a source, [`NONE`] where nothing leads.
     before: u32,
+    /// [`FINAL`] and [`WANTED`].
+    mark: u8,
+}
+
+/// A node of the bucket that is being finalized.
+#[derive(Clone, Copy, Debug)]
+struct Arrival {
+    node: u32,
+    cost: f32,
+    at: Vec3,
+    vector: Vec3,
 }
 
 /// One plant's part in a pass.
@@ -146,8 +161,6 @@ pub(super) struct Party<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Paths {
     places: Vec<Place>,
-    /// [`FINAL`] and [`WANTED`].
-    marks: Vec<u8>,
     states: Vec<State>,
 }
 
@@ -188,11 +201,11 @@ impl Paths {
             cost: if shut(i) { -1.0 } else { f32::INFINITY },
             whim: 1.0 + WHIM * (2.0 * whims.at(i as u64).unit() - 1.0),
             before: NONE,
+            mark: 0,
         };
         let positions = parties.first().map_or(&[][..], |first| &first.nodes.positions);
         let mut paths = Self {
             places: positions.par_iter().enumerate().with_min_len(4096).map(place).collect(),
-            marks: vec![0; count],
             states: vec![blank; count],
         };
         let Some(first) = parties.first() else { return paths };
@@ -205,10 +218,9 @@ impl Paths {
                 let i = node as usize;
                 leans[i] = lean;
                 owners[i] = p as u8;
-                paths.places[i].cost = 0.0;
-                paths.places[i].before = node;
+                let place = &mut paths.places[i];
+                (place.cost, place.before, place.mark) = (0.0, node, if closed { FINAL } else { 0 });
                 paths.states[i] = State { source: node, hops: 0.0, vector };
-                paths.marks[i] = if closed { FINAL } else { 0 };
                 if !closed {
                     frontier.push(0.0, node);
                 }
@@ -216,48 +228,67 @@ impl Paths {
         }
         let mut missing = 0;
         for &t in targets {
-            let mark = &mut paths.marks[t as usize];
+            let mark = &mut paths.places[t as usize].mark;
             missing += usize::from(*mark & WANTED == 0);
             *mark |= WANTED;
         }
         let turnings: Vec<Turning<'_>> =
             parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
-        while let Some((cost, node)) = frontier.pop() {
-            let i = node as usize;
-            let Place { at: here, cost: best, before, .. } = paths.places[i];
-            // A node is added again whenever it gets cheaper.
-            if cost > best {
-                continue;
-            }
-            if before != node {
-                let state = paths.states[before as usize];
-                let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
-                let nodes = parties[owner].nodes;
-                let lean = if state.hops < 1.0 { leans[state.source as usize] } else { 0.0 };
-                let step = Stepping { edge: here - paths.places[before as usize].at, share: 1.0, lean, node };
-                let after = turnings[owner].after(state, step, || nodes.at(node), || nodes.at(state.source).y);
-                paths.states[i] = after;
-            }
-            let mark = paths.marks[i];
-            paths.marks[i] = mark | FINAL;
-            if mark == WANTED {
-                missing -= 1;
-                if missing == 0 {
-                    break;
-                }
-            }
-            let vector = paths.states[i].vector;
-            for target in graph.leaving(node) {
-                let Place { at, cost: best, whim, .. } = paths.places[target as usize];
-                if best <= cost {
+        // A bucket at a time, in sweeps that read places which do not depend on each other: so the waits for memory overlap.
+        // Two of them only read ahead, in loops so short that many reads are under way at once.
+        let (mut bucket, mut arrivals, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        while missing > 0 && frontier.take(&mut bucket) {
+            arrivals.clear();
+            black_box(bucket.iter().fold(0, |read, &(_, node)| {
+                let before = paths.places[node as usize].before as usize;
+                read ^ paths.places[before].before ^ paths.states[before].source
+            }));
+            for &(cost, node) in bucket.iter().rev() {
+                let Place { at, cost: best, before, mark, .. } = paths.places[node as usize];
+                // A node is added again whenever it gets cheaper.
+                if cost > best || mark & FINAL != 0 {
                     continue;
                 }
-                let weight = weight(at - here, vector);
-                let cost = cost + weight * whim;
+                let vector = if before == node {
+                    paths.states[node as usize].vector
+                } else {
+                    let state = paths.states[before as usize];
+                    let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
+                    let nodes = parties[owner].nodes;
+                    let lean = if state.hops < 1.0 { leans[state.source as usize] } else { 0.0 };
+                    let step = Stepping { edge: at - paths.places[before as usize].at, share: 1.0, lean, node };
+                    let after = turnings[owner].after(state, step, || nodes.at(node), || nodes.at(state.source).y);
+                    paths.states[node as usize] = after;
+                    after.vector
+                };
+                paths.places[node as usize].mark = mark | FINAL;
+                if mark & WANTED != 0 {
+                    missing -= 1;
+                    if missing == 0 {
+                        break;
+                    }
+                }
+                arrivals.push(Arrival { node, cost, at, vector });
+            }
+            // What is as cheap already stays so, since costs only fall; that is most of the neighbours.
+            // Nothing branches here: a wrong guess, and half would be, ends the reading ahead.
+            black_box(arrivals.iter().fold(0, |read, arrival| read ^ graph.edges[arrival.node as usize][0]));
+            steps.resize(steps.len().max(arrivals.len() * 8 + 1), (0, 0));
+            let mut dearer = 0;
+            for (from, &Arrival { node, cost, .. }) in arrivals.iter().enumerate() {
+                for target in graph.edges[node as usize] {
+                    let target = if target == NONE { node } else { target };
+                    steps[dearer] = (from as u32, target);
+                    dearer += usize::from(paths.places[target as usize].cost > cost);
+                }
+            }
+            for &(from, target) in &steps[..dearer] {
+                let Arrival { node, cost, at: here, vector } = arrivals[from as usize];
+                let place = &mut paths.places[target as usize];
+                let cost = cost + weight(place.at - here, vector) * place.whim;
                 // In graphs with shorter edges than they say a node may be finalized already; it stays as it is.
-                if cost < best && paths.marks[target as usize] & FINAL == 0 {
-                    let place = &mut paths.places[target as usize];
+                if cost < place.cost && place.mark & FINAL == 0 {
                     (place.cost, place.before) = (cost, node);
                     frontier.push(cost, target);
                 }
@@ -273,7 +304,7 @@ impl Paths {
 
     /// Whether a path leads to a node.
     pub(super) fn reached(&self, node: u32) -> bool {
-        self.marks[node as usize] & FINAL != 0
+        self.places[node as usize].mark & FINAL != 0
     }
 
     /// The node before this one on its path; itself in the structure.

@@ -5,7 +5,8 @@
 //! its ends whichever triangle asks, so a point lies under exactly one of two neighbours and the parity is never wrong
 //! for a closed mesh, however thin its triangles. Columns on the ground keep a question short.
 //!
-//! An outline is a half profile, see `outline`.
+//! An outline is a half profile, see `outline`. What is seen in one direction is a prism; two of them, from the front and
+//! from the side, have the visual hull in common (Laurentini 1994), which `volume` asks for.
 //!
 //! Limits: [`MOST_TRIANGLES`]. Nothing is read beside the given bytes: buffers outside a glTF file count as absent.
 
@@ -56,6 +57,8 @@ pub enum ShapeReading {
     MeshZ,
     /// An SVG silhouette to be revolved.
     Outline,
+    /// An SVG silhouette as it is seen along z.
+    Seen,
 }
 
 /// A file that a volume names, and how it is read.
@@ -82,6 +85,7 @@ pub struct Solid {
 enum Body {
     Mesh(Columns),
     Profile { columns: usize, inside: Vec<bool> },
+    Prism { columns: usize, inside: Vec<bool> },
 }
 
 impl Solid {
@@ -95,6 +99,7 @@ impl Solid {
             ShapeReading::MeshY => Self::from_mesh(bytes, UpAxis::Y),
             ShapeReading::MeshZ => Self::from_mesh(bytes, UpAxis::Z),
             ShapeReading::Outline => Self::from_outline(bytes),
+            ShapeReading::Seen => Self::from_view(bytes),
         }
     }
 
@@ -144,24 +149,27 @@ impl Solid {
     ///
     /// When it can't be read, is flat or too large.
     pub fn from_outline(bytes: &[u8]) -> Result<Self, SolidError> {
-        let mut silhouettes = outline::silhouettes(bytes)?;
-        let points = silhouettes.iter().flat_map(|silhouette| silhouette.rings.iter().flatten());
-        let (low, high) = bounds(points.map(|p| p.extend(0.0)));
-        let size = high - low;
-        if !(size.is_finite() && size.x > 0.0 && size.y > 0.0 && size.x <= size.y * 2.0 * WIDEST) {
-            return Err(SolidError::Flat);
-        }
-        let half = size.x / (2.0 * size.y);
-        // SVG's y runs down.
-        let fit = |p: &Vec2| Vec2::new((p.x - (low.x + high.x) * 0.5) / size.y, (high.y - p.y) / size.y);
-        for ring in silhouettes.iter_mut().flat_map(|silhouette| &mut silhouette.rings) {
-            ring.iter_mut().for_each(|p| *p = fit(p));
-        }
+        let (silhouettes, half) = fitted(bytes)?;
         let (columns, inside) = outline::profile(&silhouettes, half);
         if !inside.contains(&true) {
             return Err(SolidError::Flat);
         }
         Ok(Self { body: Body::Profile { columns, inside }, bounds: [Vec2::splat(-half), Vec2::splat(half)] })
+    }
+
+    /// An SVG silhouette as it is seen along z, x to the right; as deep as any shape may be. Every path counts as filled.
+    ///
+    /// # Errors
+    ///
+    /// When it can't be read, is flat or too large.
+    pub fn from_view(bytes: &[u8]) -> Result<Self, SolidError> {
+        let (silhouettes, half) = fitted(bytes)?;
+        let (columns, inside) = outline::seen(&silhouettes, half);
+        if !inside.contains(&true) {
+            return Err(SolidError::Flat);
+        }
+        let reach = Vec2::new(half, WIDEST);
+        Ok(Self { body: Body::Prism { columns, inside }, bounds: [-reach, reach] })
     }
 
     /// Whether a point lies inside.
@@ -172,11 +180,15 @@ impl Solid {
         if !((0.0..=1.0).contains(&p.y) && flat.cmpge(low).all() && flat.cmple(high).all()) {
             return false;
         }
+        let row = ((p.y * ROWS as f32) as usize).min(ROWS - 1);
         match &self.body {
             Body::Mesh(columns) => columns.hold(p),
             Body::Profile { columns, inside } => {
-                let row = ((p.y * ROWS as f32) as usize).min(ROWS - 1);
                 let column = (flat.length() * ROWS as f32) as usize;
+                column < *columns && inside[row * columns + column]
+            }
+            Body::Prism { columns, inside } => {
+                let column = ((p.x - low.x) * ROWS as f32) as usize;
                 column < *columns && inside[row * columns + column]
             }
         }
@@ -187,6 +199,24 @@ impl Solid {
     pub fn bounds(&self) -> [Vec2; 2] {
         self.bounds
     }
+}
+
+/// The silhouettes of an SVG in heights, the middle of their bounds over x = 0; and how far they reach to either side.
+fn fitted(bytes: &[u8]) -> Result<(Vec<outline::Silhouette>, f32), SolidError> {
+    let mut silhouettes = outline::silhouettes(bytes)?;
+    let points = silhouettes.iter().flat_map(|silhouette| silhouette.rings.iter().flatten());
+    let (low, high) = bounds(points.map(|p| p.extend(0.0)));
+    let size = high - low;
+    if !(size.is_finite() && size.x > 0.0 && size.y > 0.0 && size.x <= size.y * 2.0 * WIDEST) {
+        return Err(SolidError::Flat);
+    }
+    let half = size.x / (2.0 * size.y);
+    // SVG's y runs down.
+    let fit = |p: &Vec2| Vec2::new((p.x - (low.x + high.x) * 0.5) / size.y, (high.y - p.y) / size.y);
+    for ring in silhouettes.iter_mut().flat_map(|silhouette| &mut silhouette.rings) {
+        ring.iter_mut().for_each(|p| *p = fit(p));
+    }
+    Ok((silhouettes, half))
 }
 
 fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {

@@ -1,6 +1,6 @@
 //! The volumes that early endpoints fill (2015, 3.2.2): whether one holds a point, and how much of it there is.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::solid::{ShapeFile, ShapeReading, Solid, Solids};
 use crate::preset::plan::{UpAxis, Volume};
@@ -8,8 +8,36 @@ use crate::preset::plan::{UpAxis, Volume};
 /// Points along the longest edge of the lattice by which a volume is measured.
 const MEASURED: f32 = 64.0;
 
+/// The shape of the files that a volume names.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Filed<'s> {
+    /// Of one file.
+    One(&'s Solid),
+    /// What is seen from the front, along z, and from the side, along x from its greater end: the visual hull of both.
+    Hull { front: &'s Solid, side: &'s Solid },
+}
+
+impl Filed<'_> {
+    fn holds(&self, p: Vec3) -> bool {
+        match self {
+            Self::One(solid) => solid.holds(p),
+            Self::Hull { front, side } => front.holds(p) && side.holds(Vec3::new(-p.z, p.y, 0.0)),
+        }
+    }
+
+    fn bounds(&self) -> [Vec2; 2] {
+        match self {
+            Self::One(solid) => solid.bounds(),
+            Self::Hull { front, side } => {
+                let ([low, high], [back, fore]) = (front.bounds(), side.bounds());
+                [Vec2::new(low.x, -fore.x), Vec2::new(high.x, -back.x)]
+            }
+        }
+    }
+}
+
 /// Whether a volume holds a point; lengths in plant heights. `solid` is what [`solid`] gives.
-pub(super) fn holds(shape: &Volume, solid: Option<&Solid>, p: Vec3) -> bool {
+pub(super) fn holds(shape: &Volume, solid: Option<Filed<'_>>, p: Vec3) -> bool {
     let out = p.x * p.x + p.z * p.z;
     // Distance from the centre in units of the half axes; 0 / 0 is NaN and lies in no range.
     let ball = |centre: f32, half: f32, radius: f32, hollow: f32| {
@@ -42,20 +70,25 @@ pub(super) fn holds(shape: &Volume, solid: Option<&Solid>, p: Vec3) -> bool {
     }
 }
 
-/// The file that a volume names, and how it is to be read.
-pub(super) fn file(shape: &Volume) -> Option<ShapeFile> {
-    let (file, reading) = match shape {
-        Volume::Mesh { file, up: UpAxis::Z, .. } => (file, ShapeReading::MeshZ),
-        Volume::Mesh { file, .. } => (file, ShapeReading::MeshY),
-        Volume::Outline { file, .. } => (file, ShapeReading::Outline),
-        _ => return None,
-    };
-    Some(ShapeFile { file: file.clone(), reading })
+/// The files that a volume names, and how they are to be read: one, or that from the front and that from the side.
+pub(super) fn files(shape: &Volume) -> Vec<ShapeFile> {
+    let read = |file: &String, reading| ShapeFile { file: file.clone(), reading };
+    match shape {
+        Volume::Mesh { file, up: UpAxis::Z, .. } => vec![read(file, ShapeReading::MeshZ)],
+        Volume::Mesh { file, .. } => vec![read(file, ShapeReading::MeshY)],
+        Volume::Outline { file, side: None, .. } => vec![read(file, ShapeReading::Outline)],
+        Volume::Outline { file, side: Some(side), .. } => [file, side].map(|f| read(f, ShapeReading::Seen)).to_vec(),
+        _ => Vec::new(),
+    }
 }
 
-/// The shape of the file that a volume names; none of others, and where it is not there.
-pub(super) fn solid<'s>(shape: &Volume, solids: &'s Solids) -> Option<&'s Solid> {
-    file(shape).and_then(|file| solids.get(&file))
+/// The shape of the files that a volume names; none of others, and where one is not there.
+pub(super) fn solid<'s>(shape: &Volume, solids: &'s Solids) -> Option<Filed<'s>> {
+    match files(shape).as_slice() {
+        [file] => solids.get(file).map(Filed::One),
+        [front, side] => solids.get(front).zip(solids.get(side)).map(|(front, side)| Filed::Hull { front, side }),
+        _ => None,
+    }
 }
 
 /// How much of a volume lies in the graph's region, a cylinder of height 1 and diameter `width`; cubic plant heights.
@@ -85,7 +118,7 @@ pub(super) fn measure(shape: &Volume, solids: &Solids, width: f32) -> f32 {
 }
 
 /// A box around a volume.
-fn extent(shape: &Volume, solid: Option<&Solid>) -> (Vec3, Vec3) {
+fn extent(shape: &Volume, solid: Option<Filed<'_>>) -> (Vec3, Vec3) {
     let upright = |bottom: f32, top: f32, x: f32, z: f32| (Vec3::new(-x, bottom, -z), Vec3::new(x, top, z));
     match *shape {
         Volume::Point { height, .. } => (Vec3::Y * height, Vec3::Y * height),
@@ -142,6 +175,28 @@ mod tests {
         // The same file read otherwise is another shape.
         let upright = Volume::Mesh { file: "c.obj".to_owned(), up: UpAxis::Z, bottom: 0.4, top: 0.8 };
         assert!(solid(&upright, &solids).is_none() && !holds(&upright, None, Vec3::Y * 0.6));
+    }
+
+    #[test]
+    fn a_hull_is_what_lies_inside_of_both_views() {
+        // From the front a triangle whose right angle is on the left; from the side, where left is +z, a strip half as wide.
+        let front = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'><path d='M0 0 L0 8 L8 8 Z'/></svg>";
+        let side = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'><path d='M0 0 H4 V8 H0 Z M3 1 H4 V2 H3 Z' \
+            fill-rule='evenodd'/></svg>";
+        let file = |name: &str| ShapeFile { file: name.to_owned(), reading: ShapeReading::Seen };
+        let read = |text: &str| Solid::read(text.as_bytes(), ShapeReading::Seen).unwrap();
+        let solids = Solids::from([(file("front.svg"), read(front)), (file("side.svg"), read(side))]);
+        let side = Some("side.svg".to_owned());
+        let shape = Volume::Outline { file: "front.svg".to_owned(), side, bottom: 0.2, top: 0.6 };
+        let at = |x, y, z| holds(&shape, solid(&shape, &solids), Vec3::new(x, y, z));
+        assert!(at(-0.19, 0.55, 0.0) && at(0.15, 0.22, 0.09) && at(0.0, 0.3, -0.09));
+        assert!(!at(0.1, 0.55, 0.0) && !at(0.0, 0.3, 0.11) && !at(0.0, 0.3, -0.11) && !at(0.0, 0.61, 0.0));
+        // The notch is at the right of the side's picture, where z is least.
+        assert!(!at(-0.19, 0.525, -0.09) && at(-0.19, 0.525, 0.09));
+        assert!((measure(&shape, &solids, 2.0) - 0.08 * 0.2).abs() < 0.001, "{}", measure(&shape, &solids, 2.0));
+        // With one of its files it holds nothing.
+        let lone = Solids::from([(file("front.svg"), read(front))]);
+        assert!(solid(&shape, &lone).is_none());
     }
 
     #[test]
