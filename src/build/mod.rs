@@ -24,6 +24,7 @@ mod record;
 mod selections;
 mod shapes;
 mod sketches;
+mod specimens;
 mod stages;
 pub(crate) mod stamp;
 mod studio;
@@ -42,6 +43,7 @@ pub use find::{Loaded, find_presets, load_edited, load_preset};
 pub use gallery::{GALLERY, gallery};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
+pub use specimens::{Specimen, draw_specimens, specimens};
 pub use studio::{Focus, Studio, extent};
 pub use world::World;
 

@@ -236,10 +236,15 @@ pub(super) fn commit_stamped(
     files: &[(String, Vec<u8>)],
 ) -> Result<(Committed, Stamps), OutputError> {
     let mut hand = Hand::free();
+    let is_new = !folder.exists();
     let result = commit_by(&mut hand, folder, owned, files);
     if result.is_err() {
         // Best effort: the next build clears or ends what is left.
         let _ = recover(folder);
+        if is_new {
+            // Goes only if nothing is in it.
+            let _ = fs::remove_dir(folder);
+        }
     }
     result.map(|committed| (committed, hand.stamps))
 }

@@ -66,9 +66,12 @@ pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
         format!("{}: {}", diagnostic.field, diagnostic.message)
     };
     let mut group = Group::with_title(Level::ERROR.primary_title(&title));
-    let text = std::fs::read(&diagnostic.file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
+    let shows = |m: std::fs::Metadata| diagnostic.span.is_some() && m.is_file() && m.len() < 4 << 20;
+    let text = std::fs::metadata(&diagnostic.file).is_ok_and(shows).then(|| std::fs::read(&diagnostic.file).ok());
+    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     match diagnostic.span.and_then(|span| byte_range(&text, span)) {
-        Some(range) if text.len() < 4 << 20 => {
+        Some(range) => {
             group = group
                 .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
         }
