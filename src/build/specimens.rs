@@ -47,7 +47,7 @@ pub struct Specimen {
     /// The first of what is wrong with it, if anything; then it has no sheet.
     pub wrong: Option<String>,
     /// The folder of presets beside which it lies.
-    folder: String,
+    folder: PathBuf,
     /// Every file that it was grown from, with its hash; none for one that was missing.
     reads: Vec<(PathBuf, Option<String>)>,
     /// Hash of the sheet.
@@ -98,9 +98,11 @@ fn version() -> String {
 ///
 /// When `out` can't be written.
 pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> io::Result<bool> {
-    let named = folder.to_string_lossy().into_owned();
+    // The same folder, wherever the build is called from.
+    let folder = &folder.canonicalize()?;
     let old = specimens(out);
-    let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(|known| known.folder == named);
+    let is_ours = |known: &Specimen| known.folder == *folder || !known.folder.is_dir();
+    let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(is_ours);
     let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
     // A species of another folder has the name: the first that was drawn keeps it.
     let files: Vec<(String, PathBuf)> =
@@ -120,17 +122,17 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     let made: Vec<io::Result<Specimen>> = due
         .par_iter()
         .map(|(name, path, known)| {
-            let (mut specimen, png) = drawn(folder, &named, name, path, limits, cache);
+            let (mut specimen, png) = drawn(folder, name, path, limits, cache);
             let target = out.join(specimen.sheet());
             let old = fs::read(&target).ok();
-            let is_ours = known.as_ref().is_some_and(|k| old.as_deref().is_some_and(|b| k.sheet == hex(b)));
+            let is_old = known.as_ref().is_some_and(|k| old.as_deref().is_some_and(|b| k.sheet == hex(b)));
             match (&png, old) {
-                (Some(png), Some(old)) if *png != old && !is_ours => {
+                (Some(png), Some(old)) if *png != old && !is_old => {
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
                     specimen.sheet = String::new();
                 }
                 (Some(png), old) if old.as_ref() != Some(png) => replace(&target, png)?,
-                (None, Some(_)) if is_ours => fs::remove_file(&target)?,
+                (None, Some(_)) if is_old => fs::remove_file(&target)?,
                 _ => {}
             }
             Ok(specimen)
@@ -148,7 +150,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     // Goes only if nothing is in it.
     let _ = fs::remove_dir(out.join(FOLDER));
     let index = Index { version: version(), specimens: all };
-    replace(&out.join(INDEX), &serde_json::to_vec(&index).expect("names and hashes serialize"))?;
+    replace(&out.join(INDEX), &serde_json::to_vec(&index).map_err(io::Error::other)?)?;
     Ok(true)
 }
 
@@ -179,14 +181,7 @@ fn species_files(folder: &Path) -> Vec<(String, PathBuf)> {
 }
 
 /// Grows a species and draws its sheet.
-fn drawn(
-    folder: &Path,
-    named: &str,
-    name: &str,
-    path: &Path,
-    limits: &Limits,
-    cache: &Arc<Cache>,
-) -> (Specimen, Option<Vec<u8>>) {
+fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Cache>) -> (Specimen, Option<Vec<u8>>) {
     let world = World::within(folder, limits.clone());
     let relative = format!("{SPECIES}/{name}.ron");
     let text = world.read_text(&relative).unwrap_or_default();
@@ -213,7 +208,7 @@ fn drawn(
     };
     let sheet = png.as_deref().map(hex).unwrap_or_default();
     let about = gallery::first_comment(&text);
-    (Specimen { name: name.to_owned(), about, wrong, folder: named.to_owned(), reads, sheet }, png)
+    (Specimen { name: name.to_owned(), about, wrong, folder: folder.to_owned(), reads, sheet }, png)
 }
 
 fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>> {

@@ -1,7 +1,5 @@
 //! What people read: errors with their line and a hint, progress, summaries.
 
-#![expect(clippy::print_stderr, reason = "this is where the command talks to people")]
-
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -41,19 +39,25 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Writes a line to standard error. Nobody may listen any more, as behind `2>&1 | head`: what is being built is built all
+/// the same.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
 /// Prints a failure to standard error.
 pub(super) fn failure(failure: &Failure) {
     match failure {
         Failure::Diagnostics(diagnostics) => {
             for diagnostic in diagnostics {
-                eprintln!("{}\n", rendered(diagnostic));
+                say(&format!("{}\n", rendered(diagnostic)));
             }
             let files = diagnostics.iter().map(|d| &d.file).collect::<std::collections::BTreeSet<_>>().len();
             let plural = |n: usize| if n == 1 { "" } else { "s" };
             let count = diagnostics.len();
-            eprintln!("{count} error{} in {files} file{}", plural(count), plural(files));
+            say(&format!("{count} error{} in {files} file{}", plural(count), plural(files)));
         }
-        Failure::Other(message) => eprintln!("error: {message}"),
+        Failure::Other(message) => say(&format!("error: {message}")),
     }
 }
 
@@ -174,8 +178,8 @@ impl Meter {
     pub(super) fn line(&self, text: &str) {
         let _one_at_a_time = self.sets.lock();
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
         }
     }
 

@@ -22,24 +22,24 @@
 //!
 //! # Limits
 //!
-//! It listens to the loopback unless told otherwise; [`gate`] tells which `Host` and `Origin` pass. A request has 10
+//! It listens to the loopback unless told otherwise; `gate.rs` tells which `Host` and `Origin` pass. A request has 10
 //! seconds for its head and 10 for its body, at most 64 KiB and 1 MiB; an answer that nobody takes is given up after
 //! 20 ([`PreviewOptions::patience`]). At most 64 connections at a time, of which 16 for events. Nothing is served but what stands above: names are
 //! looked up, never joined to a path. Written are `*.ron` files that a preset reads and that lie in the project's
 //! folder, and SVGs in its `sketches`; each whole or not at all, and only if it still is what the page saw.
 
-pub mod desk;
+mod desk;
 pub mod drafts;
-pub mod gate;
+mod gate;
 mod hub;
 mod pages;
 mod patience;
 mod project;
 mod routes;
-pub mod scene;
+mod scene;
 mod server;
 mod three;
-pub mod turntable;
+mod turntable;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;

@@ -24,11 +24,14 @@ struct Module {
 }
 
 /// The lines of a crate's public face, sorted.
-pub fn listing(lib: &Path) -> Vec<String> {
+pub(crate) fn listing(lib: &Path) -> Vec<String> {
     let mut modules = BTreeMap::new();
     read(lib, &lib.with_extension(""), Vec::new(), &mut modules);
-    let mut lister = Lister { modules, lines: BTreeSet::new() };
+    let mut lister = Lister { modules, lines: BTreeSet::new(), traits: BTreeMap::new() };
     lister.module(&[], "treewright", "");
+    for (at, traits) in std::mem::take(&mut lister.traits) {
+        lister.lines.insert(format!("{}: impl {}", at.0, traits.into_iter().collect::<Vec<_>>().join(", ")) + &at.1);
+    }
     lister.lines.into_iter().collect()
 }
 
@@ -79,11 +82,17 @@ fn read(file: &Path, beside: &Path, path: Path_, modules: &mut BTreeMap<Path_, M
 struct Lister {
     modules: BTreeMap<Path_, Module>,
     lines: BTreeSet<String>,
+    /// The traits of each type, by its path and the features it is behind.
+    traits: BTreeMap<(String, String), BTreeSet<String>>,
 }
 
 impl Lister {
     fn line(&mut self, text: String, feature: &str) {
         self.lines.insert(format!("{text}{feature}"));
+    }
+
+    fn is(&mut self, at: &str, feature: &str, name: String) {
+        self.traits.entry((at.to_owned(), feature.to_owned())).or_default().insert(name);
     }
 
     /// What is public in a module, as it is reached by `at`.
@@ -182,7 +191,7 @@ impl Lister {
         for attribute in attributes.iter().filter(|a| a.path().is_ident("derive")) {
             let _ = attribute.parse_nested_meta(|meta| {
                 let name = meta.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default();
-                self.line(format!("{at}: impl {name}"), feature);
+                self.is(at, feature, name);
                 Ok(())
             });
         }
@@ -190,7 +199,7 @@ impl Lister {
 
     /// The methods and traits of a type, wherever in the crate they are written.
     fn impls(&mut self, target: &[String], at: &str, feature: &str) {
-        let mut lines = Vec::new();
+        let (mut lines, mut traits) = (Vec::new(), Vec::new());
         for (path, module) in &self.modules {
             for item in &module.items {
                 let Item::Impl(it) = item else { continue };
@@ -200,7 +209,7 @@ impl Lister {
                     continue;
                 }
                 if let Some((_, of, _)) = &it.trait_ {
-                    lines.push(format!("{at}: impl {}", text(of)));
+                    traits.push(text(of));
                     continue;
                 }
                 for inner in &it.items {
@@ -218,6 +227,9 @@ impl Lister {
         }
         for line in lines {
             self.line(line, feature);
+        }
+        for name in traits {
+            self.is(at, feature, name);
         }
     }
 }
