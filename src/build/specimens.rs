@@ -47,9 +47,10 @@ pub struct Specimen {
     /// The first of what is wrong with it, if anything; then it has no sheet.
     pub wrong: Option<String>,
     /// The folder of presets beside which it lies.
-    folder: PathBuf,
-    /// Every file that it was grown from, with its hash; none for one that was missing.
-    reads: Vec<(PathBuf, Option<String>)>,
+    folder: String,
+    /// Every file that it was grown from, with its hash; none for one that was missing. A path that is no UTF-8 is kept
+    /// as near as text can be, and so never found: such a species is drawn anew by every build.
+    reads: Vec<(String, Option<String>)>,
     /// Hash of the sheet.
     sheet: String,
 }
@@ -67,7 +68,7 @@ impl Specimen {
             let small = fs::metadata(path).is_ok_and(|m| m.is_file());
             small.then(|| fs::read(path).ok()).flatten().map(|bytes| Key::of_bytes(&bytes).to_hex())
         };
-        let is_same = |(path, key): &(PathBuf, Option<String>)| hash(path) == *key;
+        let is_same = |(path, key): &(String, Option<String>)| hash(Path::new(path)) == *key;
         let has_sheet = self.wrong.is_some() || hash(&out.join(self.sheet())).is_some_and(|key| key == self.sheet);
         has_sheet && self.reads.iter().all(is_same)
     }
@@ -101,7 +102,8 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     // The same folder, wherever the build is called from.
     let folder = &folder.canonicalize()?;
     let old = specimens(out);
-    let is_ours = |known: &Specimen| known.folder == *folder || !known.folder.is_dir();
+    let named = text(folder);
+    let is_ours = |known: &Specimen| known.folder == named || !Path::new(&known.folder).is_dir();
     let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(is_ours);
     let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
     // A species of another folder has the name: the first that was drawn keeps it.
@@ -154,6 +156,10 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     Ok(true)
 }
 
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
 fn hex(bytes: &[u8]) -> String {
     Key::of_bytes(bytes).to_hex()
 }
@@ -184,7 +190,7 @@ fn species_files(folder: &Path) -> Vec<(String, PathBuf)> {
 fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Cache>) -> (Specimen, Option<Vec<u8>>) {
     let world = World::within(folder, limits.clone());
     let relative = format!("{SPECIES}/{name}.ron");
-    let text = world.read_text(&relative).unwrap_or_default();
+    let said = world.read_text(&relative).unwrap_or_default();
     let sources: Vec<String> =
         SEEDS.iter().map(|seed| format!("\"seed-{seed}\": Grow(species: \"{relative}\", seed: {seed})")).collect();
     let variants: Vec<String> = SEEDS.iter().map(|seed| format!("Source(\"seed-{seed}\")")).collect();
@@ -201,14 +207,14 @@ fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Ca
         Ok(loaded) => (sheet(&loaded, cache), loaded.world.reads()),
         Err(failure) => (Err(failure.0), failure.1.reads()),
     };
-    let reads = reads.into_iter().map(|(path, key)| (path, key.map(Key::to_hex))).collect();
+    let reads = reads.into_iter().map(|(path, key)| (text(&path), key.map(Key::to_hex))).collect();
     let (png, wrong) = match made {
         Ok(png) => (Some(png), None),
         Err(found) => (None, Some(found.first().map_or_else(String::new, |first| first.message.clone()))),
     };
     let sheet = png.as_deref().map(hex).unwrap_or_default();
-    let about = gallery::first_comment(&text);
-    (Specimen { name: name.to_owned(), about, wrong, folder: folder.to_owned(), reads, sheet }, png)
+    let about = gallery::first_comment(&said);
+    (Specimen { name: name.to_owned(), about, wrong, folder: text(folder), reads, sheet }, png)
 }
 
 fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>> {
