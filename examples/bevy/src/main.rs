@@ -30,7 +30,7 @@ use bevy::world_serialization::WorldInstanceReady;
 /// Where the rows of trees stand, metres from the first; each shows other levels.
 const ROWS: [f32; 4] = [0.0, 35.0, 90.0, 220.0];
 /// Frames that a change is given before it is photographed.
-const SETTLED: u32 = 60;
+const SETTLED: u32 = 12;
 
 /// The set that is shown: its folder below `assets`, and the hash of each of its files as they were loaded.
 #[derive(Resource, Default)]
@@ -171,11 +171,20 @@ fn range(extras: &str) -> Option<VisibilityRange> {
     let bound = |i: usize| Some(value["visibility_range"].get(i)?.as_f64()? as f32);
     let (from, to) = (bound(0)?, bound(1)?);
     let start = from * 0.9..from * 1.1;
-    Some(VisibilityRange { end_margin: (to * 0.9).max(start.end)..(to * 1.1).max(start.end), start_margin: start, use_aabb: false })
+    Some(VisibilityRange {
+        end_margin: (to * 0.9).max(start.end)..(to * 1.1).max(start.end),
+        start_margin: start,
+        use_aabb: false,
+    })
 }
 
 /// Writes a picture once all is loaded and has stood still, one for each state of the set.
-fn photograph(mut commands: Commands, mut shots: ResMut<Shots>, roots: Query<&WorldAssetRoot>, server: Res<AssetServer>) {
+fn photograph(
+    mut commands: Commands,
+    mut shots: ResMut<Shots>,
+    roots: Query<&WorldAssetRoot>,
+    server: Res<AssetServer>,
+) {
     let loaded = !roots.is_empty() && roots.iter().all(|root| server.is_loaded_with_dependencies(&root.0));
     shots.still = if loaded { shots.still.saturating_add(1) } else { 0 };
     if shots.still == SETTLED {
