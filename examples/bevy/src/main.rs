@@ -30,7 +30,7 @@ use bevy::world_serialization::WorldInstanceReady;
 /// Where the rows of trees stand, metres from the first; each shows other levels.
 const ROWS: [f32; 4] = [0.0, 35.0, 90.0, 220.0];
 /// Frames that a change is given before it is photographed.
-const SETTLED: u32 = 12;
+const SETTLED: u32 = 60;
 
 /// The set that is shown: its folder below `assets`, and the hash of each of its files as they were loaded.
 #[derive(Resource, Default)]
