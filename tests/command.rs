@@ -106,6 +106,16 @@ fn a_reader_that_stops_early_is_no_panic() {
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    // Nobody hears the errors either: the exit code is that of errors, not of a panic; and a set is built all the same.
+    fs::write(project.path().join("wrong.ron"), "(sources: 1)").unwrap();
+    for (arguments, code) in [(&["check", "wrong.ron"][..], 1), (&["build", "grown.ron", "--out", "out"], 0)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+        command.current_dir(project.path()).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{arguments:?}");
+    }
+    assert!(tiny::is_whole(&project.path().join("out/grown"), "grown"));
 }
 
 #[test]

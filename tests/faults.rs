@@ -283,6 +283,12 @@ fn paths_that_are_no_text_links_and_long_names_are_built_or_told() {
         assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
         assert!(tiny::is_whole(&odd.join("out/grown"), "grown"));
     }
+    // The set would be called after it.
+    let odd_file = project.path().join(OsStr::from_bytes(b"odd\xff.ron"));
+    fs::copy(at("grown.ron"), &odd_file).unwrap();
+    let output = command(project.path(), &["build", "--out", "out"]).arg(&odd_file).output().unwrap();
+    assert!(output.status.code() == Some(1) && errors(&output).contains("not UTF-8"), "{}", errors(&output));
+    fs::remove_file(odd_file).unwrap();
     // A set's folder, and a folder of sets, that are links; and a link of the user's among the files of a set.
     fs::create_dir_all(at("elsewhere/set")).unwrap();
     symlink(at("elsewhere"), at("out")).unwrap();
@@ -320,6 +326,39 @@ fn paths_that_are_no_text_links_and_long_names_are_built_or_told() {
         let said = fails(project.path(), &["build", "grown.ron", "--out", &out]);
         assert!(said.contains("too long for the file system"), "{said}");
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn pipes_and_devices_are_told_and_never_waited_for() {
+    let project = tiny::project();
+    let pipe = |name: &str| {
+        fs::create_dir_all(project.path().join(name).parent().unwrap()).unwrap();
+        assert!(Command::new("mkfifo").arg(project.path().join(name)).status().unwrap().success());
+    };
+    // Opening a pipe waits for a writer: only the time limit would end that.
+    let told = |arguments: &[&str]| {
+        let mut command = Command::new("timeout");
+        let program = env!("CARGO_BIN_EXE_treewright");
+        let output = command.arg("60").arg(program).args(arguments).current_dir(project.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", errors(&output));
+        errors(&output)
+    };
+    pipe("pipe.ron");
+    pipe("species/pipe.ron");
+    fs::write(project.path().join("b.ron"), tiny::GROWN.replace("tiny.ron", "pipe.ron")).unwrap();
+    pipe("out/grown/grown_001.glb");
+    for arguments in
+        [&["check", "pipe.ron"][..], &["check", "/dev/zero"], &["check", "b.ron"], &["inspect", "/dev/zero"]]
+    {
+        assert!(told(arguments).contains("it is not a file"), "{arguments:?}");
+    }
+    assert!(told(&["build", "grown.ron", "--out", "out"]).contains("a pipe or a device"));
+    // A folder's presets are files; a species beside them that is none has no sheet.
+    fs::remove_file(project.path().join("b.ron")).unwrap();
+    builds(project.path(), &["build", ".", "--out", "sets"]);
+    assert!(project.path().join("sets/gallery.species/tiny_contact.png").is_file());
+    assert!(fs::read_to_string(project.path().join("sets/gallery.html")).unwrap().contains("id=\"species-tiny\""));
 }
 
 #[test]

@@ -109,6 +109,16 @@ fn every_shipped_species_loads_and_is_ron() {
 }
 
 #[test]
+fn every_shipped_preset_and_species_says_what_it_shows() {
+    let shipped = [texts(""), texts("species")].concat();
+    assert!(shipped.len() >= 20);
+    for (name, text) in shipped {
+        let comment = text.lines().next().and_then(|line| line.strip_prefix("// ")).unwrap_or_default();
+        assert!(comment.len() > 20 && comment.chars().next().is_some_and(char::is_uppercase), "{name}: {comment}");
+    }
+}
+
+#[test]
 fn the_descriptions_are_up_to_date() {
     for (file, told, golden) in [("schema.md", describe(), SCHEMA), ("schema.json", describe_json(), SCHEMA_JSON)] {
         if std::env::var_os("BLESS").is_some() {

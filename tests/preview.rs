@@ -86,11 +86,17 @@ fn unchunked(mut bytes: &[u8]) -> Vec<u8> {
 impl Page {
     /// The tiny project with a preset `pair.ron`, built.
     fn start() -> Self {
+        Self::with(|_| {})
+    }
+
+    fn with(change: impl FnOnce(&mut PreviewOptions)) -> Self {
         let project = tiny::project();
         fs::remove_file(project.path().join("grown.ron")).unwrap();
         fs::write(project.path().join("pair.ron"), PAIR).unwrap();
         fs::write(project.path().join("secret.txt"), "secret").unwrap();
-        let preview = Preview::start(PreviewOptions::new(project.path(), project.path().join("out")), |_| {}).unwrap();
+        let mut options = PreviewOptions::new(project.path(), project.path().join("out"));
+        change(&mut options);
+        let preview = Preview::start(options, |_| {}).unwrap();
         let page = Self { project, preview };
         page.until("it is built", |state| state["idle"] == true && variants(state).len() == 4);
         page
@@ -136,7 +142,9 @@ impl Page {
     fn until(&self, what: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         loop {
-            let state = self.get("/api/state").json();
+            let asked = format!("GET /api/state HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", self.address());
+            // No answer: all places are taken.
+            let state = self.raw(asked.as_bytes()).map_or(Value::Null, |answer| answer.json());
             if holds(&state) {
                 return state;
             }
@@ -366,6 +374,83 @@ fn silent_and_slow_clients_keep_nobody_waiting_for_long() {
         .collect();
     assert_eq!(page.get("/api/state").status, 200);
     drop(deaf);
+}
+
+/// Sends a request's first bytes at once and the rest byte by byte, until the other end has had enough; what it said.
+fn dripped(page: &Page, first: &str, rest: u8) -> Option<Answer> {
+    let mut stream = page.connect();
+    stream.write_all(first.as_bytes()).unwrap();
+    let start = Instant::now();
+    stream.set_nonblocking(true).unwrap();
+    let mut said = [0; 1];
+    loop {
+        assert!(start.elapsed() < PATIENCE, "a client that drips is never let go");
+        // Something to read, or nothing more to come, is an end; so is a connection that takes no more.
+        let is_over = !matches!(stream.peek(&mut said), Err(error) if error.kind() == std::io::ErrorKind::WouldBlock);
+        if is_over || stream.write(&[rest]).is_err() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    stream.set_nonblocking(false).unwrap();
+    Answer::read(stream)
+}
+
+#[test]
+fn heads_and_bodies_that_drip_are_cut_off_while_others_are_served() {
+    let page = Page::with(|options| options.patience = Duration::from_millis(400));
+    let before = page.files();
+    let own = page.address();
+    let head = format!("GET /api/state HTTP/1.1\r\nHost: {own}\r\nX: ");
+    let post = |path: &str| {
+        format!(
+            "POST {path} HTTP/1.1\r\nHost: {own}\r\nContent-Type: application/json\r\nContent-Length: 1000000\r\n\r\n{{"
+        )
+    };
+    std::thread::scope(|scope| {
+        let bodies = ["/api/save", "/api/decide", "/api/sketch", "/api/draft"];
+        let bodies: Vec<_> = bodies.map(|path| scope.spawn(|| dripped(&page, &post(path), b' '))).into_iter().collect();
+        let heads: Vec<_> = (0..8).map(|_| scope.spawn(|| dripped(&page, &head, b'a'))).collect();
+        assert_eq!(page.get("/api/state").status, 200, "others are served meanwhile");
+        for body in bodies {
+            assert!(body.join().unwrap().is_none_or(|answer| answer.status == 408));
+        }
+        for head in heads {
+            assert!(head.join().unwrap().is_none_or(|answer| (400..500).contains(&answer.status)));
+        }
+    });
+    // A body that never comes, whose sender then only listens.
+    let answer = page.raw(post("/api/save").as_bytes()).expect("an answer");
+    assert_eq!(answer.status, 408);
+    assert_eq!(page.files(), before, "nothing is written");
+}
+
+#[test]
+fn many_half_open_connections_take_no_more_than_there_are_places() {
+    let page = Page::start();
+    let own = page.address();
+    // Each holds as much of a head as is read of one, and never ends it: what is not let go would take 20 MB.
+    let head = format!("GET / HTTP/1.1\r\nHost: {own}\r\nX: {}", "a".repeat(60_000));
+    let open: Vec<TcpStream> = (0..300)
+        .map(|_| {
+            let mut stream = page.connect();
+            stream.set_write_timeout(Some(Duration::from_secs(5))).unwrap();
+            let _ = stream.write_all(head.as_bytes());
+            stream.set_nonblocking(true).unwrap();
+            stream
+        })
+        .collect();
+    let is_open = |stream: &&TcpStream| {
+        let mut byte = [0; 1];
+        matches!(stream.peek(&mut byte), Err(error) if error.kind() == std::io::ErrorKind::WouldBlock)
+    };
+    let start = Instant::now();
+    while open.iter().filter(is_open).count() > 64 {
+        assert!(start.elapsed() < PATIENCE, "more connections are held than there are places");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    drop(open);
+    page.until("it goes on", |state| state["idle"] == true);
 }
 
 #[test]

@@ -94,10 +94,29 @@ pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet 
     SheetDraft::new(rows, atlas, bark).paint(atlas, bark)
 }
 
+/// Which trees are drawn a second time, small.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Small {
+    /// All but the first of a row: its lower levels.
+    Lower,
+    /// None: the trees of a row are trees.
+    None,
+}
+
 impl SheetDraft {
     /// Draws all but colours; those of `atlas` and `bark` are not looked at.
     #[must_use]
     pub fn new(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Self {
+        Self::drawn(rows, atlas, bark, Small::Lower)
+    }
+
+    /// The same of rows of trees, instead of the levels of one.
+    #[must_use]
+    pub fn of_trees(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Self {
+        Self::drawn(rows, atlas, bark, Small::None)
+    }
+
+    fn drawn(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps, copies: Small) -> Self {
         let columns = rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32;
         if columns == 0 {
             return Self::default();
@@ -129,7 +148,7 @@ impl SheetDraft {
                 let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
                 Drawing { width: target.width, height: target.height, coverage: target.coverage, draft }
             };
-            (one(tree, SAMPLES), (c > 0).then(|| one(small, SAMPLES + 1)))
+            (one(tree, SAMPLES), (c > 0 && copies == Small::Lower).then(|| one(small, SAMPLES + 1)))
         };
         let mut sheet = Self { size: (cell.0 * columns, cell.1 * count), ..Self::default() };
         let mut cells: Vec<(u32, u32, u32, &SheetColumn<'_>)> = Vec::new();

@@ -93,8 +93,12 @@ pub(super) fn load_or_reads(path: &Path, limits: &Limits) -> Result<Loaded, Box<
 }
 
 fn load_in(path: &Path, world: World) -> Result<Loaded, Box<(Vec<Diagnostic>, World)>> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    load_from(world, &name, shown(path))
+    let Some(name) = path.file_name().unwrap_or_default().to_str() else {
+        let error = Diagnostic::new(shown(path), "the file's name is not UTF-8 text")
+            .with_hint("rename it: the set and its files are called after it");
+        return Err(Box::new((vec![error], world)));
+    };
+    load_from(world, name, shown(path))
 }
 
 /// Reads and resolves the preset `name` of a world; `preset` is how people know it.

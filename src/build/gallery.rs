@@ -1,4 +1,5 @@
-//! A page beside the sets that shows them all: contact sheets, what each preset says of itself, variants and triangles.
+//! A page beside the sets that shows them all: contact sheets, what each preset says of itself, variants and triangles;
+//! and below them the species, each with what it says of itself and three trees of it.
 //!
 //! It is one file of HTML without scripts, made of the manifests, so that it can be opened from a disk or put on any
 //! server. A file of that name that Treewright did not write is left alone.
@@ -9,7 +10,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::record;
+use super::{Specimen, record, specimens};
 use crate::export::Manifest;
 
 /// Name of the page.
@@ -61,6 +62,13 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     for set in &sets {
         section(&mut html, set, about.get(&set.set).map_or("", String::as_str));
     }
+    let species = specimens(out);
+    if !species.is_empty() {
+        let _ = writeln!(html, "<h1>{} species</h1>", species.len());
+    }
+    for specimen in &species {
+        of_species(&mut html, specimen);
+    }
     // A reader sees the old page or the new one.
     let new = out.join(format!(".{GALLERY}.{}", std::process::id()));
     fs::write(&new, html)?;
@@ -69,7 +77,7 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
 }
 
 /// What stands in a preset's comment before anything else, up to the first empty line of it.
-fn first_comment(text: &str) -> String {
+pub(super) fn first_comment(text: &str) -> String {
     let lines = text.lines().map(str::trim).skip_while(|line| line.is_empty());
     let comment = lines.map_while(|line| line.strip_prefix("//")).map(str::trim).take_while(|line| !line.is_empty());
     comment.collect::<Vec<_>>().join(" ")
@@ -92,6 +100,23 @@ fn section(html: &mut String, set: &Manifest, about: &str) {
          {name}: a row a variant, a column a level of detail\" src=\"{0}/{0}_contact.png\"></a>\n</section>\n",
         linked(&set.set)
     );
+}
+
+fn of_species(html: &mut String, specimen: &Specimen) {
+    let name = escaped(&specimen.name);
+    let _ = writeln!(html, "<section id=\"species-{name}\">\n<h2>{name}</h2>");
+    if !specimen.about.is_empty() {
+        let _ = writeln!(html, "<p>{}</p>", escaped(&specimen.about));
+    }
+    let _ = match &specimen.wrong {
+        Some(wrong) => writeln!(html, "<p>No picture: {}.</p>", escaped(wrong)),
+        None => writeln!(
+            html,
+            "<a href=\"{0}\"><img loading=\"lazy\" alt=\"three bare trees of {name}, side by side\" src=\"{0}\"></a>",
+            specimen.sheet()
+        ),
+    };
+    html.push_str("</section>\n");
 }
 
 fn escaped(text: &str) -> String {

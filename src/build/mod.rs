@@ -2,7 +2,7 @@
 //!
 //! [`Builder::build`] takes preset files; for each it resolves the plan ([`load_preset`]), reads what the plan names
 //! through a [`World`], makes the files of the set ([`pipeline::make_set`]) and commits them as one
-//! ([`output::commit`]). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
+//! (`output.rs`). A set whose key (version, plan and inputs) is the one in its manifest, and whose files still
 //! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
 //! reading a file (`index`). [`make_set`] does the same for files in memory, and gives the set's files back.
 
@@ -17,13 +17,14 @@ mod find;
 mod gallery;
 mod index;
 mod morphs;
-pub mod output;
+mod output;
 pub mod pipeline;
 mod plan;
 mod record;
 mod selections;
 mod shapes;
 mod sketches;
+mod specimens;
 mod stages;
 pub(crate) mod stamp;
 mod studio;
@@ -42,11 +43,12 @@ pub use find::{Loaded, find_presets, load_edited, load_preset};
 pub use gallery::{GALLERY, gallery};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
+pub use specimens::{Specimen, draw_specimens, specimens};
 pub use studio::{Focus, Studio, extent};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};
-use output::Committed;
+pub use output::Committed;
 
 /// Why a build failed; everything that could be built was.
 #[derive(Debug)]

@@ -55,7 +55,7 @@ pub struct Committed {
 
 /// Why a set could not be written.
 #[derive(Debug, thiserror::Error)]
-pub enum OutputError {
+pub(super) enum OutputError {
     /// The file system refused.
     #[error("can't write {path}: {source}")]
     Io {
@@ -95,7 +95,7 @@ impl OutputError {
 
     /// The same for people: about the file or folder that is in the way, with what to do.
     #[must_use]
-    pub fn diagnostic(&self) -> Diagnostic {
+    pub(super) fn diagnostic(&self) -> Diagnostic {
         let (message, hint) = match self {
             Self::Io { source, .. } => match source.kind() {
                 io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => (
@@ -139,7 +139,7 @@ impl OutputError {
 /// a process that has just opened it, but the lock never outlives its process, however that ends. On file systems
 /// without locks (some network drives) everybody has the turn.
 #[derive(Debug)]
-pub struct Turn {
+pub(super) struct Turn {
     _file: fs::File,
 }
 
@@ -149,7 +149,7 @@ impl Turn {
     /// # Errors
     ///
     /// When the folder or the file can't be made.
-    pub fn take(out: &Path, wait: impl FnOnce()) -> Result<Self, OutputError> {
+    pub(super) fn take(out: &Path, wait: impl FnOnce()) -> Result<Self, OutputError> {
         fs::create_dir_all(out).map_err(|source| OutputError::Io { path: out.to_path_buf(), source })?;
         let path = out.join(LOCK);
         let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path);
@@ -182,14 +182,14 @@ fn is_ours(name: &str) -> bool {
 }
 
 /// The files that a set owns: name and hash, from its last record.
-pub type Owned = BTreeMap<String, Key>;
+pub(super) type Owned = BTreeMap<String, Key>;
 
 /// Ends a commit that was cut off after its journal was in place, and clears parts of one that was cut off before.
 ///
 /// # Errors
 ///
 /// When the file system refuses.
-pub fn recover(folder: &Path) -> Result<(), OutputError> {
+pub(super) fn recover(folder: &Path) -> Result<(), OutputError> {
     recover_by(&mut Hand::free(), folder)
 }
 
@@ -225,7 +225,8 @@ fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
 /// When a file that Treewright did not write is in the way or the file system refuses. The old set is then complete, or,
 /// when a rename was refused in the midst of a commit by journal (a program holds one of the files), the next build ends
 /// it.
-pub fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
+#[cfg(test)]
+fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
     commit_stamped(folder, owned, files).map(|(committed, _)| committed)
 }
 
@@ -236,10 +237,15 @@ pub(super) fn commit_stamped(
     files: &[(String, Vec<u8>)],
 ) -> Result<(Committed, Stamps), OutputError> {
     let mut hand = Hand::free();
+    let is_new = !folder.exists();
     let result = commit_by(&mut hand, folder, owned, files);
     if result.is_err() {
         // Best effort: the next build clears or ends what is left.
         let _ = recover(folder);
+        if is_new {
+            // Goes only if nothing is in it.
+            let _ = fs::remove_dir(folder);
+        }
     }
     result.map(|committed| (committed, hand.stamps))
 }

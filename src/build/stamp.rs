@@ -76,6 +76,11 @@ pub(crate) fn read(file: &mut File, most: u64) -> io::Result<(Vec<u8>, Option<St
 
 /// A whole file with its stamp.
 pub(crate) fn read_at(path: &Path) -> io::Result<(Vec<u8>, Option<Stamp>)> {
+    // Asked before it is opened: opening a pipe waits for somebody to write into it.
+    let metadata = fs::metadata(path)?;
+    if !metadata.is_file() && !metadata.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "a pipe or a device is in its place"));
+    }
     read(&mut File::open(path)?, u64::MAX - 1)
 }
 

@@ -4,7 +4,9 @@ use std::fs;
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter, print};
-use crate::build::{BuildOptions, Builder, GALLERY, Happened, SetState, SetStatus, depfile, find_presets, gallery};
+use crate::build::{
+    BuildOptions, Builder, GALLERY, Happened, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
+};
 
 /// Builds every preset that was named.
 pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
@@ -36,13 +38,20 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();
     let outcomes = result?;
-    // Of a folder of presets there is a page that shows them all; nothing of it is read while nothing changed.
-    let page = arguments.out.join(GALLERY);
-    let built = outcomes.iter().any(|outcome| outcome.happened == Happened::Built);
-    let folder = arguments.presets.iter().any(|path| path.is_dir());
-    if folder && (built || (arguments.shard.is_none() && !page.exists())) {
-        gallery(&arguments.out, &presets)
-            .map_err(|e| Failure::Other(format!("can't write {}: {e}", page.display())))?;
+    // Of a folder of presets there is a page that shows them all and its species; it is written when one of them changed.
+    let folders = arguments.presets.iter().filter(|path| path.is_dir());
+    let folders: Vec<_> = if arguments.shard.is_none() { folders.collect() } else { Vec::new() };
+    if !folders.is_empty() {
+        let page = arguments.out.join(GALLERY);
+        let refused = |e| Failure::Other(format!("can't write {}: {e}", page.display()));
+        let mut changed = !page.exists() || outcomes.iter().any(|outcome| outcome.happened == Happened::Built);
+        for folder in folders {
+            let limits = arguments.limits.limits();
+            changed |= draw_specimens(folder, &arguments.out, &limits, &builder.cache()).map_err(refused)?;
+        }
+        if changed {
+            gallery(&arguments.out, &presets).map_err(refused)?;
+        }
     }
     if let Some(path) = &arguments.depfile {
         fs::write(path, depfile(&outcomes, &arguments.out))

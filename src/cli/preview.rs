@@ -25,6 +25,7 @@ pub(super) fn run(arguments: &PreviewArguments) -> Result<(), Failure> {
         },
         listen: SocketAddr::new(arguments.listen, arguments.port),
         three: arguments.three.clone().or_else(named),
+        ..PreviewOptions::new(&arguments.folder, &arguments.out)
     };
     let meter = Meter::plain();
     let told = Meter::plain();

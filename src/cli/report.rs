@@ -1,7 +1,5 @@
 //! What people read: errors with their line and a hint, progress, summaries.
 
-#![expect(clippy::print_stderr, reason = "this is where the command talks to people")]
-
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -41,19 +39,25 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Writes a line to standard error. Nobody may listen any more, as behind `2>&1 | head`: what is being built is built all
+/// the same.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
 /// Prints a failure to standard error.
 pub(super) fn failure(failure: &Failure) {
     match failure {
         Failure::Diagnostics(diagnostics) => {
             for diagnostic in diagnostics {
-                eprintln!("{}\n", rendered(diagnostic));
+                say(&format!("{}\n", rendered(diagnostic)));
             }
             let files = diagnostics.iter().map(|d| &d.file).collect::<std::collections::BTreeSet<_>>().len();
             let plural = |n: usize| if n == 1 { "" } else { "s" };
             let count = diagnostics.len();
-            eprintln!("{count} error{} in {files} file{}", plural(count), plural(files));
+            say(&format!("{count} error{} in {files} file{}", plural(count), plural(files)));
         }
-        Failure::Other(message) => eprintln!("error: {message}"),
+        Failure::Other(message) => say(&format!("error: {message}")),
     }
 }
 
@@ -66,9 +70,12 @@ pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
         format!("{}: {}", diagnostic.field, diagnostic.message)
     };
     let mut group = Group::with_title(Level::ERROR.primary_title(&title));
-    let text = std::fs::read(&diagnostic.file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
+    let shows = |m: std::fs::Metadata| diagnostic.span.is_some() && m.is_file() && m.len() < 4 << 20;
+    let text = std::fs::metadata(&diagnostic.file).is_ok_and(shows).then(|| std::fs::read(&diagnostic.file).ok());
+    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     match diagnostic.span.and_then(|span| byte_range(&text, span)) {
-        Some(range) if text.len() < 4 << 20 => {
+        Some(range) => {
             group = group
                 .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
         }
@@ -171,8 +178,8 @@ impl Meter {
     pub(super) fn line(&self, text: &str) {
         let _one_at_a_time = self.sets.lock();
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
         }
     }
 

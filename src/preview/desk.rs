@@ -21,7 +21,7 @@ use crate::preset::{Edit, KnobsOf, edited, knobs, value_of};
 
 /// Why nothing was written.
 #[derive(Debug)]
-pub enum Refused {
+pub(super) enum Refused {
     /// Somebody else was faster: the page must look again.
     Stale,
     /// It is no file that may be written.
@@ -35,25 +35,25 @@ pub enum Refused {
 /// Edits of one file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Save {
+pub(super) struct Save {
     /// The preset's file.
-    pub preset: String,
+    pub(super) preset: String,
     /// The file, relative to the preset's folder.
-    pub file: String,
+    pub(super) file: String,
     /// Hash of the text that the page saw, as [`knobs_of`] told it.
-    pub base: String,
+    pub(super) base: String,
     /// Changed fields.
     #[serde(default)]
-    pub edits: Vec<Change>,
+    pub(super) edits: Vec<Change>,
     /// Items that are added to lists, each a path and a value.
     #[serde(default)]
-    pub append: Vec<(String, String)>,
+    pub(super) append: Vec<(String, String)>,
 }
 
 /// What becomes of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Decision {
+pub(super) enum Decision {
     /// The build repeats it.
     Keep,
     /// It is kept no longer.
@@ -67,48 +67,48 @@ pub enum Decision {
 /// A decision about a variant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Decide {
+pub(super) struct Decide {
     /// The preset's file.
-    pub preset: String,
+    pub(super) preset: String,
     /// The variant, from 0.
-    pub index: usize,
+    pub(super) index: usize,
     /// The key of the set that the page shows.
-    pub key: Option<String>,
+    pub(super) key: Option<String>,
     /// What becomes of it.
-    pub decision: Decision,
+    pub(super) decision: Decision,
 }
 
 /// A drawn crown that is kept.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Drawn {
+pub(super) struct Drawn {
     /// The preset's file.
-    pub preset: String,
+    pub(super) preset: String,
     /// The source whose crown it is.
-    pub of: String,
+    pub(super) of: String,
     /// Name of the SVG, without folder and extension.
-    pub name: String,
+    pub(super) name: String,
     /// Metres from the foot, x to the right, y up.
-    pub points: Vec<[f32; 2]>,
+    pub(super) points: Vec<[f32; 2]>,
     /// Whether an SVG of that name may be replaced.
     #[serde(default)]
-    pub replace: bool,
+    pub(super) replace: bool,
 }
 
 /// A variant's place in the preset's text, and what is decided about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
+pub(super) struct Standing {
     /// Which entry of `variants`.
-    pub entry: usize,
+    pub(super) entry: usize,
     /// Its number there, from 1; none where nothing can be decided about it.
-    pub number: Option<u64>,
+    pub(super) number: Option<u64>,
     /// Whether `keep` has it.
-    pub kept: bool,
+    pub(super) kept: bool,
 }
 
 /// Where the variants of a set stand in its preset, and which numbers of each entry are rejected.
 #[must_use]
-pub fn standings(loaded: &Loaded, manifest: &Manifest) -> (Vec<Standing>, Vec<(usize, u64)>) {
+pub(super) fn standings(loaded: &Loaded, manifest: &Manifest) -> (Vec<Standing>, Vec<(usize, u64)>) {
     let of = |(i, origin): (usize, &crate::preset::plan::Origin)| {
         let picked = manifest.variants.get(i).and_then(|v| v.recipe["selected"]["candidate"].as_u64());
         let number = origin.number.map(|n| n as u64).or(picked);
@@ -131,7 +131,7 @@ fn decided(text: &str, entry: usize, field: &str) -> Vec<u64> {
 /// # Errors
 ///
 /// When nothing can be decided about the variant.
-pub fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<(Vec<Edit>, String), Refused> {
+pub(super) fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<(Vec<Edit>, String), Refused> {
     let (all, rejected) = standings(loaded, manifest);
     if asked.decision == Decision::Forgive {
         let mut entries: Vec<usize> = rejected.iter().map(|r| r.0).collect();
@@ -175,7 +175,7 @@ pub fn decision(loaded: &Loaded, manifest: &Manifest, asked: &Decide) -> Result<
 /// # Errors
 ///
 /// When it is no file of the preset.
-pub fn knobs_of(folder: &Path, loaded: &Loaded, file: &str) -> Result<Value, Refused> {
+pub(super) fn knobs_of(folder: &Path, loaded: &Loaded, file: &str) -> Result<Value, Refused> {
     let own = own_file(loaded);
     let files = files(folder, loaded);
     let path = files.get(file).ok_or(Refused::NoFile)?;
@@ -229,7 +229,7 @@ fn files(folder: &Path, loaded: &Loaded) -> BTreeMap<String, PathBuf> {
 /// # Errors
 ///
 /// See [`Refused`]; then nothing was written.
-pub fn save(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Save) -> Result<Value, Refused> {
+pub(super) fn save(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Save) -> Result<Value, Refused> {
     let files = files(folder, loaded);
     let path = files.get(&asked.file).ok_or(Refused::NoFile)?;
     let mut edits: Vec<Edit> = asked.edits.iter().map(Change::edit).collect();
@@ -244,7 +244,7 @@ pub fn save(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Save) -> Re
 /// # Errors
 ///
 /// See [`Refused`]; then nothing was written.
-pub fn decide(
+pub(super) fn decide(
     folder: &Path,
     loaded: &Loaded,
     limits: &Limits,
@@ -267,7 +267,7 @@ pub fn decide(
 /// # Errors
 ///
 /// See [`Refused`].
-pub fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
+pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
     let wrong = |why: &str| Refused::Wrong(why.to_owned());
     let name = asked.name.as_str();
     let good =

@@ -9,11 +9,11 @@
 use std::net::{IpAddr, SocketAddr};
 
 /// Longest path with its query, bytes.
-pub const LONGEST_PATH: usize = 1024;
+pub(super) const LONGEST_PATH: usize = 1024;
 
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub(super) enum Refusal {
     /// It is for somebody else.
     Host,
     /// Another page caused it.
@@ -29,7 +29,7 @@ pub enum Refusal {
 impl Refusal {
     /// The status and a sentence.
     #[must_use]
-    pub const fn told(self) -> (u16, &'static str) {
+    pub(super) const fn told(self) -> (u16, &'static str) {
         match self {
             Self::Host => (421, "this server answers to localhost and to its number only"),
             Self::Origin => (403, "another page may not ask this server"),
@@ -42,19 +42,19 @@ impl Refusal {
 
 /// What of a request the gate looks at.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Asked<'a> {
+pub(super) struct Asked<'a> {
     /// `GET`, …
-    pub method: &'a str,
+    pub(super) method: &'a str,
     /// Path and query.
-    pub path: &'a str,
+    pub(super) path: &'a str,
     /// All `Host` headers.
-    pub hosts: &'a [&'a str],
+    pub(super) hosts: &'a [&'a str],
     /// All `Origin` headers.
-    pub origins: &'a [&'a str],
+    pub(super) origins: &'a [&'a str],
     /// `Sec-Fetch-Site`.
-    pub site: Option<&'a str>,
+    pub(super) site: Option<&'a str>,
     /// `Content-Type`.
-    pub content: Option<&'a str>,
+    pub(super) content: Option<&'a str>,
 }
 
 /// Whether a request may go on to a server that listens at `here`.
@@ -62,7 +62,7 @@ pub struct Asked<'a> {
 /// # Errors
 ///
 /// The first reason why not.
-pub fn pass(asked: &Asked<'_>, here: SocketAddr) -> Result<(), Refusal> {
+pub(super) fn pass(asked: &Asked<'_>, here: SocketAddr) -> Result<(), Refusal> {
     if !matches!(asked.method, "GET" | "HEAD" | "POST") {
         return Err(Refusal::Method);
     }

@@ -22,30 +22,31 @@
 //!
 //! # Limits
 //!
-//! It listens to the loopback unless told otherwise; [`gate`] tells which `Host` and `Origin` pass. A request has 10
+//! It listens to the loopback unless told otherwise; `gate.rs` tells which `Host` and `Origin` pass. A request has 10
 //! seconds for its head and 10 for its body, at most 64 KiB and 1 MiB; an answer that nobody takes is given up after
-//! 20. At most 64 connections at a time, of which 16 for events. Nothing is served but what stands above: names are
+//! 20 ([`PreviewOptions::patience`]). At most 64 connections at a time, of which 16 for events. Nothing is served but what stands above: names are
 //! looked up, never joined to a path. Written are `*.ron` files that a preset reads and that lie in the project's
 //! folder, and SVGs in its `sketches`; each whole or not at all, and only if it still is what the page saw.
 
-pub mod desk;
+mod desk;
 pub mod drafts;
-pub mod gate;
+mod gate;
 mod hub;
 mod pages;
 mod patience;
 mod project;
 mod routes;
-pub mod scene;
+mod scene;
 mod server;
 mod three;
-pub mod turntable;
+mod turntable;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use crate::build::Progress;
 use crate::watch::{Event, Next, WatchOptions, Watcher};
@@ -61,13 +62,20 @@ pub struct PreviewOptions {
     /// The folder of the package three.js; without it one is looked for in `node_modules` of the folder of presets, of
     /// the working folder and of those above them.
     pub three: Option<PathBuf>,
+    /// How long a client may take for a request's head, again for its body, and twice as long to take an answer.
+    pub patience: Duration,
 }
 
 impl PreviewOptions {
     /// Shows a folder of presets on a free port of the loopback, with sets in `out`.
     #[must_use]
     pub fn new(folder: impl Into<PathBuf>, out: impl Into<PathBuf>) -> Self {
-        Self { watch: WatchOptions::new(folder, out), listen: SocketAddr::from(([127, 0, 0, 1], 0)), three: None }
+        Self {
+            watch: WatchOptions::new(folder, out),
+            listen: SocketAddr::from(([127, 0, 0, 1], 0)),
+            three: None,
+            patience: Duration::from_secs(10),
+        }
     }
 }
 
@@ -87,12 +95,12 @@ impl Preview {
     ///
     /// One sentence, when the address can't be listened at.
     pub fn start(options: PreviewOptions, tell: impl Fn(&Event<'_>) + Send + Sync + 'static) -> Result<Self, String> {
-        let PreviewOptions { watch, listen, three } = options;
+        let PreviewOptions { watch, listen, three, patience } = options;
         let three = three::found(three.as_deref(), &watch.folder)?;
         let mut watcher = Watcher::new(watch.clone());
         let hub = Arc::new(Hub::new(&watch, three, watcher.cache()));
         let (stop, stopped) = tokio::sync::oneshot::channel();
-        let (address, serving) = server::start(listen, hub.clone(), stopped)
+        let (address, serving) = server::start(listen, hub.clone(), patience, stopped)
             .map_err(|error| format!("can't listen at {listen}: {error}"))?;
         let ends = Arc::new(AtomicBool::new(false));
         let over = ends.clone();

@@ -27,8 +27,6 @@ use crate::build::{Loaded, load_edited};
 
 /// Largest body of a request, bytes.
 const LARGEST: usize = 1 << 20;
-/// How long a body may take.
-const BODY: Duration = Duration::from_secs(10);
 /// Works at a time; each uses all cores while it can.
 const WORKERS: usize = 3;
 
@@ -52,11 +50,13 @@ pub(super) struct Shared {
     pub(super) hub: Arc<Hub>,
     work: Arc<Semaphore>,
     address: SocketAddr,
+    /// How long a body may take.
+    patience: Duration,
 }
 
 /// All routes, behind the gate.
-pub(super) fn router(hub: Arc<Hub>, address: SocketAddr) -> Router {
-    let shared = Shared { hub, work: Arc::new(Semaphore::new(WORKERS)), address };
+pub(super) fn router(hub: Arc<Hub>, address: SocketAddr, patience: Duration) -> Router {
+    let shared = Shared { hub, work: Arc::new(Semaphore::new(WORKERS)), address, patience };
     Router::new()
         .route("/", get(|| async { page("index.html") }))
         .route("/page/{file}", get(|Path(file): Path<String>| async move { page(&file) }))
@@ -162,8 +162,8 @@ pub(super) async fn aside<T: Send + 'static>(
 }
 
 /// The body of a request; an answer where it is too large or takes too long.
-pub(super) async fn body(request: Request) -> Result<Vec<u8>, Response> {
-    match tokio::time::timeout(BODY, to_bytes(request.into_body(), LARGEST)).await {
+pub(super) async fn body(shared: &Shared, request: Request) -> Result<Vec<u8>, Response> {
+    match tokio::time::timeout(shared.patience, to_bytes(request.into_body(), LARGEST)).await {
         Ok(Ok(bytes)) => Ok(bytes.to_vec()),
         Ok(Err(_)) => Err(refused(413, "at most 1 MiB are read")),
         Err(_) => Err(refused(408, "the request took too long")),
@@ -243,8 +243,8 @@ async fn picture(
 }
 
 /// What a request asks, as JSON.
-async fn asked<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
-    let bytes = body(request).await?;
+async fn asked<T: DeserializeOwned>(shared: &Shared, request: Request) -> Result<T, Response> {
+    let bytes = body(shared, request).await?;
     serde_json::from_slice(&bytes)
         .map_err(|error| refused(400, &format!("this is not what is asked for here: {error}")))
 }
@@ -305,7 +305,7 @@ async fn knobs(State(shared): State<Shared>, Query(query): Query<KnobsQuery>) ->
 }
 
 async fn save(State(shared): State<Shared>, request: Request) -> Response {
-    match asked::<Save>(request).await {
+    match asked::<Save>(&shared, request).await {
         Ok(asked) => {
             with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
                 desk::save(folder, loaded, &hub.limits, &asked)
@@ -317,7 +317,7 @@ async fn save(State(shared): State<Shared>, request: Request) -> Response {
 }
 
 async fn decide(State(shared): State<Shared>, request: Request) -> Response {
-    match asked::<Decide>(request).await {
+    match asked::<Decide>(&shared, request).await {
         Ok(asked) => {
             with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
                 let set = hub.project().set(&loaded.plan.name).ok_or(Refused::Stale)?;
@@ -330,7 +330,7 @@ async fn decide(State(shared): State<Shared>, request: Request) -> Response {
 }
 
 async fn sketch(State(shared): State<Shared>, request: Request) -> Response {
-    match asked::<Crown>(request).await {
+    match asked::<Crown>(&shared, request).await {
         Ok(asked) => {
             with_preset(&shared, asked.preset.clone(), move |hub, folder, loaded| {
                 desk::draw(folder, loaded, &hub.limits, &asked)
@@ -342,7 +342,7 @@ async fn sketch(State(shared): State<Shared>, request: Request) -> Response {
 }
 
 async fn draft(State(shared): State<Shared>, request: Request) -> Response {
-    let draft = match asked::<Draft>(request).await {
+    let draft = match asked::<Draft>(&shared, request).await {
         Ok(draft) => draft,
         Err(response) => return response,
     };

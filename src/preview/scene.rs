@@ -15,17 +15,17 @@ const LARGEST: u32 = 8192;
 
 /// What all trees of a set wear.
 #[derive(Clone, Debug)]
-pub struct Wear {
+pub(super) struct Wear {
     /// The atlas, alone; or the pictures that leaves name by their tiles.
-    pub leaf: Vec<Picture>,
+    pub(super) leaf: Vec<Picture>,
     /// Tiling bark.
-    pub bark: Vec<Picture>,
+    pub(super) bark: Vec<Picture>,
 }
 
 impl Wear {
     /// The base colours and normals of a set, each a PNG; what can't be read is white.
     #[must_use]
-    pub fn of_png(leaf: [&[u8]; 2], bark: [&[u8]; 2]) -> Self {
+    pub(super) fn of_png(leaf: [&[u8]; 2], bark: [&[u8]; 2]) -> Self {
         let (leaf, bark) = rayon::join(|| picture(leaf), || picture(bark));
         Self { leaf: vec![leaf], bark: vec![bark] }
     }
@@ -60,7 +60,7 @@ pub(super) fn blank() -> Picture {
 /// One level of a variant, by the name of its mesh as the manifest tells it; none where the file can't be read or holds
 /// no such mesh.
 #[must_use]
-pub fn level(bytes: &[u8], mesh: &str) -> Option<TreeMesh> {
+pub(super) fn level(bytes: &[u8], mesh: &str) -> Option<TreeMesh> {
     let info = read_glb(bytes).ok()?;
     let index = info.meshes.iter().position(|m| m.name == mesh)?;
     let mut tree = TreeMesh::default();

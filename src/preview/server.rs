@@ -18,19 +18,17 @@ use super::routes;
 
 /// Most connections at a time.
 const MOST: usize = 64;
-/// How long a request's head may take; also how long a connection may be idle.
-const HEAD: Duration = Duration::from_secs(10);
-/// How long an answer may wait to be taken.
-const ANSWER: Duration = Duration::from_secs(20);
 /// Largest head, bytes.
 const HEAD_BYTES: usize = 64 << 10;
 /// How often those who listen for events are told that all is well.
 const PULSE: Duration = Duration::from_secs(15);
 
-/// Binds, and serves in a thread of its own until `stopped`.
+/// Binds, and serves in a thread of its own until `stopped`. `patience` is how long a request's head may take, and how
+/// long a connection may be idle; as much again for its body, and twice as much for an answer to be taken.
 pub(super) fn start(
     listen: SocketAddr,
     hub: Arc<Hub>,
+    patience: Duration,
     stopped: oneshot::Receiver<()>,
 ) -> io::Result<(SocketAddr, JoinHandle<()>)> {
     let listener = std::net::TcpListener::bind(listen)?;
@@ -41,7 +39,7 @@ pub(super) fn start(
         runtime.block_on(async move {
             if let Ok(listener) = TcpListener::from_std(listener) {
                 tokio::select! {
-                    () = serve(listener, address, hub.clone()) => {}
+                    () = serve(listener, address, patience, hub.clone()) => {}
                     () = pulse(&hub) => {}
                     _ = stopped => {}
                 }
@@ -59,8 +57,8 @@ async fn pulse(hub: &Hub) {
     }
 }
 
-async fn serve(listener: TcpListener, address: SocketAddr, hub: Arc<Hub>) {
-    let router = routes::router(hub, address);
+async fn serve(listener: TcpListener, address: SocketAddr, patience: Duration, hub: Arc<Hub>) {
+    let router = routes::router(hub, address, patience);
     let places = Arc::new(Semaphore::new(MOST));
     loop {
         let Ok((stream, _)) = listener.accept().await else {
@@ -74,9 +72,9 @@ async fn serve(listener: TcpListener, address: SocketAddr, hub: Arc<Hub>) {
         let service = TowerToHyperService::new(router.clone());
         tokio::spawn(async move {
             let mut http = http1::Builder::new();
-            http.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(HEAD_BYTES);
+            http.timer(TokioTimer::new()).header_read_timeout(patience).max_buf_size(HEAD_BYTES);
             // A client that breaks off is nobody's error.
-            let _ = http.serve_connection(TokioIo::new(Patient::new(stream, ANSWER)), service).await;
+            let _ = http.serve_connection(TokioIo::new(Patient::new(stream, patience * 2)), service).await;
             drop(place);
         });
     }

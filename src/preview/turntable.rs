@@ -11,29 +11,29 @@ use crate::export::{self, PngKind};
 use crate::mesh::TreeMesh;
 
 /// Smallest and largest edge of a picture, pixels.
-pub const EDGES: (u32, u32) = (32, 1024);
+pub(super) const EDGES: (u32, u32) = (32, 1024);
 
 /// How a tree is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Framing {
+pub(super) struct Framing {
     /// Where from: radians, 0 from +Z, towards +X.
-    pub azimuth: f32,
+    pub(super) azimuth: f32,
     /// Pixels; [`EDGES`] bound it.
-    pub width: u32,
+    pub(super) width: u32,
     /// Pixels; [`EDGES`] bound it.
-    pub height: u32,
+    pub(super) height: u32,
     /// Half of the width that must be seen, metres.
-    pub reach: f32,
+    pub(super) reach: f32,
     /// The height that must be seen, metres.
-    pub top: f32,
+    pub(super) top: f32,
     /// The lowest that must be seen, metres.
-    pub foot: f32,
+    pub(super) foot: f32,
 }
 
 impl Framing {
     /// A frame that shows all of a tree from wherever it is turned to.
     #[must_use]
-    pub fn around(tree: &TreeMesh, azimuth: f32, width: u32, height: u32) -> Self {
+    pub(super) fn around(tree: &TreeMesh, azimuth: f32, width: u32, height: u32) -> Self {
         let (mut reach, mut top, mut foot) = (0.1_f32, 0.1_f32, 0.0_f32);
         for p in tree.bark.positions.iter().chain(&tree.leaf.positions).filter(|p| p.is_finite()) {
             reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
@@ -46,7 +46,7 @@ impl Framing {
 
     /// Metres of a pixel, and the height of the picture's middle above the tree's foot.
     #[must_use]
-    pub fn scale(&self) -> (f32, f32) {
+    pub(super) fn scale(&self) -> (f32, f32) {
         let tall = (self.top - self.foot).max(0.1) * 1.06;
         let wide = self.reach.max(0.05) * 2.0 * 1.04;
         let metres = (tall / self.height as f32).max(wide / self.width as f32);
@@ -58,7 +58,7 @@ impl Framing {
 
 /// Draws a tree; straight alpha, sRGB.
 #[must_use]
-pub fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32) -> Target {
+pub(super) fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32) -> Target {
     let (metres, middle) = framing.scale();
     let (half_width, half_height) = (metres * framing.width as f32 * 0.5, metres * framing.height as f32 * 0.5);
     let view = View::level(framing.azimuth, Vec3::Y * middle, half_width, half_height);
@@ -71,7 +71,7 @@ pub fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32) -> Ta
 
 /// A drawing as PNG.
 #[must_use]
-pub fn png(target: &Target) -> Vec<u8> {
+pub(super) fn png(target: &Target) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(target.coverage.len() * 4);
     for (color, cover) in target.color.iter().zip(&target.coverage) {
         let byte = |v: f32| srgb_byte(v.clamp(0.0, 1.0));

@@ -52,11 +52,11 @@ export function space(box, tell) {
   function world() {
     const scene = new THREE.Scene();
     // The light of the pictures that the program draws itself; three.js divides by pi.
-    const sky = new THREE.HemisphereLight(new THREE.Color(.62, .7, .8), new THREE.Color(.24, .21, .17), Math.PI);
+    const sky = new THREE.HemisphereLight(new THREE.Color(.62, .7, .8), new THREE.Color(.4, .4, .3), Math.PI);
     const sun = new THREE.DirectionalLight(new THREE.Color(2.2, 2.05, 1.8), Math.PI);
     sun.position.set(.482, .723, .494);
     // Leaves let light through: a second, weaker sun from behind stands for it.
-    const through = new THREE.DirectionalLight(new THREE.Color(.6, .62, .45), Math.PI * .5);
+    const through = new THREE.DirectionalLight(new THREE.Color(.6, .62, .45), Math.PI);
     through.position.set(-.5, .35, -.6);
     const ground = new THREE.Mesh(new THREE.CircleGeometry(1, 72), new THREE.ShaderMaterial({
       transparent: true, depthWrite: false, uniforms: { tint: { value: new THREE.Color() } },

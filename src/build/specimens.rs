@@ -1,0 +1,288 @@
+//! Contact sheets of species: three trees of each species file beside the presets, for the gallery.
+//!
+//! A species says how wood grows; leaves and bark are the presets'. So its sheet shows bare trees, of the seeds 1, 2 and 3,
+//! at one scale. The sheets lie in `OUT/gallery.species`, a name that no set can have, and are what a folder's build
+//! makes beside its sets: no set hangs on them, `--check` doesn't ask for them, and a species that can't be grown is told
+//! in the gallery instead of failing a build that may not even use it.
+//!
+//! `OUT/.treewright-species` remembers, by species, what its sheet was made from and the sheet's hash: while those are the
+//! same nothing is grown. A file of somebody else's with the name of a sheet stays as it is.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::output::Turn;
+use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline};
+use crate::bake::{SheetColumn, SheetDraft, SheetRow};
+use crate::base::{Diagnostic, Key, Seed};
+use crate::export::{self, PngKind};
+use crate::lod::mesh_levels;
+
+/// Folder of the sheets, below the folder of sets.
+const FOLDER: &str = "gallery.species";
+/// What is remembered of them.
+const INDEX: &str = ".treewright-species";
+/// Folder of species files, below that of presets.
+const SPECIES: &str = "species";
+/// Raised when sheets are drawn in another way.
+const VERSION: u32 = 1;
+/// Seeds of the trees on a sheet.
+const SEEDS: [u64; 3] = [1, 2, 3];
+/// Largest species file that is looked at, bytes.
+const LARGEST: u64 = 1 << 20;
+
+/// One species file and its sheet.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Specimen {
+    /// Its name, that of the file without its end.
+    pub name: String,
+    /// What the file says of itself: its first comment.
+    pub about: String,
+    /// The first of what is wrong with it, if anything; then it has no sheet.
+    pub wrong: Option<String>,
+    /// The folder of presets beside which it lies.
+    folder: String,
+    /// Every file that it was grown from, with its hash; none for one that was missing. A path that is no UTF-8 is kept
+    /// as near as text can be, and so never found: such a species is drawn anew by every build.
+    reads: Vec<(String, Option<String>)>,
+    /// Hash of the sheet.
+    sheet: String,
+}
+
+impl Specimen {
+    /// Where its sheet lies, relative to the folder of sets; `/` between folders.
+    #[must_use]
+    pub fn sheet(&self) -> String {
+        format!("{FOLDER}/{}_contact.png", self.name)
+    }
+
+    /// Whether the files that it was made from and its sheet are as they were.
+    fn is_current(&self, out: &Path) -> bool {
+        let hash = |path: &Path| {
+            let small = fs::metadata(path).is_ok_and(|m| m.is_file());
+            small.then(|| fs::read(path).ok()).flatten().map(|bytes| Key::of_bytes(&bytes).to_hex())
+        };
+        let is_same = |(path, key): &(String, Option<String>)| hash(Path::new(path)) == *key;
+        let has_sheet = self.wrong.is_some() || hash(&out.join(self.sheet())).is_some_and(|key| key == self.sheet);
+        has_sheet && self.reads.iter().all(is_same)
+    }
+}
+
+/// What is remembered.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Index {
+    version: String,
+    specimens: Vec<Specimen>,
+}
+
+/// The species whose sheets lie in `out`, in order of name.
+#[must_use]
+pub fn specimens(out: &Path) -> Vec<Specimen> {
+    let index = fs::read(out.join(INDEX)).ok().and_then(|bytes| serde_json::from_slice::<Index>(&bytes).ok());
+    index.filter(|index| index.version == version()).unwrap_or_default().specimens
+}
+
+fn version() -> String {
+    format!("{} {} {VERSION}", env!("CARGO_PKG_VERSION"), pipeline::VERSION)
+}
+
+/// Draws the sheets of the species beside a folder of presets (`FOLDER/species/*.ron`) that are not current, and
+/// removes those of species that are gone; whether there was anything to do.
+///
+/// # Errors
+///
+/// When `out` can't be written.
+pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> io::Result<bool> {
+    // The same folder, wherever the build is called from.
+    let folder = &folder.canonicalize()?;
+    let old = specimens(out);
+    let named = text(folder);
+    let is_ours = |known: &Specimen| known.folder == named || !Path::new(&known.folder).is_dir();
+    let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(is_ours);
+    let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
+    // A species of another folder has the name: the first that was drawn keeps it.
+    let files: Vec<(String, PathBuf)> =
+        species_files(folder).into_iter().filter(|(name, _)| all.iter().all(|known| known.name != *name)).collect();
+    let (mut kept, mut due) = (Vec::new(), Vec::new());
+    for (name, path) in files {
+        match ours.remove(&name) {
+            Some(known) if known.is_current(out) => kept.push(known),
+            known => due.push((name, path, known)),
+        }
+    }
+    if due.is_empty() && ours.is_empty() {
+        return Ok(false);
+    }
+    let _turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    fs::create_dir_all(out.join(FOLDER))?;
+    let made: Vec<io::Result<Specimen>> = due
+        .par_iter()
+        .map(|(name, path, known)| {
+            let (mut specimen, png) = drawn(folder, name, path, limits, cache);
+            let target = out.join(specimen.sheet());
+            let old = fs::read(&target).ok();
+            let is_old = known.as_ref().is_some_and(|k| old.as_deref().is_some_and(|b| k.sheet == hex(b)));
+            match (&png, old) {
+                (Some(png), Some(old)) if *png != old && !is_old => {
+                    specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
+                    specimen.sheet = String::new();
+                }
+                (Some(png), old) if old.as_ref() != Some(png) => replace(&target, png)?,
+                (None, Some(_)) if is_old => fs::remove_file(&target)?,
+                _ => {}
+            }
+            Ok(specimen)
+        })
+        .collect();
+    for gone in ours.values() {
+        let sheet = out.join(gone.sheet());
+        if fs::read(&sheet).is_ok_and(|bytes| hex(&bytes) == gone.sheet) {
+            fs::remove_file(&sheet)?;
+        }
+    }
+    all.append(&mut kept);
+    all.extend(made.into_iter().collect::<io::Result<Vec<_>>>()?);
+    all.sort_by(|a, b| a.name.cmp(&b.name));
+    // Goes only if nothing is in it.
+    let _ = fs::remove_dir(out.join(FOLDER));
+    let index = Index { version: version(), specimens: all };
+    replace(&out.join(INDEX), &serde_json::to_vec(&index).map_err(io::Error::other)?)?;
+    Ok(true)
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    Key::of_bytes(bytes).to_hex()
+}
+
+/// Writes a file that a reader sees whole, the old or the new.
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let new = path.with_file_name(format!(".treewright-{}-{name}.new", std::process::id()));
+    fs::write(&new, bytes).and_then(|()| fs::rename(&new, path)).inspect_err(|_| drop(fs::remove_file(&new)))
+}
+
+/// The species files beside a folder's presets, by name: those whose names can be part of a file's name.
+fn species_files(folder: &Path) -> Vec<(String, PathBuf)> {
+    let Ok(entries) = fs::read_dir(folder.join(SPECIES)) else { return Vec::new() };
+    let mut files: Vec<(String, PathBuf)> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|end| end == "ron"))
+        .filter(|path| fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= LARGEST))
+        .filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)))
+        .filter(|(name, _)| name.len() <= 64 && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b)))
+        .collect();
+    files.sort();
+    files
+}
+
+/// Grows a species and draws its sheet.
+fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Cache>) -> (Specimen, Option<Vec<u8>>) {
+    let world = World::within(folder, limits.clone());
+    let relative = format!("{SPECIES}/{name}.ron");
+    let said = world.read_text(&relative).unwrap_or_default();
+    let sources: Vec<String> =
+        SEEDS.iter().map(|seed| format!("\"seed-{seed}\": Grow(species: \"{relative}\", seed: {seed})")).collect();
+    let variants: Vec<String> = SEEDS.iter().map(|seed| format!("Source(\"seed-{seed}\")")).collect();
+    let preset = format!(
+        "(sources: {{{}}}, variants: [{}], foliage: (density: 0.0, pictures: 1, resolution: 64), \
+         bark: (resolution: 256), lods: [Full])",
+        sources.join(", "),
+        variants.join(", ")
+    );
+    let preset_name = "gallery.ron";
+    let world = world.with_texts(BTreeMap::from([(preset_name.to_owned(), preset)]));
+    let shown = find::shown(path);
+    let (made, reads) = match find::load_from(world, preset_name, shown) {
+        Ok(loaded) => (sheet(&loaded, cache), loaded.world.reads()),
+        Err(failure) => (Err(failure.0), failure.1.reads()),
+    };
+    let reads = reads.into_iter().map(|(path, key)| (text(&path), key.map(Key::to_hex))).collect();
+    let (png, wrong) = match made {
+        Ok(png) => (Some(png), None),
+        Err(found) => (None, Some(found.first().map_or_else(String::new, |first| first.message.clone()))),
+    };
+    let sheet = png.as_deref().map(hex).unwrap_or_default();
+    let about = gallery::first_comment(&said);
+    (Specimen { name: name.to_owned(), about, wrong, folder: text(folder), reads, sheet }, png)
+}
+
+fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>> {
+    let studio = Studio::open(loaded, Focus::Sources, cache.clone())?;
+    let meshes: Vec<_> = studio
+        .sources()
+        .par_iter()
+        .filter_map(|plant| mesh_levels(plant, &studio.plan().mesh, &[], Seed::new(0)).into_iter().next())
+        .collect();
+    let column = |(plant, (mesh, seed))| SheetColumn {
+        label: format!("seed {seed}  {:.1} m", crate::plant::Plant::height(plant)),
+        mesh,
+    };
+    let row = SheetRow {
+        label: String::new(),
+        columns: studio.sources().iter().zip(meshes.iter().zip(SEEDS)).map(column).collect(),
+    };
+    let (leaves, bark) = studio.pictures();
+    let leaf = leaves.first().unwrap_or(bark);
+    let sheet = SheetDraft::of_trees(&[row], leaf, bark).paint(leaf, bark);
+    export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+        .map_err(|error| vec![Diagnostic::new("", error.to_string())])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWIG: &str = "// A twig.\n(height: 2.0, nodes: 500, iterations: [(endpoints: Volume(shape: HalfEllipsoid(\
+        bottom: 0.35, top: 0.9, radius: 0.36), count: 6))])";
+
+    #[test]
+    fn sheets_follow_their_species_and_nothing_else() {
+        let project = tempfile::tempdir().unwrap();
+        let (folder, out) = (project.path().join("trees"), project.path().join("out"));
+        fs::create_dir_all(folder.join(SPECIES)).unwrap();
+        let species = |name: &str| folder.join(SPECIES).join(name);
+        fs::write(species("twig.ron"), TWIG).unwrap();
+        fs::write(species("bad.ron"), "// Broken.\n(heigth: 2.0)").unwrap();
+        fs::write(species("notes.txt"), "no species").unwrap();
+        let cache = Arc::new(Cache::default());
+        let draw = || draw_specimens(&folder, &out, &Limits::default(), &cache).unwrap();
+        let sheet = out.join("gallery.species/twig_contact.png");
+        assert!(draw());
+        let known = specimens(&out);
+        assert_eq!(
+            known.iter().map(|s| (s.name.as_str(), s.wrong.is_some())).collect::<Vec<_>>(),
+            [("bad", true), ("twig", false)]
+        );
+        assert_eq!(known[1].about, "A twig.");
+        let image = image::load_from_memory(&fs::read(&sheet).unwrap()).unwrap().into_rgb8();
+        assert!(image.width() > image.height() && image.pixels().any(|p| p != image.get_pixel(0, 0)));
+        assert!(!draw(), "unchanged");
+        let first = fs::read(&sheet).unwrap();
+        fs::write(species("twig.ron"), TWIG.replace("2.0", "3.0")).unwrap();
+        assert!(draw());
+        assert_ne!(fs::read(&sheet).unwrap(), first);
+        fs::remove_file(&sheet).unwrap();
+        assert!(draw(), "a lost sheet is drawn again");
+        fs::write(species("bad.ron"), TWIG).unwrap();
+        assert!(draw(), "a mended species");
+        assert!(specimens(&out).iter().all(|s| s.wrong.is_none()));
+        fs::remove_file(species("twig.ron")).unwrap();
+        assert_eq!((draw(), sheet.exists(), specimens(&out).len()), (true, false, 1));
+        // A file of somebody's stays.
+        fs::write(&sheet, "mine").unwrap();
+        fs::write(species("twig.ron"), TWIG).unwrap();
+        draw();
+        assert_eq!(fs::read(&sheet).unwrap(), b"mine");
+    }
+}
