@@ -17,7 +17,7 @@ use crate::preset::plan::{Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 5);
+const LADDER: Stage = Stage("ladder", 6);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::lacks::Wanted;
 use super::measure::{Measured, views};
 use crate::bake::{Cutout, Repeat, Shape, Silhouette, View};
 use crate::mesh::TreeMesh;
@@ -40,6 +41,11 @@ impl Outlines {
     /// As [`draw`](Self::draw), of a level that turns to the viewer, without holes.
     pub(super) fn draw_solid(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync)) -> Vec<Silhouette> {
         self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
+    }
+
+    /// What pixels of `size` samples are to cover.
+    pub(super) fn wanted(&self, size: usize, contrast: f32) -> Wanted {
+        Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (size, contrast))
     }
 
     /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.

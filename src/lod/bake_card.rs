@@ -6,8 +6,11 @@
 
 use glam::{Vec2, Vec3};
 
+use super::bent::{Bend, CELLS};
+use super::lacks::Lacks;
 use super::measure::Wardrobe;
 use super::outline::octagon;
+use super::packed::as_packed;
 use super::tile::Tile;
 use crate::bake::{Cutout, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
@@ -60,6 +63,12 @@ impl Place {
         self.centre + self.frame.x * at.x + self.frame.y * at.y
     }
 
+    /// Where a point lies on it, -1..=1, and how far in front of it.
+    pub(super) fn over(&self, point: Vec3) -> (Vec2, f32) {
+        let d = point - self.centre;
+        (Vec2::new(self.frame.x.dot(d), self.frame.y.dot(d)) / self.half, self.frame.z.dot(d))
+    }
+
     fn view(&self) -> View {
         View::new(self.frame, self.centre, self.half.x, self.half.y)
     }
@@ -74,7 +83,9 @@ pub(super) struct Card {
     normal: Vec<[u8; 3]>,
     orm: Vec<[u8; 3]>,
     recipe: Recipe,
-    /// Share of each texel that is covered.
+    place: Place,
+    bend: Bend,
+    /// Share of each texel that is covered, and what was added since.
     coverage: Vec<f32>,
     /// Coverage of all texels in falling order.
     ranked: Vec<f32>,
@@ -83,16 +94,17 @@ pub(super) struct Card {
 }
 
 impl Card {
-    /// Draws `content` onto `place` at `size` texels. Nothing when the place stays empty.
+    /// Draws `content` onto `place`, bent, at `size` texels. Nothing when the place stays empty.
     pub(super) fn bake(
         content: &TreeMesh,
-        place: &Place,
+        (place, bend): (&Place, &Bend),
         size: (u32, u32),
         wardrobe: &Wardrobe,
         light: &CrownLight,
     ) -> Option<Self> {
         let (drawn, recipe) = survey(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES);
-        let mesh = polygon(&drawn, place, light)?;
+        let mesh =
+            if *bend == Bend::FLAT { polygon(&drawn, place, light)? } else { sheet(&drawn, (place, bend), light)? };
         // The polygon drawn like its content gives the normals that a texel's normal is relative to.
         let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
         let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
@@ -101,7 +113,18 @@ impl Card {
         ranked.sort_unstable_by(|a, b| b.total_cmp(a));
         let covered = drawn.coverage.iter().sum();
         let size = (drawn.width, drawn.height);
-        Some(Self { mesh, size, normal, orm, recipe, coverage: drawn.coverage, ranked, covered })
+        Some(Self {
+            mesh,
+            size,
+            place: *place,
+            bend: bend.clone(),
+            normal,
+            orm,
+            recipe,
+            coverage: drawn.coverage,
+            ranked,
+            covered,
+        })
     }
 
     /// Makes it a pair of rectangles back to back, each seen from one side only since it hides the other, `apart` metres
@@ -130,9 +153,32 @@ impl Card {
         self.normal.fill([128, 128, 255]);
     }
 
-    /// What of the card passes the alpha test, with `gain` times the area that its content covers.
+    /// Lets texels that lack something grow towards being solid, and others away from it, by `step` times what `lacks`
+    /// tells of where they are.
+    pub(super) fn adjust(&mut self, lacks: &Lacks, step: f32) {
+        let scale = self.scale(1.0);
+        let (w, h) = (self.size.0 as usize, self.size.1 as usize);
+        let half = self.place.half;
+        for (i, c) in self.coverage.iter_mut().enumerate().filter(|(_, c)| **c > SPECK) {
+            let at = Vec2::new((i % w) as f32 + 0.5, (i / w) as f32 + 0.5) / Vec2::new(w as f32, h as f32) * 2.0 - 1.0;
+            let at = Vec2::new(at.x, -at.y);
+            let point = self.place.point(at * half) + self.place.frame.z * self.bend.at(at);
+            *c = (*c * scale + step * lacks.at(point)).clamp(SPECK * 1.5, 1.0);
+        }
+        self.ranked.clear();
+        self.ranked.extend(self.coverage.iter().copied().filter(|c| *c > SPECK));
+        self.ranked.sort_unstable_by(|a, b| b.total_cmp(a));
+        self.covered = self.ranked.partition_point(|c| *c >= 0.5) as f32;
+    }
+
+    /// What of the card passes the alpha test as it is.
+    pub(super) fn outline(&self) -> Cutout {
+        Cutout::new(self.size.0, self.size.1, self.alpha(1.0))
+    }
+
+    /// What of the card passes the alpha test once it is packed, with `gain` times the area that its content covers solid.
     pub(super) fn cutout(&self, gain: f32) -> Cutout {
-        Cutout::new(self.size.0, self.size.1, self.alpha(gain))
+        Cutout::new(self.size.0, self.size.1, as_packed(&self.alpha(gain), self.size))
     }
 
     /// The card's picture, with `gain` times the area that its content covers passing the alpha test.
@@ -140,10 +186,15 @@ impl Card {
         Tile::new(self.size, self.alpha(gain), self.normal.clone(), self.orm.clone(), self.recipe.clone())
     }
 
-    fn alpha(&self, gain: f32) -> Vec<u8> {
+    /// What coverage is multiplied by so that `gain` times the area that its content covers is a half and more.
+    fn scale(&self, gain: f32) -> f32 {
         let wanted = (self.covered * gain).max(1.0) as usize;
         let threshold = self.ranked.get(wanted.min(self.ranked.len().saturating_sub(1))).copied().unwrap_or(0.5);
-        let scale = 0.5 / threshold.clamp(SPECK, 1.0);
+        0.5 / threshold.clamp(SPECK, 1.0)
+    }
+
+    fn alpha(&self, gain: f32) -> Vec<u8> {
+        let scale = self.scale(gain);
         let alpha = |&c: &f32| if c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
         self.coverage.iter().map(alpha).collect()
     }
@@ -183,6 +234,41 @@ fn polygon(drawn: &Target, place: &Place, light: &CrownLight) -> Option<Mesh> {
     }
     for k in 1..corners.len() as u32 - 1 {
         mesh.indices.extend([0, k, k + 1]);
+    }
+    add_tangents(&mut mesh).ok()?;
+    Some(mesh)
+}
+
+/// A grid of cells that follows the leaves; cells that show nothing are left out.
+fn sheet(drawn: &Target, (place, bend): (&Place, &Bend), light: &CrownLight) -> Option<Mesh> {
+    let (w, h) = (drawn.width as usize, drawn.height as usize);
+    let mut mesh = Mesh::default();
+    let mut corner_of = vec![u32::MAX; (CELLS + 1) * (CELLS + 1)];
+    for (row, column) in (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (row, column))) {
+        // Rows of texels go down.
+        let texels = |cell: usize, count: usize| cell * count / CELLS..((cell + 1) * count).div_ceil(CELLS);
+        let mut rows = texels(CELLS - 1 - row, h);
+        if !rows.any(|y| drawn.coverage[y * w..][texels(column, w)].iter().any(|c| *c > SPECK)) {
+            continue;
+        }
+        let mut corner = |dx: usize, dy: usize| {
+            let (x, y) = (column + dx, row + dy);
+            let index = &mut corner_of[y * (CELLS + 1) + x];
+            if *index == u32::MAX {
+                *index = mesh.positions.len() as u32;
+                let at = Vec2::new(x as f32, y as f32) / CELLS as f32 * 2.0 - 1.0;
+                let position = place.point(at * place.half) + place.frame.z * bend.at(at);
+                let normal = light.outward(position) * CANOPY + place.frame.z * (1.0 - CANOPY);
+                mesh.positions.push(position);
+                mesh.normals.push(normal.normalize_or(place.frame.z));
+                mesh.uvs.push(Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y));
+                mesh.occlusion.push(255);
+                mesh.tiles.push(0);
+            }
+            *index
+        };
+        let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+        mesh.indices.extend([a, b, c, a, c, d]);
     }
     add_tangents(&mut mesh).ok()?;
     Some(mesh)

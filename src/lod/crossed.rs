@@ -5,6 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bake_card::{Card, Place};
+use super::bent::Bend;
 use super::cloud::Scene;
 use super::measure::Wardrobe;
 use super::thin::append;
@@ -38,7 +39,7 @@ pub(super) fn crossed_quads(
             let density = longest / (2.0 * place.half.max_element());
             let edge = |half: f32| ((2.0 * half * density).ceil() as u32).max(4);
             let size = (edge(place.half.x), edge(place.half.y));
-            let mut card = Card::bake(full, &place, size, wardrobe, scene.light)?;
+            let mut card = Card::bake(full, (&place, &Bend::FLAT), size, wardrobe, scene.light)?;
             card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART);
             Some(card)
         })

@@ -5,13 +5,16 @@
 
 mod agree;
 mod bake_card;
+mod bent;
 mod cloud;
 mod crossed;
 mod flip;
 mod impostor;
+mod lacks;
 mod ladder;
 mod measure;
 mod outline;
+mod packed;
 mod planes;
 mod thin;
 mod tile;

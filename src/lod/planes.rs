@@ -21,7 +21,7 @@ const ROUNDS: usize = 6;
 /// Seeded planes for each one asked for.
 const SPARE: f32 = 1.25;
 /// λ as a share of the square of the distance between planes.
-const FACING: f32 = 0.15;
+const FACING: f32 = 2.0;
 /// How much planes lean, at most: sine of the elevation of their normals.
 const LEAN: f32 = 0.8;
 

@@ -3,6 +3,8 @@
 //! Leaves go in a fixed seeded order: one that is kept at 40 % is kept at 50 % too. Those that stay are enlarged so that
 //! the area stays, at most to twice the size; beyond that they read as balloons. Edges of leaves are never collapsed.
 
+use glam::Vec3;
+
 use super::cloud::Scene;
 use crate::base::Seed;
 use crate::mesh::{CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
@@ -50,8 +52,7 @@ pub(super) fn thinned(scene: &Scene<'_>, share: f32, grown: f32, seed: Seed) -> 
 /// The first `count` leaves in the fixed order, enlarged.
 fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
     let leaves = scene.plant.leaves();
-    let mut order: Vec<usize> = (0..leaves.len()).collect();
-    order.sort_by_key(|&i| (seed.at(i as u64).bits(), i));
+    let mut order = spread(scene, seed);
     order.truncate(count);
     // Vertices stay in the order of the plant.
     order.sort_unstable();
@@ -60,6 +61,27 @@ fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard
     let left: f64 = order.iter().map(area).sum();
     let scale = if left > 0.0 { ((all / left).sqrt() as f32 * grown).clamp(0.8, LARGEST) } else { 1.0 };
     order.into_iter().map(|leaf| LeafCard { leaf, scale }).collect()
+}
+
+/// All leaves in an order whose every beginning is spread evenly over the crown: along a curve through space (Morton
+/// 1966), each half before its quarters (van der Corput 1935). Leaves that are drawn by lot leave gaps and heaps, and those
+/// are what is seen of a thinned crown.
+fn spread(scene: &Scene<'_>, seed: Seed) -> Vec<usize> {
+    let at: Vec<Vec3> = scene.plant.leaves().iter().map(|leaf| scene.posed.leaf(scene.plant, leaf).position).collect();
+    let (low, high) = at.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
+    let whole = (high - low).max_element().max(1e-6);
+    let code = |p: Vec3| {
+        let cell = (p - low) / whole * 1023.0;
+        let bits = |v: f32| (0..10).fold(0_u32, |code, bit| code | ((v as u32 >> bit & 1) << (3 * bit)));
+        bits(cell.x) | bits(cell.y) << 1 | bits(cell.z) << 2
+    };
+    let mut curve: Vec<usize> = (0..at.len()).collect();
+    curve.sort_by_key(|&i| (code(at[i]), i));
+    let turn = seed.bits() as u32;
+    let mut order: Vec<(u32, usize)> =
+        curve.into_iter().enumerate().map(|(place, leaf)| ((place as u32).reverse_bits() ^ turn, leaf)).collect();
+    order.sort_unstable();
+    order.into_iter().map(|o| o.1).collect()
 }
 
 /// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more.
