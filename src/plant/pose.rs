@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::curve::{Curve, STATIONS, frame_at};
+use super::curve::{Curve, STATIONS, frame_at, tangent_at};
 use super::{ChainId, Leaf, Plant};
 use crate::base::Frame;
 
@@ -21,8 +21,15 @@ pub struct Posed {
     positions: Vec<Vec3>,
     /// Arc length from its chain's base up to each point, metres.
     arc: Vec<f64>,
+    /// The frame in which each chain's points are given.
+    starts: Vec<Frame>,
+    /// Where in `frames` each chain's are; [`NONE`] where it has one frame all along.
+    framed: Vec<u32>,
     frames: Vec<[Frame; STATIONS + 1]>,
 }
+
+/// Of a chain without frames of its own.
+const NONE: u32 = u32::MAX;
 
 impl Posed {
     /// Poses every chain, parents first; linear in the number of points.
@@ -41,7 +48,9 @@ impl Posed {
     fn with_frames(plant: &Plant, framed: &[bool]) -> Self {
         let mut positions = vec![Vec3::ZERO; plant.all_points().len()];
         let mut arc = Vec::with_capacity(positions.len());
-        let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(plant.chains().len());
+        let count = plant.chains().len();
+        let (mut starts, mut places) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(framed.iter().filter(|own| **own).count());
         for id in plant.chain_ids() {
             let chain = plant.chain(id);
             let (base, frame) = match chain.parent {
@@ -51,18 +60,36 @@ impl Posed {
                     // Posing turns the parent's polyline but does not change its arc lengths.
                     let curve = Curve::measured(&positions[span.clone()], &arc[span]);
                     let location = chain.location;
-                    (curve.point(f64::from(location)), frame_at(&frames[parent.index()], location))
+                    let own = frame_of(&frames, &places, &starts, parent, location);
+                    (curve.point(f64::from(location)), own)
                 }
             };
             let points = plant.points(id);
             for (position, &point) in positions[plant.span(id)].iter_mut().zip(points) {
                 *position = base + frame.to_world(point);
             }
-            let curve = Curve::new(points);
-            frames.push(if framed[id.index()] { curve.frames(frame) } else { [frame; STATIONS + 1] });
-            arc.extend_from_slice(curve.arc());
+            let start = arc.len();
+            Curve::measure(points, &mut arc);
+            starts.push(frame);
+            if framed[id.index()] {
+                places.push(frames.len() as u32);
+                frames.push(Curve::measured(points, &arc[start..]).frames(frame));
+            } else {
+                places.push(NONE);
+            }
         }
-        Self { positions, arc, frames }
+        Self { positions, arc, starts, framed: places, frames }
+    }
+
+    /// Gives some chains the frames that [`of_bearers`](Self::of_bearers) left out.
+    pub(crate) fn frame_chains(&mut self, plant: &Plant, chains: impl Iterator<Item = ChainId>) {
+        for id in chains.filter(|id| self.framed[id.index()] == NONE).collect::<Vec<_>>() {
+            if self.framed[id.index()] == NONE {
+                self.framed[id.index()] = self.frames.len() as u32;
+                let curve = Curve::measured(plant.points(id), &self.arc[plant.span(id)]);
+                self.frames.push(curve.frames(self.starts[id.index()]));
+            }
+        }
     }
 
     /// World positions of all points, in the order of [`Plant::all_points`].
@@ -88,13 +115,22 @@ impl Posed {
     #[must_use]
     pub fn at(&self, plant: &Plant, id: ChainId, location: f32) -> Pose {
         let curve = self.curve(plant, id);
-        Pose { position: curve.point(f64::from(location)), frame: frame_at(&self.frames[id.index()], location) }
+        Pose { position: curve.point(f64::from(location)), frame: self.frame(id, location) }
     }
 
     /// Frame on a chain's axis at arc-length parameter `location`; cheaper than [`at`](Self::at).
     #[must_use]
     pub fn frame(&self, id: ChainId, location: f32) -> Frame {
-        frame_at(&self.frames[id.index()], location)
+        frame_of(&self.frames, &self.framed, &self.starts, id, location)
+    }
+
+    /// Direction of a chain's axis at arc-length parameter `location`: `y` of its [`frame`](Self::frame), for less.
+    #[must_use]
+    pub fn tangent(&self, id: ChainId, location: f32) -> Vec3 {
+        match self.frames.get(self.framed[id.index()] as usize) {
+            Some(frames) => tangent_at(frames, location),
+            None => self.starts[id.index()].y,
+        }
     }
 
     /// Base point of a leaf, and its own axes in the world (`y` base to tip, `z` out of its upper face).
@@ -106,6 +142,14 @@ impl Posed {
             position: pose.position + pose.frame.to_world(leaf.offset),
             frame: Frame { x: axis(Vec3::X), y: axis(Vec3::Y), z: axis(Vec3::Z) },
         }
+    }
+}
+
+/// The frame of a chain at arc-length parameter `location`.
+fn frame_of(frames: &[[Frame; STATIONS + 1]], framed: &[u32], starts: &[Frame], id: ChainId, location: f32) -> Frame {
+    match frames.get(framed[id.index()] as usize) {
+        Some(frames) => frame_at(frames, location),
+        None => starts[id.index()],
     }
 }
 
@@ -124,6 +168,13 @@ mod tests {
             for chain in plant.chains() {
                 let Some(parent) = chain.parent else { continue };
                 assert!(all.frame(parent, chain.location) == some.frame(parent, chain.location));
+            }
+            let mut more = some.clone();
+            more.frame_chains(&plant, plant.chain_ids());
+            for id in plant.chain_ids() {
+                for t in [0.0, 0.3, 0.77, 1.0] {
+                    assert!(all.frame(id, t) == more.frame(id, t) && all.frame(id, t).y == all.tangent(id, t));
+                }
             }
         }
     }
