@@ -1,5 +1,7 @@
 //! World positions and frames of a plant: the one pass from relative to absolute.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 
 use super::curve::{Curve, STATIONS, frame_at, tangent_at};
@@ -26,6 +28,8 @@ pub struct Posed {
     /// Where in `frames` each chain's are; [`NONE`] where it has one frame all along.
     framed: Vec<u32>,
     frames: Vec<[Frame; STATIONS + 1]>,
+    /// Those of the plant's leaves, once somebody asks: every level of detail does.
+    leaves: OnceLock<Vec<Pose>>,
 }
 
 /// Of a chain without frames of its own.
@@ -78,7 +82,7 @@ impl Posed {
                 places.push(NONE);
             }
         }
-        Self { positions, arc, starts, framed: places, frames }
+        Self { positions, arc, starts, framed: places, frames, leaves: OnceLock::new() }
     }
 
     /// Gives some chains the frames that [`of_bearers`](Self::of_bearers) left out.
@@ -131,6 +135,12 @@ impl Posed {
             Some(frames) => tangent_at(frames, location),
             None => self.starts[id.index()].y,
         }
+    }
+
+    /// [`leaf`](Self::leaf) of every leaf of the plant that was posed, made once.
+    #[must_use]
+    pub fn leaves(&self, plant: &Plant) -> &[Pose] {
+        self.leaves.get_or_init(|| plant.leaves().iter().map(|leaf| self.leaf(plant, leaf)).collect())
     }
 
     /// Base point of a leaf, and its own axes in the world (`y` base to tip, `z` out of its upper face).
