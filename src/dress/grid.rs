@@ -39,7 +39,7 @@ impl Grid {
         }
         let size = [0, 1, 2].map(|a| (extent[a] / cell) as usize + 1);
         let starts = vec![0; size[0] * size[1] * size[2] + 1];
-        let axes = std::array::from_fn(|_| vec![0.0; points.len() + LANES]);
+        let axes = std::array::from_fn(|_| vec![f32::INFINITY; points.len() + LANES]);
         let mut grid = Self { low, cell, size, starts, items: vec![0; points.len()], axes };
         let cells: Vec<usize> = points.iter().map(|&p| grid.index(grid.place(p))).collect();
         cells.iter().for_each(|&at| grid.starts[at + 1] += 1);
@@ -72,19 +72,15 @@ impl Grid {
                         continue;
                     }
                     let row = self.row(low[0], high[0], y, z);
-                    let mut first = row.start;
-                    while first < row.end {
+                    for first in row.step_by(LANES) {
                         let distances = self.distances(first, centre);
-                        let some = &distances[..LANES.min(row.end - first)];
-                        if some.iter().any(|&d| d <= best.0) {
-                            for (k, &distance) in some.iter().enumerate() {
-                                let i = self.items[first + k];
+                        if least(&distances) <= best.0 {
+                            for (&distance, &i) in distances.iter().zip(&self.items[first..]) {
                                 if distance < best.0 || (distance == best.0 && i < best.1 && best.1 != u32::MAX) {
                                     best = (distance, i);
                                 }
                             }
                         }
-                        first += LANES;
                     }
                 }
             }
@@ -98,18 +94,9 @@ impl Grid {
     /// Whether one of the grid's points lies within `radius` of `centre`.
     pub(super) fn any(&self, centre: Vec3, radius: f32) -> bool {
         let (low, high, own) = (self.place(centre - radius), self.place(centre + radius), self.place(centre));
-        let least = radius * radius;
+        let most = radius * radius;
         let within = |y: usize, z: usize| {
-            let row = self.row(low[0], high[0], y, z);
-            let mut first = row.start;
-            while first < row.end {
-                let distances = self.distances(first, centre);
-                if distances[..LANES.min(row.end - first)].iter().any(|&d| d < least) {
-                    return true;
-                }
-                first += LANES;
-            }
-            false
+            self.row(low[0], high[0], y, z).step_by(LANES).any(|first| least(&self.distances(first, centre)) < most)
         };
         // The middle first: where something is near, it is there.
         if within(own[1], own[2]) {
@@ -120,7 +107,7 @@ impl Grid {
             (low[1]..=high[1]).any(|y| {
                 let off_y = self.off(1, y, centre.y);
                 // Rounding must not pass over a point that is as near.
-                (off_y * off_y + off_z * off_z) * 0.999 <= least && (y, z) != (own[1], own[2]) && within(y, z)
+                (off_y * off_y + off_z * off_z) * 0.999 <= most && (y, z) != (own[1], own[2]) && within(y, z)
             })
         })
     }
@@ -131,10 +118,13 @@ impl Grid {
         self.starts[first + from] as usize..self.starts[first + to + 1] as usize
     }
 
-    /// The squared distances of points in a row from `centre`; of those past the last point they mean nothing.
+    /// The squared distances of some points from `centre`, in the order of cells. There may be some past the row that is
+    /// asked for: they are points of the grid as well, and whoever is near enough is looked for anyway.
+    #[inline]
     fn distances(&self, first: usize, centre: Vec3) -> [f32; LANES] {
+        let lanes = |axis: &[f32]| axis[first..].first_chunk::<LANES>().copied().unwrap_or([f32::INFINITY; LANES]);
         let [xs, ys, zs] = &self.axes;
-        let (xs, ys, zs) = (&xs[first..first + LANES], &ys[first..first + LANES], &zs[first..first + LANES]);
+        let (xs, ys, zs) = (lanes(xs), lanes(ys), lanes(zs));
         let mut distances = [0.0; LANES];
         for k in 0..LANES {
             let d = [xs[k] - centre.x, ys[k] - centre.y, zs[k] - centre.z];
@@ -158,6 +148,16 @@ impl Grid {
     fn index(&self, place: [usize; 3]) -> usize {
         (place[2] * self.size[1] + place[1]) * self.size[0] + place[0]
     }
+}
+
+/// The least of some numbers.
+#[inline]
+fn least(values: &[f32; LANES]) -> f32 {
+    let mut least = f32::INFINITY;
+    for &value in values {
+        least = if value < least { value } else { least };
+    }
+    least
 }
 
 #[cfg(test)]
