@@ -1,12 +1,15 @@
 //! The contact sheet: all trees of a set side by side, a row a variant, a column a level of detail.
 //!
 //! Everything on a sheet is drawn to one scale, standing on one ground line a row, so that sizes compare. Lower levels are
-//! drawn a second time beside themselves, small: as a player will see them.
+//! drawn a second time beside themselves, small: as a player will see them. Each tree is drawn by itself, from its own
+//! pictures rather than the atlas, so that a sheet of many needs but those drawn anew that did change.
+
+use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::Serialize;
 
-use super::Maps;
 use super::draft::Draft;
 use super::letters::{ADVANCE, HEIGHT, rows as letter_rows};
 use super::picture::{Picture, Repeat};
@@ -42,7 +45,7 @@ const INK: [u8; 3] = [40, 46, 52];
 pub struct SheetColumn<'a> {
     /// Which level, how many triangles.
     pub label: String,
-    /// Bark, and leaves with coordinates in the atlas; the origin is the foot of the trunk.
+    /// Bark, and leaves whose tiles count pictures of the row; the origin is the foot of the trunk.
     pub mesh: &'a TreeMesh,
 }
 
@@ -66,17 +69,41 @@ pub struct Sheet {
     pub pixels: Vec<u8>,
 }
 
-/// A sheet before it has colours.
-#[derive(Clone, Debug, Default)]
-pub struct SheetDraft {
+/// How large trees are drawn on a sheet: with its mesh and pictures all that the drawings of a tree hang on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SheetScale {
+    /// Pixels of a tree, and of the small one beside it.
+    tree: (u32, u32),
+    small: (u32, u32),
+    /// Pixels a metre, and metres from the ground to the top.
+    per_metre: f32,
+    top: f32,
+}
+
+/// Where everything is on a sheet.
+#[derive(Clone, Debug)]
+pub struct SheetLayout {
     size: (u32, u32),
+    cell: (u32, u32),
+    scale: SheetScale,
     /// Ground of each row: from one line of pixels to another.
     grounds: Vec<(u32, u32)>,
     /// Left, top, room and letters.
     texts: Vec<(u32, u32, u32, String)>,
-    /// Left, top, and what is shown there.
-    drawn: Vec<(u32, u32, Drawing)>,
+    /// Row and column of each tree that has a place.
+    cells: Vec<(usize, usize)>,
 }
+
+/// The drawings of one tree at one level, before they have colours: large, and of lower levels small.
+#[derive(Clone, Debug)]
+pub struct SheetCell {
+    large: Drawing,
+    little: Option<Drawing>,
+}
+
+/// The colours of a picture with its mips.
+#[derive(Clone, Debug)]
+pub struct SheetColors(Vec<[u16; 4]>);
 
 /// One tree on a sheet.
 #[derive(Clone, Debug)]
@@ -87,44 +114,49 @@ struct Drawing {
     draft: Draft,
 }
 
-/// Draws a sheet on which leaves wear `atlas` and wood wears `bark`. The largest tree is 280 pixels high, less where
-/// the sheet would be wider or higher than 8192 pixels. An empty sheet is one pixel.
-#[must_use]
-pub fn contact_sheet(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Sheet {
-    SheetDraft::new(rows, atlas, bark).paint(atlas, bark)
+impl SheetScale {
+    /// Draws one tree at one level; colours of pictures are not looked at. `leaves` are those that the mesh's tiles count.
+    #[must_use]
+    pub fn draw(&self, column: usize, mesh: &TreeMesh, bark: &Picture, leaves: &[Picture]) -> SheetCell {
+        let half = (self.tree.0 as f32 * 0.5 / self.per_metre, self.top * 0.5);
+        let view = View::level(AZIMUTH, Vec3::Y * half.1, half.0, half.1);
+        let surfaces = [
+            Surface { mesh: &mesh.bark, pictures: std::slice::from_ref(bark), repeat: Repeat::Tiled },
+            Surface { mesh: &mesh.leaf, pictures: leaves, repeat: Repeat::Cutout },
+        ];
+        let one = |size: (u32, u32), samples: u32| {
+            let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
+            Drawing { width: target.width, height: target.height, coverage: target.coverage, draft }
+        };
+        SheetCell { large: one(self.tree, SAMPLES), little: (column > 0).then(|| one(self.small, SAMPLES + 1)) }
+    }
 }
 
-/// Which trees are drawn a second time, small.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Small {
-    /// All but the first of a row: its lower levels.
-    Lower,
-    /// None: the trees of a row are trees.
-    None,
+impl SheetCell {
+    /// About how many bytes it takes.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        let of = |drawing: &Drawing| drawing.coverage.len() * 4 + drawing.draft.weight();
+        of(&self.large) + self.little.as_ref().map_or(0, of)
+    }
 }
 
-impl SheetDraft {
-    /// Draws all but colours; those of `atlas` and `bark` are not looked at.
+impl SheetColors {
+    /// Those of a picture of so many by so many texels, sRGB with alpha.
     #[must_use]
-    pub fn new(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Self {
-        Self::drawn(rows, atlas, bark, Small::Lower)
+    pub fn of(size: (u32, u32), color: &[[u8; 4]]) -> Self {
+        Self(Picture::colors(size, color))
     }
+}
 
-    /// The same of rows of trees, instead of the levels of one.
+impl SheetLayout {
+    /// Lays out a sheet. The largest tree is 280 pixels high, less where the sheet would be wider or higher than 8192
+    /// pixels.
     #[must_use]
-    pub fn of_trees(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps) -> Self {
-        Self::drawn(rows, atlas, bark, Small::None)
-    }
-
-    fn drawn(rows: &[SheetRow<'_>], atlas: &Maps, bark: &Maps, copies: Small) -> Self {
-        let columns = rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32;
-        if columns == 0 {
-            return Self::default();
-        }
-        let pictures = [Picture::new(atlas), Picture::new(bark)];
+    pub fn new(rows: &[SheetRow<'_>]) -> Self {
+        let columns = (rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32).clamp(1, LARGEST / 64);
         let (reach, top) = extent(rows);
-        let count = rows.len().min((LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
-        let columns = columns.min(LARGEST / 64);
+        let count = rows.len().clamp(1, (LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
         // Text must fit, and so must the whole sheet.
         let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
         let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
@@ -137,74 +169,89 @@ impl SheetDraft {
             (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
             tree.1 + HEAD + 3 * MARGIN,
         );
-        // Drawing is nearly all of the work; the drawings of a row are made side by side, not all at once for their memory.
-        let view = View::level(AZIMUTH, Vec3::Y * (top * 0.5), tree.0 as f32 * 0.5 / per_metre, top * 0.5);
-        let draw = |(c, shown): (usize, &SheetColumn<'_>)| {
-            let surfaces = [
-                Surface { mesh: &shown.mesh.bark, pictures: &pictures[1..], repeat: Repeat::Tiled },
-                Surface { mesh: &shown.mesh.leaf, pictures: &pictures[..1], repeat: Repeat::Cutout },
-            ];
-            let one = |size: (u32, u32), samples: u32| {
-                let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
-                Drawing { width: target.width, height: target.height, coverage: target.coverage, draft }
-            };
-            (one(tree, SAMPLES), (c > 0 && copies == Small::Lower).then(|| one(small, SAMPLES + 1)))
+        let mut sheet = Self {
+            size: (cell.0 * columns, cell.1 * count),
+            cell,
+            scale: SheetScale { tree, small, per_metre, top },
+            grounds: Vec::new(),
+            texts: Vec::new(),
+            cells: Vec::new(),
         };
-        let mut sheet = Self { size: (cell.0 * columns, cell.1 * count), ..Self::default() };
-        let mut cells: Vec<(u32, u32, u32, &SheetColumn<'_>)> = Vec::new();
         for (r, row) in rows.iter().take(count as usize).enumerate() {
-            let ground = r as u32 * cell.1 + HEAD + MARGIN + tree.1;
-            sheet.grounds.push((ground, (r as u32 + 1) * cell.1));
+            sheet.grounds.push((sheet.ground(r), (r as u32 + 1) * cell.1));
             let text = r as u32 * cell.1 + MARGIN / 2;
             sheet.texts.push((MARGIN, text, cell.0 * columns, row.label.clone()));
             for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
                 let left = c as u32 * cell.0;
                 sheet.texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
-                cells.push((c as u32, left, ground, shown));
-            }
-        }
-        let drawn: Vec<(Drawing, Option<Drawing>)> =
-            cells.par_iter().map(|&(c, _, _, shown)| draw((c as usize, shown))).collect();
-        for ((_, left, ground, _), (large, little)) in cells.into_iter().zip(drawn) {
-            sheet.drawn.push((left + cell.0.saturating_sub(tree.0) / 2, ground.saturating_sub(tree.1), large));
-            if let Some(little) = little {
-                let place = ((left + cell.0).saturating_sub(small.0 + 2), ground.saturating_sub(small.1));
-                sheet.drawn.push((place.0, place.1, little));
+                sheet.cells.push((r, c));
             }
         }
         sheet
     }
 
-    /// The sheet in these colours.
+    /// How large trees are drawn.
     #[must_use]
-    pub fn paint(&self, atlas: &Maps, bark: &Maps) -> Sheet {
-        if self.drawn.is_empty() {
+    pub fn scale(&self) -> SheetScale {
+        self.scale
+    }
+
+    /// Row and column of each tree that has a place on the sheet.
+    #[must_use]
+    pub fn cells(&self) -> &[(usize, usize)] {
+        &self.cells
+    }
+
+    /// The line of pixels on which the trees of a row stand.
+    fn ground(&self, row: usize) -> u32 {
+        row as u32 * self.cell.1 + HEAD + MARGIN + self.scale.tree.1
+    }
+
+    /// The sheet in colours: drawings in the order of [`cells`](Self::cells), the bark's colours, and by row those of
+    /// the leaves' pictures. A sheet without trees is one pixel.
+    #[must_use]
+    pub fn paint<'c>(
+        &self,
+        drawn: &[Arc<SheetCell>],
+        bark: &'c SheetColors,
+        leaves: &(dyn Fn(usize) -> Vec<&'c SheetColors> + Sync),
+    ) -> Sheet {
+        if self.cells.is_empty() {
             return Sheet { width: 1, height: 1, pixels: vec![255; 3] };
         }
-        let colors = rayon::join(|| Picture::colors(bark), || Picture::colors(atlas));
-        let colors = [colors.0, colors.1];
         let mut canvas = Canvas::new(self.size.0, self.size.1);
         self.grounds.iter().for_each(|&(top, bottom)| canvas.band(top, bottom));
         for (left, top, room, text) in &self.texts {
             canvas.write(*left, *top, text, *room);
         }
-        let painted: Vec<Vec<[u8; 3]>> = self.drawn.par_iter().map(|(_, _, drawing)| drawing.paint(&colors)).collect();
-        for ((left, top, drawing), pixels) in self.drawn.iter().zip(painted) {
-            canvas.lay(drawing, &pixels, *left, *top);
+        let SheetScale { tree, small, .. } = self.scale;
+        let placed = |(&(row, column), cell): (&(usize, usize), &'_ Arc<SheetCell>)| {
+            let colors: Vec<&[[u16; 4]]> =
+                std::iter::once(bark).chain(leaves(row)).map(|colors| colors.0.as_slice()).collect();
+            let (left, ground) = (column as u32 * self.cell.0, self.ground(row));
+            let middle = left + self.cell.0.saturating_sub(tree.0) / 2;
+            let right = (left + self.cell.0).saturating_sub(small.0 + 2);
+            let large = (middle, ground.saturating_sub(tree.1), cell.large.paint(&colors));
+            let little = cell.little.as_ref().map(|l| (right, ground.saturating_sub(small.1), l.paint(&colors)));
+            (large, little)
+        };
+        let painted: Vec<(Laid, Option<Laid>)> = self.cells.par_iter().zip(drawn).map(placed).collect();
+        for ((large, little), cell) in painted.into_iter().zip(drawn) {
+            canvas.lay(&cell.large, &large.2, large.0, large.1);
+            if let (Some(drawing), Some(laid)) = (&cell.little, little) {
+                canvas.lay(drawing, &laid.2, laid.0, laid.1);
+            }
         }
         Sheet { width: canvas.width, height: canvas.height, pixels: canvas.pixels.into_flattened() }
     }
-
-    /// About how many bytes it takes.
-    #[must_use]
-    pub fn weight(&self) -> usize {
-        self.drawn.iter().map(|(_, _, drawing)| drawing.coverage.len() * 4 + drawing.draft.weight()).sum()
-    }
 }
+
+/// Left, top and pixels.
+type Laid = (u32, u32, Vec<[u8; 3]>);
 
 impl Drawing {
     /// Its pixels over the sky; the ground begins below the trees.
-    fn paint(&self, colors: &[Vec<[u16; 4]>]) -> Vec<[u8; 3]> {
+    fn paint(&self, colors: &[&[[u16; 4]]]) -> Vec<[u8; 3]> {
         let over = |(light, cover): (Vec3, &f32)| (light + SKY * (1.0 - cover)).to_array().map(encode);
         self.draft.paint(colors).into_iter().zip(&self.coverage).map(over).collect()
     }
@@ -276,6 +323,7 @@ impl Canvas {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bake::Maps;
     use crate::mesh::Mesh;
 
     fn post(height: f32) -> TreeMesh {
@@ -293,6 +341,14 @@ mod tests {
         SheetRow { label: "oak_001".into(), columns: vec![column("LOD0 Full 12 tris"), column("\u{1f333}")] }
     }
 
+    fn contact_sheet(rows: &[SheetRow<'_>]) -> Sheet {
+        let layout = SheetLayout::new(rows);
+        let (bark, colors) = (Picture::new(&grey()), SheetColors::of((1, 1), &grey().color));
+        let draw = |&(r, c): &(usize, usize)| Arc::new(layout.scale().draw(c, rows[r].columns[c].mesh, &bark, &[]));
+        let drawn: Vec<Arc<SheetCell>> = layout.cells().iter().map(draw).collect();
+        layout.paint(&drawn, &colors, &|_| Vec::new())
+    }
+
     fn grey() -> Maps {
         Maps { width: 1, height: 1, color: vec![[90, 90, 90, 255]], normal: vec![[128, 128, 255]], orm: vec![[255; 3]] }
     }
@@ -300,7 +356,7 @@ mod tests {
     #[test]
     fn trees_stand_on_the_ground_at_one_scale() {
         let (short, tall) = (post(2.0), post(4.0));
-        let sheet = contact_sheet(&[row(&tall), row(&short)], &grey(), &grey());
+        let sheet = contact_sheet(&[row(&tall), row(&short)]);
         assert_eq!(sheet.pixels.len(), (sheet.width * sheet.height * 3) as usize);
         // Pixels of the middle of the first column that are not sky, in the upper and in the lower row.
         let x = (sheet.width / 4) as usize;
@@ -315,10 +371,10 @@ mod tests {
 
     #[test]
     fn strange_sheets_are_drawn_within_bounds() {
-        assert_eq!(contact_sheet(&[], &grey(), &grey()).pixels.len(), 3);
+        assert_eq!(contact_sheet(&[]).pixels.len(), 3);
         let (flat, far) = (post(1e-9), post(f32::NAN));
         let rows: Vec<SheetRow<'_>> = (0..400).map(|i| row(if i % 2 == 0 { &flat } else { &far })).collect();
-        let sheet = contact_sheet(&rows, &grey(), &grey());
+        let sheet = contact_sheet(&rows);
         assert!(sheet.width <= LARGEST && sheet.height <= LARGEST);
     }
 }

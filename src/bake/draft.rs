@@ -19,7 +19,8 @@ pub(super) struct Draft {
 struct Part {
     /// `u32::MAX` is white.
     texel: u32,
-    surface: u16,
+    /// Counted through all surfaces.
+    picture: u16,
     /// Of [`ONE`].
     light: [u16; 3],
 }
@@ -29,9 +30,9 @@ const ONE: f32 = 4096.0;
 
 impl Draft {
     /// Adds a part of the pixel that is not ended yet.
-    pub(super) fn add(&mut self, surface: usize, texel: u32, light: Vec3) {
+    pub(super) fn add(&mut self, picture: usize, texel: u32, light: Vec3) {
         let light = light.to_array().map(|v| (v * ONE + 0.5) as u16);
-        self.parts.push(Part { texel, surface: surface as u16, light });
+        self.parts.push(Part { texel, picture: picture as u16, light });
     }
 
     /// Ends a pixel.
@@ -52,13 +53,13 @@ impl Draft {
         whole
     }
 
-    /// The light of each pixel, in linear light and by the share of it that is covered, from the colours of each surface's
-    /// picture and its mips.
-    pub(super) fn paint(&self, colors: &[Vec<[u16; 4]>]) -> Vec<Vec3> {
+    /// The light of each pixel, in linear light and by the share of it that is covered, from the colours of each picture
+    /// and its mips.
+    pub(super) fn paint(&self, colors: &[&[[u16; 4]]]) -> Vec<Vec3> {
         let mut parts = self.parts.iter();
         let mut pixel = |&count: &u16| {
             parts.by_ref().take(usize::from(count)).fold(Vec3::ZERO, |sum, part| {
-                let texel = colors.get(usize::from(part.surface)).and_then(|all| all.get(part.texel as usize));
+                let texel = colors.get(usize::from(part.picture)).and_then(|all| all.get(part.texel as usize));
                 let [r, g, b, _] = texel.copied().unwrap_or([u16::MAX; 4]);
                 let color = Vec3::new(f32::from(r), f32::from(g), f32::from(b));
                 let light = Vec3::from_array(part.light.map(f32::from));

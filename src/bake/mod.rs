@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
-pub use contact_sheet::{Sheet, SheetColumn, SheetDraft, SheetRow, contact_sheet};
+pub use contact_sheet::{Sheet, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
 pub use cutout::Cutout;
 pub use dilate::{dilate, dilate_color};
 pub use leaf_art::leaf_maps;

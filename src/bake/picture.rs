@@ -118,9 +118,9 @@ impl Picture {
     }
 
     /// The colours of all levels, as [`addresses`](Self::addresses) counts them; much cheaper than a picture.
-    pub(super) fn colors(maps: &Maps) -> Vec<[u16; 4]> {
-        let (mut width, mut height) = (maps.width as usize, maps.height as usize);
-        if width * height == 0 || maps.color.len() < width * height {
+    pub(super) fn colors((width, height): (u32, u32), color: &[[u8; 4]]) -> Vec<[u16; 4]> {
+        let (mut width, mut height) = (width as usize, height as usize);
+        if width * height == 0 || color.len() < width * height {
             return vec![[u16::MAX; 4]];
         }
         let linear = linear_table();
@@ -128,7 +128,7 @@ impl Picture {
             let [r, g, b] = [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]);
             [r, g, b, u16::from(c[3]) * 257]
         };
-        let mut all: Vec<[u16; 4]> = maps.color[..width * height].iter().map(texel).collect();
+        let mut all: Vec<[u16; 4]> = color[..width * height].iter().map(texel).collect();
         let mut first = 0;
         while width > 1 || height > 1 {
             let (w, h) = ((width / 2).max(1), (height / 2).max(1));

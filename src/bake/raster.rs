@@ -138,24 +138,31 @@ pub fn rasterize(
 /// can be painted as often as colours change. The palette counts the pictures of all surfaces, one after the other.
 #[must_use]
 pub fn survey(surfaces: &[Surface<'_>], view: &View, width: u32, height: u32, samples: u32) -> (Target, Recipe) {
+    let starts = first_pictures(surfaces);
+    let (target, notes) = draw(surfaces, view, (width, height, samples), &Shading::Albedo, Noted::Palette(&starts));
+    (target, notes.recipe)
+}
+
+/// The number of each surface's first picture, counted through all of them.
+fn first_pictures(surfaces: &[Surface<'_>]) -> Vec<u32> {
     let starts = surfaces.iter().scan(0_u32, |next, surface| {
         let start = *next;
         *next = next.saturating_add(surface.pictures.len() as u32);
         Some(start)
     });
-    let starts: Vec<u32> = starts.collect();
-    let (target, notes) = draw(surfaces, view, (width, height, samples), &Shading::Albedo, Noted::Palette(&starts));
-    (target, notes.recipe)
+    starts.collect()
 }
 
-/// What each pixel shows in the light, before colours: see [`Draft`]. Pixels that show nothing have no part.
+/// What each pixel shows in the light, before colours: see [`Draft`]. Pixels that show nothing have no part. Pictures are
+/// counted through all surfaces.
 pub(super) fn draft(
     surfaces: &[Surface<'_>],
     view: &View,
     (width, height, samples): (u32, u32, u32),
     light: Light,
 ) -> (Target, Draft) {
-    let (target, recipe) = draw(surfaces, view, (width, height, samples), &Shading::Lit(light), Noted::Light);
+    let starts = first_pictures(surfaces);
+    let (target, recipe) = draw(surfaces, view, (width, height, samples), &Shading::Lit(light), Noted::Light(&starts));
     (target, recipe.draft)
 }
 
@@ -165,8 +172,8 @@ enum Noted<'a> {
     Nothing,
     /// Texels of a palette, by each surface's first picture.
     Palette(&'a [u32]),
-    /// Texels of the pictures' mips, and the light on them.
-    Light,
+    /// Texels of the pictures' mips, and the light on them, by each surface's first picture.
+    Light(&'a [u32]),
 }
 
 /// What was noted.
@@ -246,10 +253,11 @@ fn draw(
                                 let place = if fragment.place == NONE { NONE } else { start + fragment.place };
                                 mixed.push((place, fragment.shade * part.count as f32 * scale));
                             }
-                            Noted::Light => {
+                            Noted::Light(starts) => {
+                                let picture = starts[shader.surface] as usize + shader.picture();
                                 let light = fragment.light * (part.count as f32 / area);
                                 for (texel, share) in shader.texels(part) {
-                                    notes.draft.add(shader.surface, texel, light * share);
+                                    notes.draft.add(picture, texel, light * share);
                                 }
                             }
                         }
@@ -263,7 +271,7 @@ fn draw(
             match noted {
                 Noted::Nothing => {}
                 Noted::Palette(_) => notes.recipe.push(&mut mixed),
-                Noted::Light => notes.draft.end(),
+                Noted::Light(_) => notes.draft.end(),
             }
         }
         notes
@@ -509,9 +517,11 @@ impl Setup {
         let edges = [(b, c), (c, a), (a, b)];
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
+        let down = edges.map(|(p, q)| i64::from(q.x - p.x) * 256);
+        let mut below = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, rows.0 as i32 * 256 + 128));
         for row in rows.0..=rows.1 {
-            let y = row as i32 * 256 + 128;
-            let e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, y));
+            let e = below;
+            below = [e[0] + down[0], e[1] + down[1], e[2] + down[2]];
             let Some((left, right)) = span(e, step, bias, columns) else { continue };
             let ahead = (left - columns.0) as i64;
             let (mut eb, mut ec) = (e[1] + step[1] * ahead, e[2] + step[2] * ahead);
@@ -592,6 +602,11 @@ struct Shader<'a> {
 }
 
 impl Shader<'_> {
+    /// Which of its surface's pictures the part last shaded shows.
+    fn picture(&self) -> usize {
+        self.setup.as_ref().and_then(|setup| setup.picture).unwrap_or(0)
+    }
+
     /// The texels that the part last shaded shows, with their shares: the nearest one, or four where they are larger than
     /// a sample; `u32::MAX` for white.
     fn texels(&self, part: &Shown) -> impl Iterator<Item = (u32, f32)> {

@@ -13,6 +13,8 @@ use crate::mesh::Mesh;
 pub(super) const SUBSAMPLE: f32 = 256.0;
 /// Farthest snapped coordinate that is drawn; keeps products of edges within 64 bits.
 const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
+/// Columns that are stepped through rather than divided for.
+const NARROW: i64 = 10;
 /// Samples of a picture that one task fills.
 pub(super) const SMALL: usize = 1 << 16;
 /// First and last column, first and last row.
@@ -124,6 +126,9 @@ pub(super) fn holds_any(mut p: [Point; 3], x: (usize, usize), y: (usize, usize))
 #[inline]
 pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
     let count = (columns.1 - columns.0) as i64;
+    if count < NARROW {
+        return narrow_span([e[0] - bias[0], e[1] - bias[1], e[2] - bias[2]], step, columns);
+    }
     let (mut low, mut high) = (0, count);
     for k in 0..3 {
         let short = bias[k] - e[k];
@@ -141,6 +146,30 @@ pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize,
         }
     }
     (low <= high).then(|| (columns.0 + low as usize, columns.0 + high as usize))
+}
+
+/// As [`span`] of few columns, most of what trees are made of: stepping through them costs less than dividing. `e` is not
+/// negative inside.
+#[inline]
+fn narrow_span(mut e: [i64; 3], step: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
+    let mut column = columns.0;
+    // The sign of all three at once.
+    while e[0] | e[1] | e[2] < 0 {
+        if column == columns.1 {
+            return None;
+        }
+        column += 1;
+        e = [e[0] + step[0], e[1] + step[1], e[2] + step[2]];
+    }
+    let first = column;
+    while column < columns.1 {
+        e = [e[0] + step[0], e[1] + step[1], e[2] + step[2]];
+        if e[0] | e[1] | e[2] < 0 {
+            break;
+        }
+        column += 1;
+    }
+    Some((first, column))
 }
 
 /// The next whole number of a value that is not negative.

@@ -19,6 +19,17 @@ use crate::mesh::Mesh;
 /// Most samples along an edge.
 const LARGEST: usize = 8192;
 
+/// How many bits of a number are set.
+const ONES: [u8; 1 << 10] = {
+    let mut ones = [0; 1 << 10];
+    let mut i = 1;
+    while i < ones.len() {
+        ones[i] = ones[i / 2] + (i % 2) as u8;
+        i += 1;
+    }
+    ones
+};
+
 /// A mesh and the pictures that it is cut out by.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape<'a> {
@@ -81,7 +92,11 @@ impl Silhouette {
                     if bit + size > 64 {
                         part |= words[word + 1] << (64 - bit);
                     }
-                    *count += (part & mask).count_ones() as u16;
+                    // Baselines of x86 have no instruction that counts bits.
+                    *count += match ONES.get((part & mask) as usize) {
+                        Some(&ones) => u16::from(ones),
+                        None => (part & mask).count_ones() as u16,
+                    };
                 }
             }
         }
@@ -105,12 +120,15 @@ impl Silhouette {
         let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
         let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
         let mut cut: Option<Cut<'_>> = None;
+        let down = edges.map(|(p, q)| i64::from(q.x - p.x) * 256);
+        let mut below = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, rows.0 as i32 * 256 + 128));
         for row in rows.0..=rows.1 {
+            let e = below;
+            below = [e[0] + down[0], e[1] + down[1], e[2] + down[2]];
             let line = &mut self.bits[row * self.words..][..self.words];
             if is_full(line, columns) {
                 continue;
             }
-            let e = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, row as i32 * 256 + 128));
             let Some((left, right)) = span(e, step, bias, columns) else { continue };
             let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, area, step));
             let start = cut.uv(e[1], e[2]);

@@ -36,7 +36,7 @@ impl Frame {
         let rotation = Rotation::between(self.y, axis);
         let x = rotation.rotate(self.x);
         // Gram-Schmidt against the new axis, so that long runs of steps don't drift away from orthonormal.
-        let x = (x - axis * x.dot(axis)).normalize_or(any_orthogonal(axis));
+        let x = (x - axis * x.dot(axis)).try_normalize().unwrap_or_else(|| any_orthogonal(axis));
         Self { x, y: axis, z: x.cross(axis) }
     }
 

@@ -10,7 +10,9 @@ use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
 use super::trees::{self, Tree};
-use crate::bake::{self, CoverageReport, Layout, Maps, Picked, SheetColumn, SheetDraft, SheetRow};
+use crate::bake::{
+    self, CoverageReport, Layout, Maps, Picked, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow,
+};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
@@ -28,7 +30,7 @@ const PNG: Stage = Stage("png", 2);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
-const SHEET: Stage = Stage("sheet", 1);
+const SHEET: Stage = Stage("sheet", 2);
 const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.
@@ -85,6 +87,8 @@ pub(super) struct Placed {
     pub(super) packed: Arc<Packed>,
     /// Its maps.
     maps: Maps,
+    /// Colours of the baked pictures of all trees.
+    colors: Colors,
     /// By variant and level.
     meshes: Vec<Arc<Vec<TreeMesh>>>,
     /// By variant: what its meshes hang on.
@@ -130,24 +134,28 @@ fn picked<'a>(tile: &'a Tile, color: &'a [[u8; 4]]) -> Picked<'a> {
     Picked { width: tile.width, height: tile.height, color, normal: &tile.normal, orm: &tile.orm }
 }
 
-/// The atlas in its colours.
-fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<Maps, Vec<Diagnostic>> {
+/// Of each baked picture, one a texel.
+type Colors = Vec<Vec<[u8; 4]>>;
+
+/// The atlas in its colours, and those of the baked pictures in it.
+fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<(Maps, Colors), Vec<Diagnostic>> {
     let palette = lod::palette(&pictures.leaves, &pictures.bark);
     let tiles: Vec<&Tile> = tiles(trees).collect();
-    let colors: Vec<Vec<[u8; 4]>> = tiles.par_iter().map(|tile| tile.color(&palette)).collect();
+    let colors: Colors = tiles.par_iter().map(|tile| tile.color(&palette)).collect();
     let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
         .chain(tiles.iter().zip(&colors).map(|(tile, color)| picked(tile, color)))
         .collect();
     let mut color = packed.layout.color(&picked).map_err(|e| does_not_fit(&e))?;
     color.iter_mut().zip(&packed.alpha).for_each(|(color, alpha)| color[3] = *alpha);
     let Layout { width, height, .. } = packed.layout;
-    Ok(Maps { width, height, color, normal: packed.normal.clone(), orm: packed.orm.clone() })
+    drop(picked);
+    Ok((Maps { width, height, color, normal: packed.normal.clone(), orm: packed.orm.clone() }, colors))
 }
 
 /// Packs the atlas and encodes all textures, for the cache.
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let maps = painted(&packed, pictures, trees)?;
+    let (maps, _) = painted(&packed, pictures, trees)?;
     let png = |pixels: &[u8], width, height, kind| encoded(cache, pixels, (width, height), kind);
     export::encode_maps_by(&pictures.bark, PngKind::Rgb, &png)?;
     export::encode_maps_by(&maps, PngKind::Rgba, &png).map(drop)
@@ -161,7 +169,7 @@ pub(super) fn place(
     cache: &Cache,
 ) -> Result<Placed, Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let maps = painted(&packed, pictures, trees)?;
+    let (maps, colors) = painted(&packed, pictures, trees)?;
     let atlas = &packed.layout;
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
@@ -196,7 +204,7 @@ pub(super) fn place(
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
     let (meshes, keys) = meshes.into_iter().unzip();
-    Ok(Placed { packed, maps, meshes, keys, impostors })
+    Ok(Placed { packed, maps, colors, meshes, keys, impostors })
 }
 
 /// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
@@ -374,26 +382,70 @@ fn engine_files(
     engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
 }
 
-/// Every variant at every level of detail. Drawn when a shape did change, and painted.
+/// Every variant at every level of detail: what did change is drawn, and all is painted.
 fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, Vec<Diagnostic>> {
-    let columns = |variant: usize| {
-        let levels = parts.trees[variant].ladder.levels.iter().zip(placed.meshes[variant].iter()).enumerate();
-        levels
-            .map(|(i, (level, mesh))| SheetColumn {
-                label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
-                mesh,
-            })
-            .collect()
+    let Pictures { leaves, bark } = parts.pictures;
+    let rows: Vec<SheetRow<'_>> = (parts.trees.iter().zip(names))
+        .map(|(tree, name)| {
+            let columns = (tree.ladder.levels.iter().enumerate())
+                .map(|(i, level)| SheetColumn {
+                    label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
+                    mesh: &level.mesh,
+                })
+                .collect();
+            SheetRow { label: name.clone(), columns }
+        })
+        .collect();
+    let layout = SheetLayout::new(&rows);
+    let shapes = parts.pictures.shapes();
+    let key = |&(row, column): &(usize, usize)| {
+        let tree = parts.trees[row].key;
+        SHEET.key().input(shapes).input(tree).number(column as u64).params(&layout.scale()).finish()
     };
-    let key = SHEET.key().input(parts.pictures.shapes()).params(&names);
-    let key = placed.keys.iter().fold(key, |key, tree| key.input(*tree)).finish();
-    let (atlas, bark) = (&placed.maps, &parts.pictures.bark);
-    let draft = parts.cache.remember_here(key, SheetDraft::weight, || {
-        let rows: Vec<SheetRow<'_>> =
-            names.iter().enumerate().map(|(i, name)| SheetRow { label: name.clone(), columns: columns(i) }).collect();
-        Ok(SheetDraft::new(&rows, atlas, bark))
-    })?;
-    let sheet = draft.paint(atlas, bark);
+    let keys: Vec<Key> = layout.cells().iter().map(key).collect();
+    // Pictures are wanted of those trees only that are drawn.
+    let mut is_drawn = vec![false; rows.len()];
+    for ((row, _), key) in layout.cells().iter().zip(&keys) {
+        is_drawn[*row] |= !parts.cache.knows(*key);
+    }
+    let shared: Vec<Picture> =
+        if is_drawn.contains(&true) { leaves.iter().chain([bark]).map(Picture::new).collect() } else { Vec::new() };
+    let dressed = |row: usize, leaves: &[Picture]| -> Vec<Picture> {
+        let own = parts.trees[row].ladder.tiles.iter().map(|tile| Picture::new(&tile.uncolored()));
+        leaves.iter().cloned().chain(own).collect()
+    };
+    let worn: Vec<Vec<Picture>> = (0..rows.len())
+        .into_par_iter()
+        .map(|row| if is_drawn[row] { dressed(row, &shared[..leaves.len()]) } else { Vec::new() })
+        .collect();
+    let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
+        parts.cache.remember_here(*key, SheetCell::weight, || {
+            let mesh = rows[row].columns[column].mesh;
+            if is_drawn[row] {
+                return Ok(layout.scale().draw(column, mesh, &shared[leaves.len()], &worn[row]));
+            }
+            // It was forgotten in the meantime.
+            let leaves: Vec<Picture> = leaves.iter().map(Picture::new).collect();
+            Ok(layout.scale().draw(column, mesh, &Picture::new(bark), &dressed(row, &leaves)))
+        })
+    };
+    let drawn = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
+    let tiles: Vec<&Tile> = tiles(parts.trees).collect();
+    let colors: Vec<SheetColors> = tiles
+        .par_iter()
+        .zip(&placed.colors)
+        .map(|(tile, color)| SheetColors::of((tile.width, tile.height), color))
+        .collect();
+    let of_maps = |maps: &Maps| SheetColors::of((maps.width, maps.height), &maps.color);
+    let leaves: Vec<SheetColors> = leaves.par_iter().map(of_maps).collect();
+    let firsts: Vec<usize> = (parts.trees.iter())
+        .scan(0, |next, tree| Some(std::mem::replace(next, *next + tree.ladder.tiles.len())))
+        .collect();
+    let worn = |row: usize| {
+        let own = &colors[firsts[row]..firsts[row] + parts.trees[row].ladder.tiles.len()];
+        leaves.iter().chain(own).collect()
+    };
+    let sheet = layout.paint(&drawn, &of_maps(bark), &worn);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|e| vec![Diagnostic::new("", e.to_string())])
 }

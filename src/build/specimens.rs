@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::output::Turn;
 use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline};
-use crate::bake::{SheetColumn, SheetDraft, SheetRow};
+use crate::bake::{Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
 use crate::base::{Diagnostic, Key, Seed};
 use crate::export::{self, PngKind};
 use crate::lod::mesh_levels;
@@ -234,7 +234,19 @@ fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>
     };
     let (leaves, bark) = studio.pictures();
     let leaf = leaves.first().unwrap_or(bark);
-    let sheet = SheetDraft::of_trees(&[row], leaf, bark).paint(leaf, bark);
+    let layout = SheetLayout::new(std::slice::from_ref(&row));
+    let [bark_picture, leaf_picture] = [bark, leaf].map(Picture::new);
+    // All in the first column's way: these are trees, not the levels of one.
+    let drawn: Vec<Arc<SheetCell>> = layout
+        .cells()
+        .iter()
+        .map(|&(_, column)| {
+            let mesh = row.columns[column].mesh;
+            Arc::new(layout.scale().draw(0, mesh, &bark_picture, std::slice::from_ref(&leaf_picture)))
+        })
+        .collect();
+    let [bark_colors, leaf_colors] = [bark, leaf].map(|maps| SheetColors::of((maps.width, maps.height), &maps.color));
+    let sheet = layout.paint(&drawn, &bark_colors, &|_| vec![&leaf_colors]);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|error| vec![Diagnostic::new("", error.to_string())])
 }

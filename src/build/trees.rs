@@ -7,8 +7,8 @@ use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::Maps;
-use crate::base::{Key, Seed};
-use crate::lod::{self, Ladder, Stock};
+use crate::base::{Key, KeyBuilder, Seed};
+use crate::lod::{self, Ladder, Piece, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -18,6 +18,8 @@ use crate::preset::plan::{Lod, Variant};
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
 const LADDER: Stage = Stage("ladder", 6);
+/// One level; kept in memory only, for edits of one of several.
+const LEVEL: Stage = Stage("level", 1);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
@@ -69,21 +71,20 @@ impl<'a> Trees<'a> {
     /// Every level of a variant with leaves.
     pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
+        let content = content(plant);
         let (shapes, edge) =
             *self.looks.get_or_init(|| (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
-        let key = LADDER
-            .key()
-            .input(content(plant))
-            .input(shapes)
-            .params(mesh)
-            .params(lods)
-            .number(u64::from(edge))
-            .number(seed.bits());
-        let key = key.finish();
+        let tree = |stage: KeyBuilder| stage.input(content).input(shapes).params(mesh);
+        let key = tree(LADDER.key()).params(lods).number(u64::from(edge)).number(seed.bits()).finish();
+        let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
-            let stock = self.stock.get_or_init(|| Stock::new(leaves, bark));
-            lod::ladder_with(plant, mesh, lods, stock, edge, seed)
+            let stock = || self.stock.get_or_init(|| Stock::new(leaves, bark));
+            lod::ladder_by(plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
+                let key = LEVEL.key().input(of_tree).params(rung).finish();
+                let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
+                made.expect("what is made of sound parts never fails")
+            })
         });
         (made, key)
     }

@@ -39,7 +39,7 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
             }
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
             let near = wood.reach * s.at(4).unit().sqrt();
-            if !grid.any(&wood.near, p, near) {
+            if !grid.any(p, near) {
                 return None;
             }
             // Foliage comes in clumps with gaps between.
@@ -62,12 +62,12 @@ fn clump(p: Vec3, seed: Seed) -> f32 {
     let cell = p.floor();
     let f = p - cell;
     let f = f * f * (Vec3::splat(3.0) - f * 2.0);
-    let corner = |x: f32, y: f32, z: f32| {
-        // Cells are counted from a corner far away, so that they are never negative.
-        let at = |v: f32| (v + 1_048_576.0) as u64;
-        seed.at(at(cell.x + x)).at(at(cell.y + y)).at(at(cell.z + z)).unit()
-    };
-    let row = |y: f32, z: f32| corner(0.0, y, z) * (1.0 - f.x) + corner(1.0, y, z) * f.x;
-    let face = |z: f32| row(0.0, z) * (1.0 - f.y) + row(1.0, z) * f.y;
-    face(0.0) * (1.0 - f.z) + face(1.0) * f.z
+    // Cells are counted from a corner far away, so that they are never negative.
+    let at = |v: f32| [(v + 1_048_576.0) as u64, (v + 1.0 + 1_048_576.0) as u64];
+    let (ys, zs) = (at(cell.y), at(cell.z));
+    let columns = at(cell.x).map(|x| ys.map(|y| seed.at(x).at(y)));
+    let corner = |x: usize, y: usize, z: usize| columns[x][y].at(zs[z]).unit();
+    let row = |y: usize, z: usize| corner(0, y, z) * (1.0 - f.x) + corner(1, y, z) * f.x;
+    let face = |z: usize| row(0, z) * (1.0 - f.y) + row(1, z) * f.y;
+    face(0) * (1.0 - f.z) + face(1) * f.z
 }

@@ -63,7 +63,7 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
                 return;
             }
             let within = influence.min(if round > 0 { best.0.sqrt().max(kill) } else { influence });
-            if let Some((distance, i)) = grid.nearest(&latest, p, within) {
+            if let Some((distance, i)) = grid.nearest(p, within) {
                 if distance < best.0 {
                     *best = (distance, fresh as u32 + i);
                 }
@@ -72,20 +72,32 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
             }
         });
         fresh = shoots.len();
-        let mut pulls: Vec<(u32, u32)> = (0..points.len() as u32)
-            .filter(|&p| !done[p as usize] && nearest[p as usize].1 != u32::MAX)
-            .map(|p| (nearest[p as usize].1, p))
-            .collect();
-        pulls.sort_unstable();
+        // The points that pull at each shoot, in their order.
+        let mut ends = vec![0_u32; shoots.len() + 1];
+        let pulling = |p: &u32| !done[*p as usize] && nearest[*p as usize].1 != u32::MAX;
+        let all: Vec<u32> = (0..points.len() as u32).filter(pulling).collect();
+        all.iter().for_each(|&p| ends[nearest[p as usize].1 as usize + 1] += 1);
+        for i in 1..ends.len() {
+            ends[i] += ends[i - 1];
+        }
+        let mut pulls = vec![0_u32; all.len()];
+        let mut next = ends.clone();
+        for p in all {
+            let slot = &mut next[nearest[p as usize].1 as usize];
+            pulls[*slot as usize] = p;
+            *slot += 1;
+        }
         let mut grew = false;
-        for group in pulls.chunk_by(|a, b| a.0 == b.0) {
-            let from = group[0].0;
+        for from in 0..fresh as u32 {
+            let group = &pulls[ends[from as usize] as usize..ends[from as usize + 1] as usize];
+            if group.is_empty() {
+                continue;
+            }
             let shoot = shoots[from as usize];
             if shoot.children >= FORKS || shoot.depth >= wood.rounds || shoots.len() >= most {
                 continue;
             }
-            let pull: Vec3 =
-                group.iter().map(|&(_, p)| (points[p as usize] - shoot.position).normalize_or_zero()).sum();
+            let pull: Vec3 = group.iter().map(|&p| (points[p as usize] - shoot.position).normalize_or_zero()).sum();
             // Twigs keep some of their way, lean to the light, and no two are alike.
             let wander = seed.at(u64::from(from)).direction();
             let direction = (pull.normalize_or_zero() + shoot.direction * 0.55 + wander * 0.22 + Vec3::Y * 0.12)
@@ -94,7 +106,7 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
             let position = shoot.position + direction * (step.max(start + step * 0.5));
             // Points that pull the same way again are in balance with others: give them up.
             if shoot.children > 0 && direction.dot(shoot.latest) > APART {
-                group.iter().for_each(|&(_, p)| done[p as usize] = true);
+                group.iter().for_each(|&p| done[p as usize] = true);
                 continue;
             }
             let parent = &mut shoots[from as usize];

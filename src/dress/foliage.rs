@@ -37,7 +37,8 @@ struct Site {
 
 /// Puts leaves on a plant with twigs, whose first chains are `bare`'s.
 pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams, seed: Seed) -> Plant {
-    let posed = plant.pose();
+    // Frames are wanted of the few twigs only that bear leaves in the end.
+    let mut posed = Posed::of_bearers(&plant);
     let sites = sites(bare, &plant, &posed, wood, params);
     let card = wood.leaf * wood.leaf;
     let area = params.density * INDEX * shadow(&posed, wood);
@@ -46,6 +47,7 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     let scale = (want / allowed).sqrt().clamp(1.0, LARGEST);
     // The fixed order: weighted sampling without replacement (Efraimidis and Spirakis 2006), the smallest keys first.
     let (low, high) = wood.crown.bounds();
+    let middle_of_crown = (low + high) * 0.5;
     let deepest = wood.crown.depth((low + high) * 0.5).max(1e-6);
     // How deep each twig lies, 0 at the rim; once a twig, since it costs more than anything else here.
     let insides: Vec<f32> = (0..plant.chains().len() as u32)
@@ -74,15 +76,19 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
             (key, i as u32)
         })
         .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    order.truncate(allowed as usize);
+    // No two are equal, so which come first needs no sorting.
+    if (allowed as usize) < order.len() {
+        order.select_nth_unstable_by(allowed as usize, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order.truncate(allowed as usize);
+    }
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
     let mut leafy = vec![false; plant.chains().len()];
     chosen.iter().for_each(|&i| leafy[sites[i as usize].chain.index()] = true);
     let (mut builder, moved) = super::twig::prune(&plant, bare.chains().len(), &mut leafy);
+    posed.frame_chains(&plant, chosen.iter().map(|&i| sites[i as usize].chain));
     for &i in &chosen {
-        let leaf = leaf(&plant, &posed, wood, &sites[i as usize], params, scale, seed);
+        let leaf = leaf(&plant, &posed, (wood, middle_of_crown), &sites[i as usize], params, scale, seed);
         if let Some(chain) = moved[leaf.chain.index()] {
             builder.leaf(Leaf { chain, ..leaf });
         }
@@ -153,7 +159,15 @@ fn shadow(posed: &Posed, wood: &Wood) -> f32 {
     total / 3.0
 }
 
-fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressParams, scale: f32, seed: Seed) -> Leaf {
+fn leaf(
+    plant: &Plant,
+    posed: &Posed,
+    (wood, middle): (&Wood, Vec3),
+    site: &Site,
+    params: &DressParams,
+    scale: f32,
+    seed: Seed,
+) -> Leaf {
     let s = address(seed, site);
     let pose = posed.at(plant, site.chain, site.location);
     let axis = pose.frame.y;
@@ -172,8 +186,7 @@ fn leaf(plant: &Plant, posed: &Posed, wood: &Wood, site: &Site, params: &DressPa
     let y = (y - Vec3::Y * droop).normalize_or(axis);
     // The upper face looks out of the crown and a little up, with some disorder: a card is looked at from the ground,
     // and one that lies flat shows an edge, or its unlit back.
-    let (low, high) = wood.crown.bounds();
-    let out = (pose.position - (low + high) * 0.5).normalize_or(Vec3::Y);
+    let out = (pose.position - middle).normalize_or(Vec3::Y);
     let face = Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5;
     let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
     let x = y.cross(z);

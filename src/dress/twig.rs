@@ -145,7 +145,7 @@ fn places(plant: &Plant, posed: &Posed, thin: f32, floor: f32, step: f32) -> Vec
             let radius = curve.value(plant.radii(id), t);
             let position = curve.point(t);
             if radius <= thin && position.y >= floor {
-                let direction = posed.frame(id, t as f32).y;
+                let direction = posed.tangent(id, t as f32);
                 starts.push(Start { chain: id, location: t as f32, position, direction, radius });
             }
         }
@@ -156,7 +156,6 @@ fn places(plant: &Plant, posed: &Posed, thin: f32, floor: f32, step: f32) -> Vec
 /// The plant with the shoots as chains after its own; radii by the rule from the tips.
 pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -> Plant {
     let first = wood.starts.len();
-    let mut children: Vec<Vec<u32>> = vec![Vec::new(); shoots.len()];
     let mut load = vec![0.0_f64; shoots.len()];
     let power = |r: f32| math::pow64(f64::from(r), f64::from(ALLOMETRIC_EXPONENT));
     let tip = power(wood.tip);
@@ -168,17 +167,27 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
             load[parent as usize] += load[i];
         }
     }
-    for (i, shoot) in shoots.iter().enumerate() {
-        if let Some(parent) = shoot.parent {
-            children[parent as usize].push(i as u32);
+    let children = Children::of(shoots);
+    let root = |load: f64| math::pow64(load, 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
+    // Nearly all loads are those of a few tips.
+    let known: Vec<(f64, f32)> = (0..64)
+        .scan(0.0, |sum, _| {
+            *sum += tip;
+            Some((*sum, root(*sum)))
+        })
+        .collect();
+    let radius = |i: u32| {
+        let load = load[i as usize];
+        match known.get((load / tip - 0.5) as usize) {
+            Some(&(same, radius)) if same == load => radius,
+            _ => root(load),
         }
-    }
-    let radius = |i: u32| math::pow64(load[i as usize], 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
+    };
     let mut builder = PlantBuilder::from_plant(plant.clone());
     // Chains to be made, parents first: (first node, base, parent chain, location, frame there, most radius).
     let mut work = Vec::new();
     for (i, start) in wood.starts.iter().enumerate() {
-        for &child in &children[i] {
+        for &child in children.of_shoot(i as u32) {
             let frame = posed.frame(start.chain, start.location);
             work.push((child, start.position, start.chain, start.location, frame, start.radius));
         }
@@ -189,7 +198,7 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
         next += 1;
         let mut path = vec![node];
         let mut end = node;
-        while let Some(&on) = children[end as usize].first() {
+        while let Some(&on) = children.of_shoot(end).first() {
             path.push(on);
             end = on;
         }
@@ -204,11 +213,14 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
             *last *= 0.6;
         }
         let id = builder.branch(parent, location, &points, &radii);
+        if path.iter().all(|&n| children.of_shoot(n).len() < 2) {
+            continue;
+        }
         let curve = Curve::new(&points);
         let frames = curve.frames(frame);
         let parameters = curve.parameters();
         for (k, &n) in path.iter().enumerate() {
-            for &side in children[n as usize].iter().skip(1) {
+            for &side in children.of_shoot(n).iter().skip(1) {
                 let t = (parameters[k + 1] as f32).clamp(0.0, 1.0);
                 let station = frame_near(&frames, t);
                 work.push((side, shoots[n as usize].position, id, t, station, radii[k + 1]));
@@ -218,14 +230,45 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
     builder.finish().unwrap_or_else(|_| plant.clone())
 }
 
+/// The shoots that grew from each shoot, in their order.
+struct Children {
+    /// Where each shoot's start in `all`; one more than shoots.
+    starts: Vec<u32>,
+    all: Vec<u32>,
+}
+
+impl Children {
+    fn of(shoots: &[Shoot]) -> Self {
+        let mut starts = vec![0_u32; shoots.len() + 1];
+        shoots.iter().filter_map(|s| s.parent).for_each(|p| starts[p as usize + 1] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut next = starts.clone();
+        let mut all = vec![0_u32; starts[shoots.len()] as usize];
+        for (i, shoot) in shoots.iter().enumerate() {
+            if let Some(parent) = shoot.parent {
+                let slot = &mut next[parent as usize];
+                all[*slot as usize] = i as u32;
+                *slot += 1;
+            }
+        }
+        Self { starts, all }
+    }
+
+    fn of_shoot(&self, shoot: u32) -> &[u32] {
+        &self.all[self.starts[shoot as usize] as usize..self.starts[shoot as usize + 1] as usize]
+    }
+}
+
 /// A twig's nodes without those that lie between others within `tolerance`; forks and the tip stay.
-fn straightened(path: &[u32], base: Vec3, shoots: &[Shoot], children: &[Vec<u32>], tolerance: f32) -> Vec<u32> {
+fn straightened(path: &[u32], base: Vec3, shoots: &[Shoot], children: &Children, tolerance: f32) -> Vec<u32> {
     let mut kept: Vec<u32> = Vec::with_capacity(path.len());
     for (k, &node) in path.iter().enumerate() {
         let next = path.get(k + 1).map(|&n| shoots[n as usize].position);
         let before = kept.last().map_or(base, |&n| shoots[n as usize].position);
         let stays = match next {
-            _ if children[node as usize].len() > 1 => true,
+            _ if children.of_shoot(node).len() > 1 => true,
             None => true,
             Some(next) => {
                 let p = shoots[node as usize].position - before;

@@ -165,6 +165,11 @@ pub(super) fn web(asset: &AssetIn<'_>) -> Result<Vec<u8>, ExportError> {
 fn write(asset: &AssetIn<'_>, cube: Option<Cube>) -> Result<Vec<u8>, ExportError> {
     check_levels(asset)?;
     let mut writer = Writer { cube, ..Writer::new(asset.materials) };
+    if cube.is_none() {
+        let meshes = asset.levels.iter().flat_map(|level| [&level.mesh.bark, &level.mesh.leaf]);
+        let bytes = meshes.map(|mesh| mesh.positions.len() * 52 + mesh.indices.len() * 4).sum::<usize>();
+        writer.bin.reserve_exact(bytes + asset.levels.len() * 8192);
+    }
     for (i, level) in asset.levels.iter().enumerate() {
         writer.level(&level_name(asset.name, i), i, level)?;
     }
@@ -232,7 +237,7 @@ impl<'a> Writer<'a> {
             let triangles = proper_triangles(mesh).map_err(wrong)?;
             if !triangles.is_empty() {
                 let primitive = match self.cube {
-                    Some(cube) => self.packed_primitive(part, mesh, triangles, cube).map_err(wrong)?,
+                    Some(cube) => self.packed_primitive(part, mesh, triangles.into_owned(), cube).map_err(wrong)?,
                     None => self.primitive(part, mesh, &triangles),
                 };
                 primitives.push(primitive);
@@ -271,7 +276,7 @@ impl<'a> Writer<'a> {
         for &p in &mesh.positions {
             (low, high) = (low.min(p), high.max(p));
         }
-        let view = self.vertex_view(mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes));
+        let view = self.array_view(mesh.positions.iter().map(|p| p.to_array().map(f32::to_le_bytes)));
         let positions = self.accessor(view, count, ComponentType::F32, Type::Vec3);
         let accessor = &mut self.root.accessors[positions.value()];
         accessor.min = Some(serde_json::json!(low.to_array()));
@@ -279,35 +284,35 @@ impl<'a> Writer<'a> {
         attributes.insert(Valid(Semantic::Positions), positions);
 
         let normals = mesh.normals.iter().map(|&n| unit(n, Vec3::Y));
-        let view = self.vertex_view(normals.flat_map(|n| n.to_array()).flat_map(f32::to_le_bytes));
+        let view = self.array_view(normals.map(|n| n.to_array().map(f32::to_le_bytes)));
         attributes.insert(Valid(Semantic::Normals), self.accessor(view, count, ComponentType::F32, Type::Vec3));
 
         let tangents = mesh.tangents.iter().map(|&[x, y, z, w]| {
             let t = unit(Vec3::new(x, y, z), Vec3::X);
-            [t.x, t.y, t.z, if w < 0.0 { -1.0 } else { 1.0 }]
+            [t.x, t.y, t.z, if w < 0.0 { -1.0 } else { 1.0 }].map(f32::to_le_bytes)
         });
-        let view = self.vertex_view(tangents.flatten().flat_map(f32::to_le_bytes));
+        let view = self.array_view(tangents);
         attributes.insert(Valid(Semantic::Tangents), self.accessor(view, count, ComponentType::F32, Type::Vec4));
 
-        let view = self.vertex_view(mesh.uvs.iter().flat_map(|uv| uv.to_array()).flat_map(f32::to_le_bytes));
+        let view = self.array_view(mesh.uvs.iter().map(|uv| uv.to_array().map(f32::to_le_bytes)));
         attributes.insert(Valid(Semantic::TexCoords(0)), self.accessor(view, count, ComponentType::F32, Type::Vec2));
 
         if !mesh.lightmap.is_empty() {
-            let view = self.vertex_view(mesh.lightmap.iter().flat_map(|uv| uv.to_array()).flat_map(f32::to_le_bytes));
+            let view = self.array_view(mesh.lightmap.iter().map(|uv| uv.to_array().map(f32::to_le_bytes)));
             let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
             attributes.insert(Valid(Semantic::TexCoords(1)), accessor);
         }
 
-        let view = self.vertex_view(mesh.occlusion.iter().flat_map(|&o| [o, o, o, 255]));
+        let view = self.array_view(mesh.occlusion.iter().map(|&o| [[o, o, o, 255]]));
         let color = self.accessor(view, count, ComponentType::U8, Type::Vec4);
         self.root.accessors[color.value()].normalized = true;
         attributes.insert(Valid(Semantic::Colors(0)), color);
 
         // 65,535 restarts a strip on some hardware, so the largest index in 16 bits is 65,534.
         let (view, kind) = if count <= usize::from(u16::MAX) {
-            (self.index_view(triangles.iter().flat_map(|&i| (i as u16).to_le_bytes())), ComponentType::U16)
+            (self.index_view(triangles.iter().map(|&i| [(i as u16).to_le_bytes()])), ComponentType::U16)
         } else {
-            (self.index_view(triangles.iter().flat_map(|i| i.to_le_bytes())), ComponentType::U32)
+            (self.index_view(triangles.iter().map(|&i| [i.to_le_bytes()])), ComponentType::U32)
         };
         let indices = self.accessor(view, triangles.len(), kind, Type::Scalar);
 
@@ -345,8 +350,27 @@ impl<'a> Writer<'a> {
         self.view(bytes, json::buffer::Target::ArrayBuffer)
     }
 
-    fn index_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
-        self.view(bytes, json::buffer::Target::ElementArrayBuffer)
+    /// As [`vertex_view`](Self::vertex_view), of values of `N` numbers each.
+    fn array_view<const B: usize, const N: usize>(
+        &mut self,
+        values: impl Iterator<Item = [[u8; B]; N]>,
+    ) -> Index<json::buffer::View> {
+        let start = self.append_arrays(values);
+        self.viewed(start, json::buffer::Target::ArrayBuffer)
+    }
+
+    fn index_view<const B: usize>(&mut self, values: impl Iterator<Item = [[u8; B]; 1]>) -> Index<json::buffer::View> {
+        let start = self.append_arrays(values);
+        self.viewed(start, json::buffer::Target::ElementArrayBuffer)
+    }
+
+    /// As [`append`](Self::append), several bytes at a time: most of what a file takes.
+    fn append_arrays<const B: usize, const N: usize>(&mut self, values: impl Iterator<Item = [[u8; B]; N]>) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let start = self.bin.len();
+        self.bin.reserve(values.size_hint().0 * B * N);
+        values.for_each(|value| self.bin.extend_from_slice(value.as_flattened()));
+        start
     }
 
     /// Of what is no vertex and no index, as the values of an animation.
@@ -359,6 +383,11 @@ impl<'a> Writer<'a> {
     /// Appends bytes to the binary chunk, from a multiple of four on.
     fn view(&mut self, bytes: impl Iterator<Item = u8>, target: json::buffer::Target) -> Index<json::buffer::View> {
         let start = self.append(bytes);
+        self.viewed(start, target)
+    }
+
+    /// The view of what was appended last.
+    fn viewed(&mut self, start: usize, target: json::buffer::Target) -> Index<json::buffer::View> {
         self.root.push(json::buffer::View {
             buffer: Index::new(0),
             byte_length: USize64::from(self.bin.len() - start),
@@ -388,7 +417,7 @@ impl<'a> Writer<'a> {
         let accessor = &mut self.root.accessors[positions.value()];
         accessor.min = Some(serde_json::json!(low.to_array()));
         accessor.max = Some(serde_json::json!(high.to_array()));
-        let view = self.index_view(triangles.iter().flat_map(|i| i.to_le_bytes()));
+        let view = self.index_view(triangles.iter().map(|i| [i.to_le_bytes()]));
         let indices = self.accessor(view, triangles.len(), ComponentType::U32, Type::Scalar);
         self.root.push(json::Mesh {
             extensions: None,
@@ -567,7 +596,7 @@ impl<'a> Writer<'a> {
         }
         let too_large = || ExportError::TooLarge { name: name.to_owned() };
         let text = json::serialize::to_vec(&self.root).map_err(|_| too_large())?;
-        container(text, &self.bin).ok_or_else(too_large)
+        container(text, self.bin).ok_or_else(too_large)
     }
 }
 
@@ -591,10 +620,10 @@ pub(super) fn raw(value: &impl Serialize) -> json::Extras {
 }
 
 /// The two chunks in a GLB container (glTF 2.0, 4.4); none above 4 GiB. `bin` has a length divisible by four.
-fn container(mut text: Vec<u8>, bin: &[u8]) -> Option<Vec<u8>> {
+fn container(mut text: Vec<u8>, mut bin: Vec<u8>) -> Option<Vec<u8>> {
     text.resize(text.len().next_multiple_of(4), b' ');
     let total = u32::try_from(12 + 8 + text.len() + 8 + bin.len()).ok()?;
-    let mut out = Vec::with_capacity(total as usize);
+    let mut out = Vec::with_capacity(28 + text.len());
     out.extend_from_slice(b"glTF");
     out.extend_from_slice(&2_u32.to_le_bytes());
     out.extend_from_slice(&total.to_le_bytes());
@@ -603,14 +632,15 @@ fn container(mut text: Vec<u8>, bin: &[u8]) -> Option<Vec<u8>> {
     out.extend_from_slice(&text);
     out.extend_from_slice(&(bin.len() as u32).to_le_bytes());
     out.extend_from_slice(b"BIN\0");
-    out.extend_from_slice(bin);
-    Some(out)
+    // Moved up in the memory that it has, if there is room; new memory costs more than the move.
+    bin.splice(0..0, out);
+    Some(bin)
 }
 
 /// A mesh's indices without triangles that have two equal corners, after all that a writer relies on was checked.
-pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
+pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Cow<'_, [u32]>, String> {
     if mesh.indices.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Cow::Borrowed(&[]));
     }
     let count = mesh.positions.len();
     for (what, length) in [
@@ -635,13 +665,12 @@ pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Vec<u32>, String> {
     if let Some(i) = mesh.uvs.iter().position(|uv| !uv.is_finite()) {
         return Err(format!("texture coordinate {i} is not finite"));
     }
-    let mut proper = Vec::with_capacity(mesh.indices.len());
-    for t in mesh.indices.chunks_exact(3) {
-        if t[0] != t[1] && t[1] != t[2] && t[2] != t[0] {
-            proper.extend_from_slice(t);
-        }
+    let triangles = mesh.indices.as_chunks::<3>().0;
+    let is_proper = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+    if triangles.iter().all(|t| is_proper(&t)) {
+        return Ok(Cow::Borrowed(&mesh.indices));
     }
-    Ok(proper)
+    Ok(Cow::Owned(triangles.iter().filter(is_proper).flatten().copied().collect()))
 }
 
 /// `v` at unit length; `otherwise` when it has no direction. Vectors that are units but for rounding stay as they are.

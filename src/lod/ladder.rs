@@ -8,19 +8,23 @@
 //! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
 //! colours, of a few of the views. So a new tint leaves a ladder as it is.
 
+use std::sync::Arc;
+
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::agree::Outlines;
 use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
 use super::crossed::crossed_quads;
-use super::impostor::{Impostor, Views, impostor};
+use super::impostor::{Impostor, Views};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View};
 use crate::base::Seed;
-use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
+use crate::mesh::{
+    CardShape, CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in,
+};
 use crate::plant::Plant;
 use crate::preset::plan::{Lod, MeshParams};
 
@@ -116,76 +120,90 @@ pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps],
 /// As [`ladder`], with a mean edge of the cards' pictures of `texels`, 8..=1024.
 #[must_use]
 pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock, texels: u32, seed: Seed) -> Ladder {
+    ladder_by(plant, mesh, lods, (&|| stock, texels), seed, &|_, make| Arc::new(make()))
+}
+
+/// What one level of a tree hangs on, beside the tree, how it is meshed, the leaf pictures and the seed: another budget of
+/// one level leaves the others as they are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rung {
+    lod: Lod,
+    /// Of those that bring pictures.
+    texels: Option<u32>,
+    /// The sizes at which it may take over.
+    sizes: Vec<usize>,
+}
+
+/// A level by itself.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Its own tiles are counted from the leaf pictures on.
+    mesh: TreeMesh,
+    tiles: Vec<Tile>,
+    /// Where it takes over, and how well it agrees there.
+    size: f32,
+    measured: Measured,
+    impostor: Option<Impostor>,
+}
+
+impl Piece {
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        let mesh = |mesh: &Mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4;
+        mesh(&self.mesh.bark) + mesh(&self.mesh.leaf) + self.tiles.iter().map(Tile::weight).sum::<usize>()
+    }
+}
+
+/// Who remembers levels: answers with what the second argument makes, now or earlier for the same rung.
+pub type Remember<'a> = dyn Fn(&Rung, &mut dyn FnMut() -> Piece) -> Arc<Piece> + 'a;
+
+/// As [`ladder_with`], by somebody who remembers levels. The stock is asked for when one is made.
+#[must_use]
+pub fn ladder_by<'s>(
+    plant: &Plant,
+    mesh: &MeshParams,
+    lods: &[Lod],
+    (stock, texels): (&dyn Fn() -> &'s Stock, u32),
+    seed: Seed,
+    remember: &Remember<'_>,
+) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let full = full_level(plant, &posed, &light, mesh);
+    let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new() };
+    let full = remember(&first, &mut || Piece {
+        mesh: full_level(plant, &posed, &light, mesh),
+        tiles: Vec::new(),
+        size: 1.0,
+        measured: Measured::same(SCREEN as u32),
+        impostor: None,
+    });
     let leaf_of = leaf_of_triangles(plant, &posed);
-    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &leaf_of, light: &light };
-    let wardrobe = &stock.wardrobe;
-    let mut bench = Bench {
-        full: &full,
-        stock,
-        cutouts: wardrobe.leaves.iter().map(Picture::cutout).collect(),
-        fine: None,
-        coarse: None,
-    };
+    let scene = Scene { plant, posed: &posed, params: mesh, full: &full.mesh, leaf_of: &leaf_of, light: &light };
+    let mut bench: Option<Bench<'_>> = None;
     let mut tiles: Vec<Tile> = Vec::new();
     let mut levels: Vec<Level> = Vec::with_capacity(lods.len());
     // Where the level before takes over.
     let mut above = 1.0_f32;
     for (i, lod) in lods.iter().enumerate() {
-        let first_tile = (wardrobe.leaves.len() + tiles.len()) as u32;
-        let mut layout = None;
-        let (made, own, (size, measured)) = match *lod {
-            Lod::Full => (full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
-            Lod::Thinned { triangles } => {
-                let at = |grown: f32| thinned(&scene, triangles, grown, seed.child("thin"));
-                let mut made = at(1.0);
-                // Fewer, larger leaves hide each other less or more: once more, by what is covered.
-                let rough = bench.draw(COARSE, &made);
-                let covered = bench.outlines(COARSE).ratio(&rough);
-                if (covered - 1.0).abs() > 0.008 {
-                    made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
-                }
-                let drawn = bench.draw(FINE, &made);
-                let found = bench.takes_over(lod, above, &drawn);
-                let measured = bench.colors(&made, (&tiles, &[]), found);
-                (made, Vec::new(), measured)
-            }
-            Lod::BillboardCloud { cards } => {
-                let params = CloudParams { cards, texels };
-                let mut made = cloud(&scene, params, wardrobe, first_tile, seed.child("cloud"));
-                let drawn = bench.settle(lod, &tiles, |outlines, worn| {
-                    made.carve(outlines, worn);
-                    made.settle(outlines, worn)
-                });
-                let found = bench.takes_over(lod, above, &drawn);
-                let own = made.tiles();
-                let measured = bench.colors(&made.tree, (&tiles, &own), found);
-                (made.tree, own, measured)
-            }
-            Lod::CrossedQuads => {
-                let (made, own) = crossed_quads(&scene, texels, wardrobe, first_tile);
-                let cutouts: Vec<Cutout> = own.iter().map(cutout).collect();
-                let drawn = bench.settle(lod, &tiles, |outlines, worn| {
-                    outlines.draw(&made, &worn.iter().copied().chain(&cutouts).collect::<Vec<_>>())
-                });
-                let found = bench.takes_over(lod, above, &drawn);
-                let measured = bench.colors(&made, (&tiles, &own), found);
-                (made, own, measured)
-            }
-            Lod::Impostor { frames } => {
-                let views = impostor(&scene, (frames, texels), wardrobe, first_tile);
-                layout = Some(views.layout);
-                let (gain, drawn) = settled(&views, bench.outlines(COARSE));
-                let found = bench.takes_over(lod, above, &drawn);
-                let sheet = views.sheet(gain);
-                let measured = bench.impostor_colors(&views.layout, &sheet, found);
-                (views.tree, vec![sheet], measured)
-            }
+        let piece = if *lod == Lod::Full {
+            Arc::clone(&full)
+        } else {
+            let sizes = sizes(lod, above);
+            let texels_asked = (!matches!(lod, Lod::Thinned { .. })).then_some(texels);
+            let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes };
+            remember(&rung, &mut || {
+                let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock()));
+                bench.piece(&scene, &rung, texels, seed)
+            })
         };
-        tiles.extend(own);
-        above = size;
+        let mut made = piece.mesh.clone();
+        if !piece.tiles.is_empty() {
+            // Tiles of levels before come first.
+            made.leaf.tiles.iter_mut().for_each(|tile| *tile += tiles.len() as u32);
+            tiles.extend_from_slice(&piece.tiles);
+        }
+        above = piece.size;
         if i > 0 {
             levels[i - 1].screen_coverage = above;
         }
@@ -195,8 +213,8 @@ pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock
             mesh: made,
             triangles,
             screen_coverage: CULL.min(above * 0.5),
-            measured,
-            impostor: layout,
+            measured: piece.measured,
+            impostor: piece.impostor,
         });
     }
     Ladder { levels, tiles }
@@ -254,7 +272,69 @@ struct Bench<'a> {
     coarse: Option<Outlines>,
 }
 
-impl Bench<'_> {
+impl<'a> Bench<'a> {
+    fn new(full: &'a TreeMesh, stock: &'a Stock) -> Self {
+        let cutouts = stock.wardrobe.leaves.iter().map(Picture::cutout).collect();
+        Self { full, stock, cutouts, fine: None, coarse: None }
+    }
+
+    /// Makes a level and measures it.
+    fn piece(&mut self, scene: &Scene<'_>, rung: &Rung, texels: u32, seed: Seed) -> Piece {
+        let (lod, sizes) = (&rung.lod, rung.sizes.as_slice());
+        let wardrobe = &self.stock.wardrobe;
+        let first_tile = wardrobe.leaves.len() as u32;
+        let mut impostor = None;
+        let (mesh, tiles, (size, measured)) = match *lod {
+            Lod::Full => (self.full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
+            Lod::Thinned { triangles } => {
+                let at = |grown: f32| thinned(scene, triangles, grown, seed.child("thin"));
+                let mut made = at(1.0);
+                // Fewer, larger leaves hide each other less or more: once more, by what is covered.
+                let rough = self.draw(COARSE, &made);
+                let covered = self.outlines(COARSE).ratio(&rough);
+                if (covered - 1.0).abs() > 0.008 {
+                    made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
+                }
+                let drawn = self.draw(FINE, &made);
+                let found = self.takes_over(lod, sizes, &drawn);
+                let measured = self.colors(&made, &[], found);
+                (made, Vec::new(), measured)
+            }
+            Lod::BillboardCloud { cards } => {
+                let params = CloudParams { cards, texels };
+                let mut made = cloud(scene, params, wardrobe, first_tile, seed.child("cloud"));
+                let drawn = self.settle(lod, |outlines, worn| {
+                    made.carve(outlines, worn);
+                    made.settle(outlines, worn)
+                });
+                let found = self.takes_over(lod, sizes, &drawn);
+                let own = made.tiles();
+                let measured = self.colors(&made.tree, &own, found);
+                (made.tree, own, measured)
+            }
+            Lod::CrossedQuads => {
+                let (made, own) = crossed_quads(scene, texels, wardrobe, first_tile);
+                let cutouts: Vec<Cutout> = own.iter().map(cutout).collect();
+                let drawn = self.settle(lod, |outlines, worn| {
+                    outlines.draw(&made, &worn.iter().copied().chain(&cutouts).collect::<Vec<_>>())
+                });
+                let found = self.takes_over(lod, sizes, &drawn);
+                let measured = self.colors(&made, &own, found);
+                (made, own, measured)
+            }
+            Lod::Impostor { frames } => {
+                let views = super::impostor::impostor(scene, (frames, texels), wardrobe, first_tile);
+                impostor = Some(views.layout);
+                let (gain, drawn) = settled(&views, self.outlines(COARSE));
+                let found = self.takes_over(lod, sizes, &drawn);
+                let sheet = views.sheet(gain);
+                let measured = self.impostor_colors(&views.layout, &sheet, found);
+                (views.tree, vec![sheet], measured)
+            }
+        };
+        Piece { mesh, tiles, size, measured, impostor }
+    }
+
     /// The full tree's outlines on so many samples.
     fn outlines(&mut self, lines: u32) -> &Outlines {
         let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
@@ -268,19 +348,18 @@ impl Bench<'_> {
         self.outlines(lines).draw(tree, &cutouts)
     }
 
-    /// Draws a level by the full tree's outlines and the cutouts of the leaf pictures and of all tiles before its own.
-    fn settle<T>(&mut self, lod: &Lod, before: &[Tile], draw: impl FnOnce(&Outlines, &[&Cutout]) -> T) -> T {
-        let tiles: Vec<Cutout> = before.iter().map(|_| Cutout::new(0, 0, Vec::new())).collect();
-        let worn: Vec<&Cutout> = self.cutouts.iter().copied().chain(&tiles).collect();
+    /// Draws a level by the full tree's outlines and the cutouts of the leaf pictures.
+    fn settle<T>(&mut self, lod: &Lod, draw: impl FnOnce(&Outlines, &[&Cutout]) -> T) -> T {
+        let worn = self.cutouts.clone();
         draw(self.outlines(lines(lod)), &worn)
     }
 
     /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
     /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
-    fn takes_over(&mut self, lod: &Lod, above: f32, drawn: &[Silhouette]) -> (f32, Measured) {
+    fn takes_over(&mut self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
         let outlines = self.outlines(lines(lod));
         let mut best: Option<(f32, f32, Measured)> = None;
-        for size in sizes(lod, above) {
+        for &size in sizes {
             let measured = outlines.agreement(drawn, size);
             let better = agrees(lod, &measured);
             if best.is_none_or(|b| better > b.0) {
@@ -290,22 +369,17 @@ impl Bench<'_> {
                 break;
             }
         }
-        best.map_or((above * 0.75, Measured::same(SCREEN as u32)), |b| (b.1, b.2))
+        best.map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |b| (b.1, b.2))
     }
 
-    /// Adds the differences in colour of a level that wears some tiles of a ladder.
-    fn colors(
-        &self,
-        tree: &TreeMesh,
-        (before, own): (&[Tile], &[Tile]),
-        (at, found): (f32, Measured),
-    ) -> (f32, Measured) {
+    /// Adds the differences in colour of a level that wears tiles of its own.
+    fn colors(&self, tree: &TreeMesh, own: &[Tile], (at, found): (f32, Measured)) -> (f32, Measured) {
         let dressed;
         let wardrobe = if own.is_empty() {
             &self.stock.wardrobe
         } else {
             let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
-            let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len() + before.len()];
+            let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
             leaves.extend(own.iter().map(|tile| Picture::new(&tile.maps(&self.stock.palette))));
             dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
             &dressed

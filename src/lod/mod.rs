@@ -23,6 +23,8 @@ mod twigs;
 pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
-pub use ladder::{CULL, Ladder, Level, Stock, ladder, ladder_with, mesh_levels, palette, pictures};
+pub use ladder::{
+    CULL, Ladder, Level, Piece, Remember, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, palette, pictures,
+};
 pub use measure::{Asked, Measured, Reference, Wardrobe};
 pub use tile::Tile;

@@ -7,7 +7,9 @@ use glam::Vec3;
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in, tubes_in};
+use crate::mesh::{
+    CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, count_tubes, leaf_cards_in, tubes_in,
+};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -88,27 +90,21 @@ fn spread(scene: &Scene<'_>, seed: Seed) -> Vec<usize> {
 fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let params = scene.params;
-    let at = |coarse: f32| {
-        let detail = TubeDetail {
-            sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
-            error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
-            min_radius: thickest * 0.35 * coarse * coarse,
-            bark_tile: params.bark_tile,
-            forks: params.forks,
-        };
-        tubes_in(scene.plant, scene.posed, scene.light, &detail)
+    let at = |coarse: f32| TubeDetail {
+        sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
+        error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
+        min_radius: thickest * 0.35 * coarse * coarse,
+        bark_tile: params.bark_tile,
+        forks: params.forks,
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
-    let mut best: Option<Mesh> = None;
     for _ in 0..STEPS {
         let middle = (fine + coarse) * 0.5;
-        let mesh = at(middle);
-        if mesh.indices.len() / 3 <= budget {
+        if count_tubes(scene.plant, scene.posed, &at(middle)) <= budget {
             coarse = middle;
-            best = Some(mesh);
         } else {
             fine = middle;
         }
     }
-    best.unwrap_or_else(|| at(1.0))
+    tubes_in(scene.plant, scene.posed, scene.light, &at(coarse))
 }

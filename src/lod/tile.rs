@@ -52,8 +52,20 @@ impl Tile {
     /// Its maps in the colours of a palette.
     #[must_use]
     pub fn maps(&self, palette: &Palette) -> Maps {
-        let Self { width, height, normal, orm, .. } = self.clone();
-        Maps { width, height, color: self.color(palette), normal, orm }
+        self.with_colors(self.color(palette))
+    }
+
+    /// Its maps before they have colours.
+    #[must_use]
+    pub fn uncolored(&self) -> Maps {
+        self.with_colors(self.alpha.iter().map(|&a| [0, 0, 0, a]).collect())
+    }
+
+    /// Its maps with these colours, one a texel.
+    #[must_use]
+    pub fn with_colors(&self, color: Vec<[u8; 4]>) -> Maps {
+        let (normal, orm) = (self.normal.clone(), self.orm.clone());
+        Maps { width: self.width, height: self.height, color, normal, orm }
     }
 
     /// Whether every array has an entry for each texel.

@@ -70,12 +70,24 @@ pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: Card
 /// As [`leaf_cards`], where the crown's light is known.
 #[must_use]
 pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &[LeafCard], shape: CardShape) -> Mesh {
-    let mut mesh = Mesh::default();
+    let corners: usize =
+        leaves.iter().filter_map(|card| plant.leaves().get(card.leaf)).map(|leaf| shape.of(leaf).triangles() + 2).sum();
+    let mut mesh = Mesh {
+        positions: Vec::with_capacity(corners),
+        normals: Vec::with_capacity(corners),
+        uvs: Vec::with_capacity(corners),
+        occlusion: Vec::with_capacity(corners),
+        tiles: Vec::with_capacity(corners),
+        chains: Vec::with_capacity(corners),
+        indices: Vec::with_capacity((corners - 2 * leaves.len().min(corners / 2)) * 3),
+        ..Mesh::default()
+    };
+    let poses = posed.leaves(plant);
     let fold = math::sin_cos(FOLD);
     // Cards that rounding would crush have no area.
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     for card in leaves {
-        let Some(leaf) = plant.leaves().get(card.leaf) else { continue };
+        let (Some(leaf), Some(pose)) = (plant.leaves().get(card.leaf), poses.get(card.leaf)) else { continue };
         let size = leaf.size * card.scale;
         if !(size > least && size.is_finite()) {
             continue;
@@ -91,7 +103,6 @@ pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &
         };
         let (sin, cos) = if shape == CardShape::Flat { (0.0, 1.0) } else { fold };
         let width = size * leaf.form.width();
-        let pose = posed.leaf(plant, leaf);
         let y = pose.frame.y.normalize_or(Vec3::Y);
         let x = pose.frame.x;
         let x = (x - y * x.dot(y)).try_normalize().unwrap_or_else(|| crate::base::Frame::along(y).x);

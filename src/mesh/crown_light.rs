@@ -23,6 +23,10 @@ pub struct CrownLight {
     depths: Vec<f32>,
     low: Vec3,
     high: Vec3,
+    /// Edges of the grid's cells.
+    step: Vec3,
+    /// Half the edges of the box, or what is left of them where it is flat.
+    half: Vec3,
     /// Depth at which it is as dark as it gets, metres.
     dark: f32,
     strength: f32,
@@ -36,9 +40,8 @@ impl CrownLight {
         let mut points: Vec<Vec3> = plant
             .leaves()
             .iter()
-            .map(|l| posed.leaf(plant, l))
-            .zip(plant.leaves())
-            .map(|(p, l)| p.position + p.frame.y * (l.size * 0.5))
+            .zip(posed.leaves(plant))
+            .map(|(l, p)| p.position + p.frame.y * (l.size * 0.5))
             .collect();
         let leafy = !points.is_empty();
         if !leafy {
@@ -71,7 +74,16 @@ impl CrownLight {
                 depths.extend(corners.clone().map(|x| crown.depth(at(x))));
             }
         }
-        Self { depths, low, high, dark: dark.max(1e-6), strength: if leafy { 1.0 } else { BARE } }
+        let dark = dark.max(1e-6);
+        Self {
+            depths,
+            low,
+            high,
+            step: step.max(Vec3::splat(f32::MIN_POSITIVE)),
+            half: ((high - low) * 0.5).max(Vec3::splat(dark * 0.25 + 1e-6)),
+            dark,
+            strength: if leafy { 1.0 } else { BARE },
+        }
     }
 
     /// Depth below the hull; 0 outside of the crown's box.
@@ -79,12 +91,12 @@ impl CrownLight {
         if !(point.cmpge(self.low).all() && point.cmple(self.high).all()) {
             return 0.0;
         }
-        let step = ((self.high - self.low) / CELLS as f32).max(Vec3::splat(f32::MIN_POSITIVE));
-        let at = ((point - self.low) / step).min(Vec3::splat(CELLS as f32));
-        let cell = at.floor().min(Vec3::splat(CELLS as f32 - 1.0));
-        let f = at - cell;
+        let at = ((point - self.low) / self.step).min(Vec3::splat(CELLS as f32));
+        // A cast is the floor of what is not below zero.
+        let [x, y, z] = at.to_array().map(|v| (v as u32).min(CELLS as u32 - 1));
+        let f = at - Vec3::new(x as f32, y as f32, z as f32);
         let row = CELLS + 1;
-        let first = (cell.z as usize * row + cell.y as usize) * row + cell.x as usize;
+        let first = (z as usize * row + y as usize) * row + x as usize;
         let edge = |i: usize| self.depths[i] + (self.depths[i + 1] - self.depths[i]) * f.x;
         let face = |i: usize| edge(i) + (edge(i + row) - edge(i)) * f.y;
         face(first) + (face(first + row * row) - face(first)) * f.z
@@ -100,8 +112,7 @@ impl CrownLight {
     /// proportions; unit, up at the very middle.
     #[must_use]
     pub fn outward(&self, point: Vec3) -> Vec3 {
-        let half = ((self.high - self.low) * 0.5).max(Vec3::splat(self.dark * 0.25 + 1e-6));
-        let d = (point - self.centre()) / half / half;
+        let d = (point - self.centre()) / self.half / self.half;
         // Engines turn the normals of a card's back round. Normals that lean on the horizon keep the far rim of a crown,
         // which is seen from behind, from looking down into the dark.
         Vec3::new(d.x, d.y * 0.65, d.z).normalize_or(Vec3::Y)

@@ -22,6 +22,9 @@ const TAPER: f32 = 0.12;
 /// How far up a stem may flare, in its radius at the ground.
 const FLARED: f32 = 2.5;
 
+/// How many fades up nothing is left of what widens a base, to the last bit.
+const FADED: f32 = 24.0;
+
 /// A place on a tube's axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
@@ -62,6 +65,15 @@ const SEAM: f32 = 1.2;
 const TAKEN: f32 = 0.8;
 
 impl Base {
+    /// Whether no vertex of a ring is lit like the parent: see [`blended`](Self::blended).
+    pub(super) fn is_clear_of(&self, foot: Vec3, ring: &Ring) -> bool {
+        let Self::Fork { axis, parent, forks: Forks::Collar } = *self else { return true };
+        let away = ring.centre - foot;
+        let out = (away - axis * away.dot(axis)).length();
+        // A hair more than it takes, for rounding.
+        out - ring.radius > (parent + (SEAM * ring.radius).min(parent * 0.5).max(1e-6)) * 1.001 + out * 1e-5
+    }
+
     /// The normal of a branch's skin at `place` as light is to see it: where a branch with a collar leaves its parent's
     /// wood, which is taken to be straight from `foot` on, it goes over into the parent's, so that the joint is no crease.
     pub(super) fn blended(&self, foot: Vec3, place: Vec3, normal: Vec3, radius: f32) -> Vec3 {
@@ -73,12 +85,11 @@ impl Base {
     }
 }
 
-/// The radii that a chain is meshed with: as the plant has them, but thinning no faster than [`TAPER`] where a branch has
+/// Makes a plant's radii of a chain those that it is meshed with: as they are, but thinning no faster than [`TAPER`] where a branch has
 /// left. Whoever asks where a branch leaves its parent's wood asks for these.
-pub(super) fn tapered(points: &[Vec3], radii: &[f32], is_stem: bool) -> Vec<f32> {
-    let mut tapered = radii.to_vec();
+pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool) {
     // A stem's own flare is as steep as it is.
-    let flared = if is_stem { FLARED * radii.first().copied().unwrap_or(0.0) } else { 0.0 };
+    let flared = if is_stem { FLARED * tapered.first().copied().unwrap_or(0.0) } else { 0.0 };
     let mut along = 0.0;
     for i in 1..tapered.len().min(points.len()) {
         let step = points[i - 1].distance(points[i]);
@@ -90,12 +101,11 @@ pub(super) fn tapered(points: &[Vec3], radii: &[f32], is_stem: bool) -> Vec<f32>
             tapered[i] = least;
         }
     }
-    tapered
 }
 
 /// The rings of a chain, base first: at least two, at least `apart` metres from each other.
 ///
-/// `points` and `radii` ([`tapered`]) are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
+/// `points` and `radii` ([`taper`]) are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
 /// one place count as one; a chain without length gives nothing.
 pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thinnest: f32) -> Vec<Ring> {
     let apart = thinnest;
@@ -178,10 +188,16 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32) -> Vec<(Vec3, f32, f32)> {
         let a = if i > 0 { knots[i - 1].0 } else { b + b - c };
         let d = if i + 2 <= last { knots[i + 2].0 } else { c + c - b };
         let length = b.distance(c);
-        let bend = math::angle(b - a, c - b).max(math::angle(c - b, d - c));
-        // A chord of an arc that turns by θ over a length L strays by about θ L / 8; k cuts divide that by k².
-        let stray = bend * length * 0.125;
-        let cuts = if error > 0.0 { (stray / error).sqrt().clamp(1.0, 6.0) as usize } else { 4 };
+        // A chord of an arc that turns by θ over a length L strays by about θ L / 8; k cuts divide that by k². Below
+        // four times the error one cut is enough.
+        let cuts = if error <= 0.0 {
+            4
+        } else if most_bend(b - a, c - b).max(most_bend(c - b, d - c)) * length * 0.125 < error * 3.9 {
+            1
+        } else {
+            let bend = math::angle(b - a, c - b).max(math::angle(c - b, d - c));
+            (bend * length * 0.125 / error).sqrt().clamp(1.0, 6.0) as usize
+        };
         for k in 1..=cuts {
             let t = k as f32 / cuts as f32;
             let p = if k == cuts { c } else { catmull_rom(a, b, c, d, t) };
@@ -191,6 +207,18 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32) -> Vec<(Vec3, f32, f32)> {
         }
     }
     fine
+}
+
+/// No less than the angle between two vectors, and at most 1.6 times as much below a right one: the chord times π/2, since
+/// arc tangents are most of the cost where nothing is bent.
+fn most_bend(a: Vec3, b: Vec3) -> f32 {
+    let both = a.length_squared() * b.length_squared();
+    // Rounding must not take a bend away; what has no length has no angle worth cutting, but is asked.
+    if !(both > 1e-20 && both.is_finite()) {
+        return f32::INFINITY;
+    }
+    let cosine = a.dot(b) / both.sqrt();
+    std::f32::consts::FRAC_PI_2 * (2.0 - 2.0 * cosine + 1e-5).max(0.0).sqrt()
 }
 
 /// The centripetal Catmull-Rom curve between `b` and `c`, by Barry and Goldman's pyramid.
@@ -241,7 +269,7 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> V
     let mut push = |p: Vec3, r: f32, arc: f32, end: bool| {
         let past = ((arc - full) / fade).max(0.0);
         // Steep at the wood it leaves, flat where it ends.
-        let r = r + wide * math::exp(-1.6 * past);
+        let r = if wide > 0.0 && past < FADED { r + wide * math::exp(-1.6 * past) } else { r };
         let r = if arc < full { r.min(most) } else { r };
         let ring = Ring { centre: p, radius: r, arc, tangent: Vec3::Y, slope: 0.0 };
         match rings.last_mut() {

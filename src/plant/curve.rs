@@ -29,23 +29,23 @@ impl<'a> Curve<'a> {
     #[must_use]
     pub fn new(points: &'a [Vec3]) -> Self {
         let mut arc = Vec::with_capacity(points.len());
+        Self::measure(points, &mut arc);
+        Self { points, arc: Cow::Owned(arc) }
+    }
+
+    /// Appends the arc length from the first point up to each.
+    pub(super) fn measure(points: &[Vec3], arc: &mut Vec<f64>) {
         let mut length = 0.0_f64;
         arc.push(0.0);
         for pair in points.windows(2) {
             length += pair[0].as_dvec3().distance(pair[1].as_dvec3());
             arc.push(length);
         }
-        Self { points, arc: Cow::Owned(arc) }
     }
 
     /// The curve of some points whose arc lengths were measured before.
     pub(super) fn measured(points: &'a [Vec3], arc: &'a [f64]) -> Self {
         Self { points, arc: Cow::Borrowed(arc) }
-    }
-
-    /// Arc length from the base up to each point, metres.
-    pub(super) fn into_arc(self) -> Vec<f64> {
-        self.arc.into_owned()
     }
 
     /// Total arc length, metres.
@@ -99,7 +99,21 @@ impl<'a> Curve<'a> {
     #[must_use]
     pub fn frames(&self, start: Frame) -> [Frame; STATIONS + 1] {
         let step = 1.0 / STATIONS as f64;
-        let at: [Vec3; STATIONS + 1] = std::array::from_fn(|k| self.point(k as f64 * step));
+        // As `point`, but stations follow each other, so that their segments need not be searched for.
+        let last = self.arc.len() - 1;
+        let mut i = 0;
+        let at: [Vec3; STATIONS + 1] = std::array::from_fn(|k| {
+            if last == 0 {
+                return self.points[0];
+            }
+            let s = (k as f64 * step) * self.arc[last];
+            while i + 1 < last && self.arc[i + 1] <= s {
+                i += 1;
+            }
+            let span = self.arc[i + 1] - self.arc[i];
+            let f = if span > 0.0 { ((s - self.arc[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
+            self.points[i].lerp(self.points[i + 1], f as f32)
+        });
         let shortest = self.length() * 1e-4;
         let mut frames = [start; STATIONS + 1];
         let mut frame = start;
@@ -127,6 +141,13 @@ pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
     }
     let (low, high) = (parameters[next - 1], parameters[next]);
     values[next - 1] + (values[next] - values[next - 1]) * ((t - low) / (high - low)) as f32
+}
+
+/// The direction of the axis at parameter `t` between stations: `y` of [`frame_at`], for less.
+pub(super) fn tangent_at(frames: &[Frame; STATIONS + 1], t: f32) -> Vec3 {
+    let s = t.clamp(0.0, 1.0) * STATIONS as f32;
+    let k = (s as usize).min(STATIONS - 1);
+    frames[k].y.lerp(frames[k + 1].y, s - k as f32).try_normalize().unwrap_or(frames[k].y)
 }
 
 /// The frame at parameter `t` between stations.

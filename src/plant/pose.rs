@@ -1,16 +1,12 @@
 //! World positions and frames of a plant: the one pass from relative to absolute.
 
-use glam::Vec3;
-use rayon::prelude::*;
+use std::sync::OnceLock;
 
-use super::curve::{Curve, STATIONS, frame_at};
+use glam::Vec3;
+
+use super::curve::{Curve, STATIONS, frame_at, tangent_at};
 use super::{ChainId, Leaf, Plant};
 use crate::base::Frame;
-
-/// From how many chains on a plant is posed by all threads, a generation after the other.
-const MANY: usize = 512;
-/// Chains that a thread takes at least.
-const FEW: usize = 64;
 
 /// A place on an axis: position and frame in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +23,17 @@ pub struct Posed {
     positions: Vec<Vec3>,
     /// Arc length from its chain's base up to each point, metres.
     arc: Vec<f64>,
+    /// The frame in which each chain's points are given.
+    starts: Vec<Frame>,
+    /// Where in `frames` each chain's are; [`NONE`] where it has one frame all along.
+    framed: Vec<u32>,
     frames: Vec<[Frame; STATIONS + 1]>,
+    /// Those of the plant's leaves, once somebody asks: every level of detail does.
+    leaves: OnceLock<Vec<Pose>>,
 }
+
+/// Of a chain without frames of its own.
+const NONE: u32 = u32::MAX;
 
 impl Posed {
     /// Poses every chain, parents first; linear in the number of points.
@@ -45,52 +50,50 @@ impl Posed {
     }
 
     fn with_frames(plant: &Plant, framed: &[bool]) -> Self {
-        let (chains, points) = (plant.chains().len(), plant.all_points().len());
-        let mut posed = Self {
-            positions: vec![Vec3::ZERO; points],
-            arc: vec![0.0; points],
-            frames: vec![[Frame::WORLD; STATIONS + 1]; chains],
-        };
-        if chains < MANY {
-            for id in plant.chain_ids() {
-                let one = posed.one(plant, id, framed[id.index()]);
-                posed.put(plant, id, &one);
+        let mut positions = vec![Vec3::ZERO; plant.all_points().len()];
+        let mut arc = Vec::with_capacity(positions.len());
+        let count = plant.chains().len();
+        let (mut starts, mut places) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(framed.iter().filter(|own| **own).count());
+        for id in plant.chain_ids() {
+            let chain = plant.chain(id);
+            let (base, frame) = match chain.parent {
+                None => (chain.origin, Frame::WORLD),
+                Some(parent) => {
+                    let span = plant.span(parent);
+                    // Posing turns the parent's polyline but does not change its arc lengths.
+                    let curve = Curve::measured(&positions[span.clone()], &arc[span]);
+                    let location = chain.location;
+                    let own = frame_of(&frames, &places, &starts, parent, location);
+                    (curve.point(f64::from(location)), own)
+                }
+            };
+            let points = plant.points(id);
+            for (position, &point) in positions[plant.span(id)].iter_mut().zip(points) {
+                *position = base + frame.to_world(point);
             }
-            return posed;
+            let start = arc.len();
+            Curve::measure(points, &mut arc);
+            starts.push(frame);
+            if framed[id.index()] {
+                places.push(frames.len() as u32);
+                frames.push(Curve::measured(points, &arc[start..]).frames(frame));
+            } else {
+                places.push(NONE);
+            }
         }
-        for generation in generations(plant) {
-            let ones: Vec<PosedChain> =
-                generation.par_iter().with_min_len(FEW).map(|&id| posed.one(plant, id, framed[id.index()])).collect();
-            generation.iter().zip(&ones).for_each(|(&id, one)| posed.put(plant, id, one));
-        }
-        posed
+        Self { positions, arc, starts, framed: places, frames, leaves: OnceLock::new() }
     }
 
-    /// Poses one chain, whose parent is posed.
-    fn one(&self, plant: &Plant, id: ChainId, framed: bool) -> PosedChain {
-        let chain = plant.chain(id);
-        let (base, frame) = match chain.parent {
-            None => (chain.origin, Frame::WORLD),
-            // Posing turns the parent's polyline but does not change its arc lengths.
-            Some(parent) => (
-                self.curve(plant, parent).point(f64::from(chain.location)),
-                frame_at(&self.frames[parent.index()], chain.location),
-            ),
-        };
-        let points = plant.points(id);
-        let curve = Curve::new(points);
-        PosedChain {
-            positions: points.iter().map(|&point| base + frame.to_world(point)).collect(),
-            frames: if framed { curve.frames(frame) } else { [frame; STATIONS + 1] },
-            arc: curve.into_arc(),
+    /// Gives some chains the frames that [`of_bearers`](Self::of_bearers) left out.
+    pub(crate) fn frame_chains(&mut self, plant: &Plant, chains: impl Iterator<Item = ChainId>) {
+        for id in chains.filter(|id| self.framed[id.index()] == NONE).collect::<Vec<_>>() {
+            if self.framed[id.index()] == NONE {
+                self.framed[id.index()] = self.frames.len() as u32;
+                let curve = Curve::measured(plant.points(id), &self.arc[plant.span(id)]);
+                self.frames.push(curve.frames(self.starts[id.index()]));
+            }
         }
-    }
-
-    fn put(&mut self, plant: &Plant, id: ChainId, one: &PosedChain) {
-        let span = plant.span(id);
-        self.positions[span.clone()].copy_from_slice(&one.positions);
-        self.arc[span].copy_from_slice(&one.arc);
-        self.frames[id.index()] = one.frames;
     }
 
     /// World positions of all points, in the order of [`Plant::all_points`].
@@ -116,13 +119,28 @@ impl Posed {
     #[must_use]
     pub fn at(&self, plant: &Plant, id: ChainId, location: f32) -> Pose {
         let curve = self.curve(plant, id);
-        Pose { position: curve.point(f64::from(location)), frame: frame_at(&self.frames[id.index()], location) }
+        Pose { position: curve.point(f64::from(location)), frame: self.frame(id, location) }
     }
 
     /// Frame on a chain's axis at arc-length parameter `location`; cheaper than [`at`](Self::at).
     #[must_use]
     pub fn frame(&self, id: ChainId, location: f32) -> Frame {
-        frame_at(&self.frames[id.index()], location)
+        frame_of(&self.frames, &self.framed, &self.starts, id, location)
+    }
+
+    /// Direction of a chain's axis at arc-length parameter `location`: `y` of its [`frame`](Self::frame), for less.
+    #[must_use]
+    pub fn tangent(&self, id: ChainId, location: f32) -> Vec3 {
+        match self.frames.get(self.framed[id.index()] as usize) {
+            Some(frames) => tangent_at(frames, location),
+            None => self.starts[id.index()].y,
+        }
+    }
+
+    /// [`leaf`](Self::leaf) of every leaf of the plant that was posed, made once.
+    #[must_use]
+    pub fn leaves(&self, plant: &Plant) -> &[Pose] {
+        self.leaves.get_or_init(|| plant.leaves().iter().map(|leaf| self.leaf(plant, leaf)).collect())
     }
 
     /// Base point of a leaf, and its own axes in the world (`y` base to tip, `z` out of its upper face).
@@ -137,26 +155,12 @@ impl Posed {
     }
 }
 
-/// One chain in the world.
-struct PosedChain {
-    positions: Vec<Vec3>,
-    arc: Vec<f64>,
-    frames: [Frame; STATIONS + 1],
-}
-
-/// The chains by how many others they stand on: what one generation needs was posed with those before it.
-fn generations(plant: &Plant) -> Vec<Vec<ChainId>> {
-    let mut depths = vec![0; plant.chains().len()];
-    let mut generations: Vec<Vec<ChainId>> = Vec::new();
-    for id in plant.chain_ids() {
-        let depth = plant.chain(id).parent.map_or(0, |parent| depths[parent.index()] + 1);
-        depths[id.index()] = depth;
-        if generations.len() <= depth {
-            generations.push(Vec::new());
-        }
-        generations[depth].push(id);
+/// The frame of a chain at arc-length parameter `location`.
+fn frame_of(frames: &[[Frame; STATIONS + 1]], framed: &[u32], starts: &[Frame], id: ChainId, location: f32) -> Frame {
+    match frames.get(framed[id.index()] as usize) {
+        Some(frames) => frame_at(frames, location),
+        None => starts[id.index()],
     }
-    generations
 }
 
 #[cfg(test)]
@@ -168,30 +172,20 @@ mod tests {
     #[test]
     fn a_pose_of_bearers_has_the_same_positions_and_the_same_frames_where_something_leaves() {
         for seed in 0..10 {
-            let plant = random_plant(Seed::new(seed), if seed < 8 { 50 } else { 2 * MANY }, Oddity::Wild);
+            let plant = random_plant(Seed::new(seed), 50, Oddity::Wild);
             let (all, some) = (plant.pose(), Posed::of_bearers(&plant));
             assert!(all.positions == some.positions && all.arc == some.arc);
             for chain in plant.chains() {
                 let Some(parent) = chain.parent else { continue };
                 assert!(all.frame(parent, chain.location) == some.frame(parent, chain.location));
             }
-        }
-    }
-
-    #[test]
-    fn many_chains_stand_where_each_by_itself_stands() {
-        let plant = random_plant(Seed::new(4), 2 * MANY, Oddity::Wild);
-        assert!(plant.chains().len() >= MANY);
-        let posed = plant.pose();
-        for id in plant.chain_ids() {
-            let one = posed.one(&plant, id, true);
-            assert!(posed.chain(&plant, id) == one.positions && posed.frames[id.index()] == one.frames);
-        }
-        let foot =
-            |id| plant.chain(id).parent.map(|parent| posed.at(&plant, parent, plant.chain(id).location).position);
-        for id in plant.chain_ids() {
-            let Some(foot) = foot(id) else { continue };
-            assert!(posed.chain(&plant, id)[0].distance(foot) < 1e-4 * (1.0 + foot.length()));
+            let mut more = some.clone();
+            more.frame_chains(&plant, plant.chain_ids());
+            for id in plant.chain_ids() {
+                for t in [0.0, 0.3, 0.77, 1.0] {
+                    assert!(all.frame(id, t) == more.frame(id, t) && all.frame(id, t).y == all.tangent(id, t));
+                }
+            }
         }
     }
 }
