@@ -11,7 +11,7 @@ use super::cache::Cache;
 use super::find::Loaded;
 use super::pipeline::{self, Prepared};
 use super::selections::{self, Selected};
-use super::trees::Trees;
+use super::trees::{self, Trees};
 use crate::bake::Maps;
 use crate::base::{Diagnostic, Seed};
 use crate::blend;
@@ -129,7 +129,7 @@ impl Studio {
     pub fn variant(&self, place: usize) -> Result<Option<Arc<Plant>>, Vec<Diagnostic>> {
         let Prepared { wardrobe, morphs, blended, .. } = &self.prepared;
         let Some(variant) = self.plan.variants.get(place) else { return Ok(None) };
-        let selected = self.selected.get_or_init(|| selections::selected(&self.plan, blended));
+        let selected = trees::once(&self.selected, || selections::selected(&self.plan, blended));
         let selected = selected.as_ref().map_err(Clone::clone)?;
         let (_, seed) = blends::identity(&self.plan, variant, selected);
         let bare = blends::variant(&self.plan, variant, &wardrobe.plants, blended, selected, morphs);

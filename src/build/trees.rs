@@ -73,13 +73,13 @@ impl<'a> Trees<'a> {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
         let content = content(plant);
         let (shapes, edge) =
-            *self.looks.get_or_init(|| (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
+            *once(&self.looks, || (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
         let tree = |stage: KeyBuilder| stage.input(content).input(shapes).params(mesh);
         let key = tree(LADDER.key()).params(lods).number(u64::from(edge)).number(seed.bits()).finish();
         let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
-            let stock = || self.stock.get_or_init(|| Stock::new(leaves, bark));
+            let stock = || once(&self.stock, || Stock::new(leaves, bark));
             lod::ladder_by(plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
                 let key = LEVEL.key().input(of_tree).params(rung).finish();
                 let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
@@ -93,6 +93,16 @@ impl<'a> Trees<'a> {
         let made = self.cache.remember(stage, key, || Ok(make()));
         made.expect("what is made of sound parts never fails")
     }
+}
+
+/// What a cell holds, made where it holds nothing yet, by all who come at the same time. `get_or_init` would hang: a thread
+/// that makes it in parallel may take over the work of another who waits for it.
+pub(super) fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
+    if let Some(held) = cell.get() {
+        return held;
+    }
+    let made = make();
+    cell.get_or_init(|| made)
 }
 
 /// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn
