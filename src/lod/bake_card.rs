@@ -6,7 +6,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::bent::{Bend, CELLS};
+use super::bent::Bend;
 use super::lacks::Lacks;
 use super::measure::Wardrobe;
 use super::outline::octagon;
@@ -241,22 +241,22 @@ fn polygon(drawn: &Target, place: &Place, light: &CrownLight) -> Option<Mesh> {
 
 /// A grid of cells that follows the leaves; cells that show nothing are left out.
 fn sheet(drawn: &Target, (place, bend): (&Place, &Bend), light: &CrownLight) -> Option<Mesh> {
-    let (w, h) = (drawn.width as usize, drawn.height as usize);
+    let (w, h, cells) = (drawn.width as usize, drawn.height as usize, bend.cells());
     let mut mesh = Mesh::default();
-    let mut corner_of = vec![u32::MAX; (CELLS + 1) * (CELLS + 1)];
-    for (row, column) in (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (row, column))) {
+    let mut corner_of = vec![u32::MAX; (cells + 1) * (cells + 1)];
+    for (row, column) in (0..cells).flat_map(|row| (0..cells).map(move |column| (row, column))) {
         // Rows of texels go down.
-        let texels = |cell: usize, count: usize| cell * count / CELLS..((cell + 1) * count).div_ceil(CELLS);
-        let mut rows = texels(CELLS - 1 - row, h);
+        let texels = |cell: usize, count: usize| cell * count / cells..((cell + 1) * count).div_ceil(cells);
+        let mut rows = texels(cells - 1 - row, h);
         if !rows.any(|y| drawn.coverage[y * w..][texels(column, w)].iter().any(|c| *c > SPECK)) {
             continue;
         }
         let mut corner = |dx: usize, dy: usize| {
             let (x, y) = (column + dx, row + dy);
-            let index = &mut corner_of[y * (CELLS + 1) + x];
+            let index = &mut corner_of[y * (cells + 1) + x];
             if *index == u32::MAX {
                 *index = mesh.positions.len() as u32;
-                let at = Vec2::new(x as f32, y as f32) / CELLS as f32 * 2.0 - 1.0;
+                let at = Vec2::new(x as f32, y as f32) / cells as f32 * 2.0 - 1.0;
                 let position = place.point(at * place.half) + place.frame.z * bend.at(at);
                 let normal = light.outward(position) * CANOPY + place.frame.z * (1.0 - CANOPY);
                 mesh.positions.push(position);

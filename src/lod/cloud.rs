@@ -32,7 +32,7 @@ pub const CARD_TEXELS: u32 = 64;
 /// Neighbours on a chain that stay together: a leaf is a spray of blades already, so that each goes to its own plane.
 const SPRAY: usize = 1;
 /// Most triangles of a cloud's limbs.
-const LIMBS: usize = 1100;
+pub(super) const LIMBS: usize = 1100;
 /// Radius of the thinnest limb that is a tube, as a share of the tree's height: about a quarter of a pixel wide where
 /// the cloud takes over.
 const VISIBLE: f32 = 0.0025;
@@ -53,6 +53,8 @@ pub struct CloudParams {
     pub cards: u32,
     /// Mean edge of a card's picture, texels.
     pub texels: u32,
+    /// Cells along a card's edge, by which it bends to its leaves; 0 of flat ones.
+    pub cells: usize,
 }
 
 /// What all baked levels start from.
@@ -300,7 +302,7 @@ fn bake(
             let place = place.as_ref()?;
             Card::bake(
                 content,
-                (place, &Bend::to(leaves)),
+                (place, &Bend::to(leaves, params.cells)),
                 (edge(place.half.x), edge(place.half.y)),
                 wardrobe,
                 scene.light,

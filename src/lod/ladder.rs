@@ -14,7 +14,7 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::agree::Outlines;
-use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
+use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Views};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
@@ -132,6 +132,8 @@ pub struct Rung {
     texels: Option<u32>,
     /// The sizes at which it may take over.
     sizes: Vec<usize>,
+    /// Cells by which the cards of a cloud bend, along an edge.
+    cells: usize,
 }
 
 /// A level by itself.
@@ -170,7 +172,7 @@ pub fn ladder_by<'s>(
 ) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new() };
+    let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
     let full = remember(&first, &mut || Piece {
         mesh: full_level(plant, &posed, &light, mesh),
         tiles: Vec::new(),
@@ -183,15 +185,16 @@ pub fn ladder_by<'s>(
     let mut bench: Option<Bench<'_>> = None;
     let mut tiles: Vec<Tile> = Vec::new();
     let mut levels: Vec<Level> = Vec::with_capacity(lods.len());
-    // Where the level before takes over.
+    // Where the level before takes over, and what it has.
     let mut above = 1.0_f32;
+    let mut triangles_above = usize::MAX;
     for (i, lod) in lods.iter().enumerate() {
         let piece = if *lod == Lod::Full {
             Arc::clone(&full)
         } else {
             let sizes = sizes(lod, above);
             let texels_asked = (!matches!(lod, Lod::Thinned { .. })).then_some(texels);
-            let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes };
+            let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes, cells: cells(lod, triangles_above) };
             remember(&rung, &mut || {
                 let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock()));
                 bench.piece(&scene, &rung, texels, seed)
@@ -208,6 +211,7 @@ pub fn ladder_by<'s>(
             levels[i - 1].screen_coverage = above;
         }
         let triangles = (made.bark.indices.len() + made.leaf.indices.len()) / 3;
+        triangles_above = triangles;
         levels.push(Level {
             kind: lod.clone(),
             mesh: made,
@@ -218,6 +222,13 @@ pub fn ladder_by<'s>(
         });
     }
     Ladder { levels, tiles }
+}
+
+/// Cells by which the cards of a cloud bend: so many that it has half the triangles of the level above at most.
+fn cells(lod: &Lod, triangles_above: usize) -> usize {
+    let Lod::BillboardCloud { cards } = *lod else { return 0 };
+    let own = (triangles_above / 2).saturating_sub(LIMBS);
+    super::bent::cells(cards, u32::try_from(own).unwrap_or(u32::MAX))
 }
 
 fn cutout(tile: &Tile) -> Cutout {
@@ -301,7 +312,7 @@ impl<'a> Bench<'a> {
                 (made, Vec::new(), measured)
             }
             Lod::BillboardCloud { cards } => {
-                let params = CloudParams { cards, texels };
+                let params = CloudParams { cards, texels, cells: rung.cells };
                 let mut made = cloud(scene, params, wardrobe, first_tile, seed.child("cloud"));
                 let drawn = self.settle(lod, |outlines, worn| {
                     made.carve(outlines, worn);
