@@ -445,10 +445,8 @@ fn stand(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowPa
 fn one_tree(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {
     let seed = fields.integer("seed");
     let height = fields.number_or("height", 0.0);
-    if fields.span().is_none() {
-        // It is no group of fields, which is told.
-        return None;
-    }
+    // What is no group of fields is told already.
+    fields.span()?;
     if !fields.has("species") {
         let hint = "write `species: \"species/oak.ron\"`, or `like: \"scans/oak.csv\"` to grow more trees like a scan";
         fields.report().at(fields.span(), fields.path(), "needs `species` or `like`", hint);
