@@ -224,7 +224,8 @@ pub fn ladder_by<'s>(
     Ladder { levels, tiles }
 }
 
-/// Cells by which the cards of a cloud bend: so many that it has half the triangles of the level above at most.
+/// Cells by which the cards of a cloud bend: so many that with the limbs' budget it has half the triangles of the level above
+/// at most; flat cards where that leaves nothing, which may be more than half of a very small level.
 fn cells(lod: &Lod, triangles_above: usize) -> usize {
     let Lod::BillboardCloud { cards } = *lod else { return 0 };
     let own = (triangles_above / 2).saturating_sub(LIMBS);
