@@ -1,5 +1,7 @@
 //! Benchmarks of leafy morphing. `cargo bench --bench leafy`; the rows of the paper's Table 2 are figures.
 
+mod foliage;
+
 use std::path::Path;
 
 use divan::Bencher;
@@ -11,7 +13,7 @@ use treewright::dress::dress;
 use treewright::mesh::{CardShape, TubeDetail, all_cards, leaf_cards, tubes};
 use treewright::plant::Plant;
 use treewright::preset;
-use treewright::preset::plan::{DressParams, LeafShape, MatchParams, MeshParams};
+use treewright::preset::plan::{LeafShape, MatchParams, MeshParams};
 use treewright::relate::{Family, PatternParams, PatternTree, groups, lobes, match_patterns, pattern_family};
 use treewright::source::grow::grow;
 
@@ -25,17 +27,7 @@ const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0
 fn leafy(species: &str, seed: u64) -> Plant {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("presets/species/{species}.ron"));
     let params = preset::species(species, &std::fs::read_to_string(path).unwrap()).unwrap();
-    let params_of_leaves = DressParams {
-        density: 1.0,
-        most_leaves: 5000,
-        leaf_size: 0.2,
-        leaf_spread: 0.2,
-        leaf_angle: 0.9,
-        twig_length: 0.35,
-        droop: 0.2,
-        pictures: 2,
-    };
-    dress(&grow(&params, Seed::new(seed)).unwrap().0, &params_of_leaves, Seed::new(seed))
+    dress(&grow(&params, Seed::new(seed)).unwrap().0, &foliage::foliage(5000), Seed::new(seed))
 }
 
 fn family() -> Family {

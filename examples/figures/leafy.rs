@@ -3,26 +3,16 @@
 use treewright::base::Seed;
 use treewright::dress::dress;
 use treewright::plant::Plant;
-use treewright::preset::plan::{DressParams, ImportParams};
+use treewright::preset::plan::ImportParams;
 use treewright::relate::{PatternParams, PatternTree, gather_loose};
 use treewright::source::import::import;
 
 use crate::data;
 use crate::table_1::source;
 
-/// Foliage of so many leaves at most.
-pub(crate) fn foliage(leaves: u32) -> DressParams {
-    DressParams {
-        density: 1.0,
-        most_leaves: leaves,
-        leaf_size: 0.2,
-        leaf_spread: 0.2,
-        leaf_angle: 0.9,
-        twig_length: 0.35,
-        droop: 0.2,
-        pictures: 2,
-    }
-}
+#[path = "../../benches/foliage/mod.rs"]
+mod shared;
+pub(crate) use shared::foliage;
 
 /// A dressed tree of a shipped species.
 pub(crate) fn leafy(species: &str, seed: u64, leaves: u32) -> Plant {
