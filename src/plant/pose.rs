@@ -38,18 +38,22 @@ const NONE: u32 = u32::MAX;
 impl Posed {
     /// Poses every chain, parents first; linear in the number of points.
     pub(super) fn of(plant: &Plant) -> Self {
-        Self::with_frames(plant, &vec![true; plant.chains().len()])
+        Self::with_frames(plant, &vec![true; plant.chains().len()], None)
     }
 
     /// As [`of`](Self::of), but with frames of those chains only that bear chains; the others have one frame all along,
     /// that of their parent where they leave it. Frames are most of the cost, and most chains bear nothing.
     pub(crate) fn of_bearers(plant: &Plant) -> Self {
-        let mut bears = vec![false; plant.chains().len()];
-        plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
-        Self::with_frames(plant, &bears)
+        Self::with_frames(plant, &bearing(plant), None)
     }
 
-    fn with_frames(plant: &Plant, framed: &[bool]) -> Self {
+    /// As [`of_bearers`](Self::of_bearers), of a plant that was posed `before` so and has the same chains with as many points,
+    /// of which those that are `changed` may have another shape; what leaves a changed chain is changed, too.
+    pub(crate) fn of_changed(plant: &Plant, before: &Self, changed: &[bool]) -> Self {
+        Self::with_frames(plant, &bearing(plant), Some((before, changed)))
+    }
+
+    fn with_frames(plant: &Plant, framed: &[bool], known: Option<(&Self, &[bool])>) -> Self {
         let mut positions = vec![Vec3::ZERO; plant.all_points().len()];
         let mut arc = Vec::with_capacity(positions.len());
         let count = plant.chains().len();
@@ -57,6 +61,16 @@ impl Posed {
         let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(framed.iter().filter(|own| **own).count());
         for id in plant.chain_ids() {
             let chain = plant.chain(id);
+            if let Some((known, _)) = known.filter(|(_, changed)| !changed[id.index()]) {
+                let span = plant.span(id);
+                positions[span.clone()].copy_from_slice(&known.positions[span.clone()]);
+                arc.extend_from_slice(&known.arc[span]);
+                starts.push(known.starts[id.index()]);
+                let own = known.frames.get(known.framed[id.index()] as usize);
+                places.push(if own.is_some() { frames.len() as u32 } else { NONE });
+                frames.extend(own);
+                continue;
+            }
             let (base, frame) = match chain.parent {
                 None => (chain.origin, Frame::WORLD),
                 Some(parent) => {
@@ -155,6 +169,13 @@ impl Posed {
     }
 }
 
+/// Which chains bear chains.
+fn bearing(plant: &Plant) -> Vec<bool> {
+    let mut bears = vec![false; plant.chains().len()];
+    plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
+    bears
+}
+
 /// The frame of a chain at arc-length parameter `location`.
 fn frame_of(frames: &[[Frame; STATIONS + 1]], framed: &[u32], starts: &[Frame], id: ChainId, location: f32) -> Frame {
     match frames.get(framed[id.index()] as usize) {
@@ -168,6 +189,36 @@ mod tests {
     use super::*;
     use crate::base::Seed;
     use crate::relate::random_plant::{Oddity, random_plant};
+
+    #[test]
+    fn a_pose_after_a_change_is_that_of_the_changed_plant() {
+        let mut moved = false;
+        for seed in 0..10 {
+            let plant = random_plant(Seed::new(seed), 50, Oddity::Wild);
+            let before = Posed::of_bearers(&plant);
+            let mut changed: Vec<bool> =
+                plant.chain_ids().map(|id| Seed::new(seed).child("bent").at(u64::from(id.0)).unit() < 0.2).collect();
+            let mut builder = crate::plant::PlantBuilder::new();
+            for id in plant.chain_ids() {
+                let chain = plant.chain(id);
+                let bent = f32::from(u8::from(changed[id.index()]));
+                let points: Vec<Vec3> = plant.points(id).iter().map(|p| *p + Vec3::X * (p.y * bent)).collect();
+                match chain.parent {
+                    None => builder.stem(chain.origin, &points, plant.radii(id)),
+                    Some(parent) => {
+                        changed[id.index()] |= changed[parent.index()];
+                        builder.branch(parent, chain.location, &points, plant.radii(id))
+                    }
+                };
+            }
+            let Ok(bent) = builder.finish() else { continue };
+            let (all, some) = (Posed::of_bearers(&bent), Posed::of_changed(&bent, &before, &changed));
+            assert!(all.positions == some.positions && all.arc == some.arc, "{seed}");
+            moved |= all.positions != before.positions;
+            assert!(all.starts == some.starts && all.framed == some.framed && all.frames == some.frames);
+        }
+        assert!(moved);
+    }
 
     #[test]
     fn a_pose_of_bearers_has_the_same_positions_and_the_same_frames_where_something_leaves() {

@@ -155,17 +155,29 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
         }
         // Whether one of those chosen is too near, and how near.
         let crowding = |heads: &[u32], links: &[u32], chosen: &[(u32, Vec3)], here: Vec3| {
-            let [from, to] = lattice.around(lattice.cell(here));
+            let near = |cell: usize| {
+                let mut i = heads[cell];
+                while i != NONE {
+                    let apart = chosen[i as usize].1.distance_squared(here);
+                    if apart < square {
+                        return Some(apart);
+                    }
+                    i = links[i as usize];
+                }
+                None
+            };
+            // Its own cell first: who is there is the likeliest to be too near, and the nearest.
+            let own = lattice.cell(here);
+            if let Some(apart) = near(lattice.index(own)) {
+                return Some(apart);
+            }
+            let [from, to] = lattice.around(own);
             for y in from[1]..=to[1] {
                 for z in from[2]..=to[2] {
-                    for x in from[0]..=to[0] {
-                        let mut i = heads[lattice.index([x, y, z])];
-                        while i != NONE {
-                            let apart = chosen[i as usize].1.distance_squared(here);
-                            if apart < square {
-                                return Some(apart);
-                            }
-                            i = links[i as usize];
+                    let row = lattice.index([from[0], y, z]);
+                    for x in 0..=(to[0] - from[0]) as usize {
+                        if let Some(apart) = near(row + x) {
+                            return Some(apart);
                         }
                     }
                 }

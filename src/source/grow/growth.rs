@@ -275,10 +275,12 @@ fn bending(light: Light) -> Vec3 {
 
 /// Whether light leaves an endpoint where it is: all on the side of the light, fewer on the other.
 fn lit(p: Vec3, direction: Vec3, strength: f32, seed: Seed, node: u32) -> bool {
+    if strength == 0.0 {
+        return true;
+    }
     let side = Vec3::new(p.x, 0.0, p.z).normalize_or(Vec3::ZERO).dot(direction);
-    strength == 0.0
-        || seed.child("light").at(u64::from(node)).unit()
-            >= strength * SHADE * (0.5 - side * 0.5).clamp(0.0, 1.0) * flatness(direction)
+    seed.child("light").at(u64::from(node)).unit()
+        >= strength * SHADE * (0.5 - side * 0.5).clamp(0.0, 1.0) * flatness(direction)
 }
 
 /// How much of a direction is across and not up.

@@ -199,9 +199,9 @@ pub fn grow_on(
     let obstacles = graph.region().obstacles();
     let barred = |a: Vec3, b: Vec3| obstacles.bar(a / first, b / first);
     let among: Option<&dyn Fn(Vec3, Vec3) -> bool> = if obstacles.is_empty() { None } else { Some(&barred) };
-    let (mended, overlap) = overlap::mend_among(&plant, among);
+    let (mended, overlap, heights) = overlap::mend_among(&plant, among);
     // The highest twig may be among what was moved or dropped.
-    let plant = if bound || overlap.found == 0 { mended } else { shed::as_high_as(&plant, mended) };
+    let plant = if bound || overlap.found == 0 { mended } else { shed::as_high_as(heights, mended) };
     notes.extend(told(overlap));
     Ok((plant, notes))
 }

@@ -97,7 +97,9 @@ impl<'a> Turning<'a> {
     ) -> State {
         let Stepping { edge, share, lean, node } = step;
         let reached = state.hops + share;
-        let hops = (reached - 1e-3).ceil() as u32;
+        // The next whole number, without a call for it.
+        let below = (reached - 1e-3) as u32;
+        let hops = below + u32::from(reached - 1e-3 > below as f32);
         let vector = state.vector;
         let step = Step {
             vector,
@@ -118,19 +120,12 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// What is asked of every neighbour of a finalized node, in one place in memory and in one line of the cache: a pass waits
-/// for memory most of its time.
+/// Where a node is and what the cost of a step to it is multiplied by.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Place {
+#[repr(align(16))]
+struct Spot {
     at: Vec3,
-    cost: f32,
-    /// What the cost of a step to it is multiplied by.
     whim: f32,
-    /// The node before it; itself at a source, [`NONE`] where nothing leads.
-    before: u32,
-    /// [`FINAL`] and [`WANTED`].
-    mark: u8,
 }
 
 /// A node of the bucket that is being finalized.
@@ -157,10 +152,15 @@ pub(super) struct Party<'a> {
     pub(super) seed: Seed,
 }
 
-/// The least-cost paths of one pass.
+/// The least-cost paths of one pass. Costs are kept by themselves: every neighbour of every finalized node is asked for its
+/// cost, most of them for nothing else, and alone they stay near the core where places and states do not.
 #[derive(Clone, Debug)]
 pub(super) struct Paths {
-    places: Vec<Place>,
+    costs: Vec<f32>,
+    /// The node before each; itself at a source, [`NONE`] where nothing leads.
+    before: Vec<u32>,
+    /// [`FINAL`] and [`WANTED`].
+    marks: Vec<u8>,
     states: Vec<State>,
 }
 
@@ -192,22 +192,18 @@ impl Paths {
     pub(super) fn find_among(graph: &Edges, parties: &[Party<'_>], targets: &[u32], ways: Option<&[bool]>) -> Self {
         let count = graph.edges.len();
         let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
-        // What costs less than nothing is never reached more cheaply.
-        let shut = |i: usize| ways.is_some_and(|ways| !ways[i]);
         // One whim for all plants of a pass: they share no node.
         let whims = parties.first().map_or(Seed::new(0), |first| first.seed).child("whim");
-        let place = |(i, at): (usize, &Vec3)| Place {
-            at: *at,
-            cost: if shut(i) { -1.0 } else { f32::INFINITY },
-            whim: 1.0 + WHIM * (2.0 * whims.at(i as u64).unit() - 1.0),
-            before: NONE,
-            mark: 0,
-        };
+        let whim = |i: usize| 1.0 + WHIM * (2.0 * whims.at(i as u64).unit() - 1.0);
         let positions = parties.first().map_or(&[][..], |first| &first.nodes.positions);
-        let mut paths = Self {
-            places: positions.par_iter().enumerate().with_min_len(4096).map(place).collect(),
-            states: vec![blank; count],
+        let spot = |(i, &at): (usize, &Vec3)| Spot { at, whim: whim(i) };
+        let spots: Vec<Spot> = positions.par_iter().enumerate().with_min_len(4096).map(spot).collect();
+        let costs = match ways {
+            // What costs less than nothing is never reached more cheaply.
+            Some(ways) => ways.iter().map(|&open| if open { f32::INFINITY } else { -1.0 }).collect(),
+            None => vec![f32::INFINITY; count],
         };
+        let mut paths = Self { costs, before: vec![NONE; count], marks: vec![0; count], states: vec![blank; count] };
         let Some(first) = parties.first() else { return paths };
         let mut frontier = Frontier::new(first.nodes.disc * LENGTH * (1.0 - WHIM) * 0.999);
         let mut leans = vec![0.0_f32; count];
@@ -218,8 +214,8 @@ impl Paths {
                 let i = node as usize;
                 leans[i] = lean;
                 owners[i] = p as u8;
-                let place = &mut paths.places[i];
-                (place.cost, place.before, place.mark) = (0.0, node, if closed { FINAL } else { 0 });
+                (paths.costs[i], paths.before[i]) = (0.0, node);
+                paths.marks[i] = if closed { FINAL } else { 0 };
                 paths.states[i] = State { source: node, hops: 0.0, vector };
                 if !closed {
                     frontier.push(0.0, node);
@@ -228,28 +224,29 @@ impl Paths {
         }
         let mut missing = 0;
         for &t in targets {
-            let mark = &mut paths.places[t as usize].mark;
+            let mark = &mut paths.marks[t as usize];
             missing += usize::from(*mark & WANTED == 0);
             *mark |= WANTED;
         }
         let turnings: Vec<Turning<'_>> =
             parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
-        // A bucket at a time, in sweeps that read places which do not depend on each other: so the waits for memory overlap.
-        // Two of them only read ahead, in loops so short that many reads are under way at once.
-        let (mut bucket, mut arrivals, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        // A bucket at a time, in sweeps over what does not depend on each other, so that the waits for memory overlap. Two of them
+        // only read ahead, in loops so short that many reads are under way at once; where one branches, it is on what is likely.
+        let (mut bucket, mut arrivals, mut steps, mut offers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         while missing > 0 && frontier.take(&mut bucket) {
             arrivals.clear();
             black_box(bucket.iter().fold(0, |read, &(_, node)| {
-                let before = paths.places[node as usize].before as usize;
-                read ^ paths.places[before].before ^ paths.states[before].source
+                let before = paths.before[node as usize] as usize;
+                read ^ spots[node as usize].at.x.to_bits() ^ spots[before].at.x.to_bits() ^ paths.states[before].source
             }));
             for &(cost, node) in bucket.iter().rev() {
-                let Place { at, cost: best, before, mark, .. } = paths.places[node as usize];
+                let mark = paths.marks[node as usize];
                 // A node is added again whenever it gets cheaper.
-                if cost > best || mark & FINAL != 0 {
+                if cost > paths.costs[node as usize] || mark & FINAL != 0 {
                     continue;
                 }
+                let (at, before) = (spots[node as usize].at, paths.before[node as usize]);
                 let vector = if before == node {
                     paths.states[node as usize].vector
                 } else {
@@ -257,12 +254,12 @@ impl Paths {
                     let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
                     let nodes = parties[owner].nodes;
                     let lean = if state.hops < 1.0 { leans[state.source as usize] } else { 0.0 };
-                    let step = Stepping { edge: at - paths.places[before as usize].at, share: 1.0, lean, node };
+                    let step = Stepping { edge: at - spots[before as usize].at, share: 1.0, lean, node };
                     let after = turnings[owner].after(state, step, || nodes.at(node), || nodes.at(state.source).y);
                     paths.states[node as usize] = after;
                     after.vector
                 };
-                paths.places[node as usize].mark = mark | FINAL;
+                paths.marks[node as usize] = mark | FINAL;
                 if mark & WANTED != 0 {
                     missing -= 1;
                     if missing == 0 {
@@ -275,21 +272,29 @@ impl Paths {
             // Nothing branches here: a wrong guess, and half would be, ends the reading ahead.
             black_box(arrivals.iter().fold(0, |read, arrival| read ^ graph.edges[arrival.node as usize][0]));
             steps.resize(steps.len().max(arrivals.len() * 8 + 1), (0, 0));
+            offers.resize(steps.len(), (0.0, 0, 0));
             let mut dearer = 0;
             for (from, &Arrival { node, cost, .. }) in arrivals.iter().enumerate() {
                 for target in graph.edges[node as usize] {
                     let target = if target == NONE { node } else { target };
                     steps[dearer] = (from as u32, target);
-                    dearer += usize::from(paths.places[target as usize].cost > cost);
+                    dearer += usize::from(paths.costs[target as usize] > cost);
                 }
             }
-            for &(from, target) in &steps[..dearer] {
-                let Arrival { node, cost, at: here, vector } = arrivals[from as usize];
-                let place = &mut paths.places[target as usize];
-                let cost = cost + weight(place.at - here, vector) * place.whim;
+            let mut cheaper = 0;
+            for k in 0..dearer {
+                let (from, target) = steps[k];
+                let (Arrival { node, cost, at: here, vector }, Spot { at, whim }) =
+                    (arrivals[from as usize], spots[target as usize]);
+                let cost = cost + weight(at - here, vector) * whim;
+                offers[cheaper] = (cost, node, target);
+                cheaper += usize::from(cost < paths.costs[target as usize]);
+            }
+            for &(cost, node, target) in &offers[..cheaper] {
+                let t = target as usize;
                 // In graphs with shorter edges than they say a node may be finalized already; it stays as it is.
-                if cost < place.cost && place.mark & FINAL == 0 {
-                    (place.cost, place.before) = (cost, node);
+                if cost < paths.costs[t] && paths.marks[t] & FINAL == 0 {
+                    (paths.costs[t], paths.before[t]) = (cost, node);
                     frontier.push(cost, target);
                 }
             }
@@ -299,17 +304,17 @@ impl Paths {
 
     /// The cost of every node; infinite where no path leads.
     pub(super) fn into_costs(self) -> Vec<f32> {
-        self.places.into_iter().map(|place| place.cost).collect()
+        self.costs
     }
 
     /// Whether a path leads to a node.
     pub(super) fn reached(&self, node: u32) -> bool {
-        self.places[node as usize].mark & FINAL != 0
+        self.marks[node as usize] & FINAL != 0
     }
 
     /// The node before this one on its path; itself in the structure.
     pub(super) fn before(&self, node: u32) -> u32 {
-        self.places[node as usize].before
+        self.before[node as usize]
     }
 
     /// Where a node's path leaves the structure.

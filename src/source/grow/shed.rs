@@ -30,9 +30,8 @@ pub(super) fn shed_in_place(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     without(plant, slenderness, 1.0)
 }
 
-/// A plant scaled to be as high as another.
-pub(super) fn as_high_as(model: &Plant, plant: Plant) -> Plant {
-    let (before, after) = rayon::join(|| model.height(), || plant.height());
+/// A plant scaled to the height that it had, which is the first of two; the second is the one it has.
+pub(super) fn as_high_as([before, after]: [f32; 2], plant: Plant) -> Plant {
     if after > 0.0 && before > 0.0 && after != before {
         return without(&plant, f32::INFINITY, before / after).0;
     }

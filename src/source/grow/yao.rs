@@ -55,6 +55,7 @@ impl Edges {
     }
 
     /// The edges that leave a node.
+    #[cfg(test)]
     pub(super) fn leaving(&self, node: u32) -> impl Iterator<Item = u32> + use<> {
         self.edges[node as usize].into_iter().filter(|&target| target != NONE)
     }
@@ -69,15 +70,20 @@ impl Edges {
         let mut hop = 0_u32;
         while !rim.is_empty() && hop < most {
             hop += 1;
-            for node in rim.drain(..) {
-                for target in self.leaving(node) {
-                    if hops[target as usize] == u32::MAX {
-                        hops[target as usize] = hop;
-                        next.push(target);
-                    }
+            // Nothing branches within, since half of the guesses would be wrong.
+            next.resize(next.len().max(rim.len() * 8 + 1), NONE);
+            let mut found = 0;
+            for &node in &rim {
+                for target in self.edges[node as usize] {
+                    let target = if target == NONE { node } else { target };
+                    let known = &mut hops[target as usize];
+                    next[found] = target;
+                    found += usize::from(*known == u32::MAX);
+                    *known = (*known).min(hop);
                 }
             }
-            std::mem::swap(&mut rim, &mut next);
+            rim.clear();
+            rim.extend_from_slice(&next[..found]);
         }
         hops
     }

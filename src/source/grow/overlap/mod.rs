@@ -178,25 +178,35 @@ pub fn crossings(plant: &Plant) -> usize {
 /// was done. Radii stay as they are. Leaves are not kept.
 #[must_use]
 pub fn mend_overlaps(plant: &Plant) -> (Plant, Mended) {
-    mend_among(plant, None)
+    let (plant, mended, _) = mend_among(plant, None);
+    (plant, mended)
 }
 
 /// As [`mend_overlaps`], among obstacles: `barred` says whether one is between two places. No branch is moved into one.
+/// Also gives the plant's heights before and after.
 pub(in crate::source::grow) fn mend_among(
     plant: &Plant,
     barred: Option<&dyn Fn(Vec3, Vec3) -> bool>,
-) -> (Plant, Mended) {
+) -> (Plant, Mended, [f32; 2]) {
     let mut mended = Mended::default();
     let mut rest = plant.clone();
     let mut active = vec![true; plant.chains().len()];
     let mut pinned = vec![false; plant.chains().len()];
-    let mut fused = None;
+    let (mut fused, mut before) = (None, None);
+    let mut heights = [0.0; 2];
     for round in 0..=ROUNDS {
-        let wood = Wood::of(&rest);
+        // Most of a plant stands as it stood.
+        let posed = match &before {
+            None => Posed::of_bearers(&rest),
+            Some(before) => Posed::of_changed(&rest, before, &active),
+        };
+        let wood = Wood::posed(&rest, posed);
         let found = find(&wood, &active, fused);
         mended.left = found.count();
+        heights[1] = wood.height();
         if round == 0 {
             mended.found = mended.left;
+            heights[0] = heights[1];
         }
         if mended.left == 0 {
             break;
@@ -218,12 +228,16 @@ pub(in crate::source::grow) fn mend_among(
             let (next, dropped) = dropped(&rest, &found);
             mended.dropped = dropped;
             mended.left -= dropped;
+            if dropped > 0 {
+                heights[1] = next.height();
+            }
             next
         };
         fused = Some(found.fused);
+        before = Some(wood.posed);
         rest = next;
     }
-    (rest, mended)
+    (rest, mended, heights)
 }
 
 #[cfg(test)]

@@ -58,7 +58,8 @@ fn a_branch_is_not_moved_through_an_obstacle() {
     // A wall close to the twig, on the side to which it would go.
     let wall = |a: Vec3, b: Vec3| (a.z - 0.02) * (b.z - 0.02) <= 0.0;
     assert!(before.pose().positions().iter().all(|p| p.z < 0.02));
-    let (after, mended) = mend_among(&before, Some(&wall));
+    let (after, mended, heights) = mend_among(&before, Some(&wall));
+    assert_eq!(heights, [before.height(), after.height()]);
     assert!(after.pose().positions().iter().all(|p| p.z < 0.02));
     assert!(mended.dropped + mended.left > 0, "{mended:?}");
 }

@@ -24,7 +24,11 @@ pub(super) struct Wood<'a> {
 
 impl<'a> Wood<'a> {
     pub(super) fn of(plant: &'a Plant) -> Self {
-        let posed = Posed::of_bearers(plant);
+        Self::posed(plant, Posed::of_bearers(plant))
+    }
+
+    /// Of a plant with its bearers' frames.
+    pub(super) fn posed(plant: &'a Plant, posed: Posed) -> Self {
         let count = plant.all_points().len();
         let (mut chain, mut arc) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut base = Vec::with_capacity(plant.chains().len());
@@ -46,6 +50,11 @@ impl<'a> Wood<'a> {
             arc.extend(curve.parameters().into_iter().map(|t| start + t as f32 * length));
         }
         Self { plant, posed, chain, arc, base }
+    }
+
+    /// Height of the highest point of any axis above the origin, metres.
+    pub(super) fn height(&self) -> f32 {
+        self.posed.positions().iter().fold(0.0, |top, p| top.max(p.y))
     }
 
     pub(super) fn at(&self, i: usize) -> Vec3 {
