@@ -108,12 +108,24 @@ fn truths(part: &Part, green: bool, place: &Place) -> Vec<Truth> {
     groups.into_values().filter(|t| t.normal.length() > 0.0).collect()
 }
 
-fn find(sets: &mut [usize], mut i: usize) -> usize {
+pub(crate) fn find(sets: &mut [usize], mut i: usize) -> usize {
     while sets[i] != i {
         sets[i] = sets[sets[i]];
         i = sets[i];
     }
     i
+}
+
+/// How far the middle of the rectangle about a leaf's corners, in a card's directions, lies from the card's.
+fn off(truth: &Truth, (pose, leaf): &(Pose, &Leaf)) -> Vec3 {
+    let [x, y, z] = [pose.frame.x, pose.frame.y, pose.frame.z].map(|axis| extent(truth, pose, axis));
+    Vec3::new((x.0 + x.1) * 0.5, (y.0 + y.1) * 0.5 - leaf.size * 0.5, (z.0 + z.1) * 0.5)
+}
+
+/// Where a leaf's corners begin and end along an axis, from a card's base.
+fn extent(truth: &Truth, pose: &Pose, axis: Vec3) -> (f32, f32) {
+    let along = truth.points.iter().map(|p| (*p - pose.position).dot(axis));
+    along.fold((f32::MAX, f32::MIN), |(low, high), d| (low.min(d), high.max(d)))
 }
 
 fn compare(file: &str, scene: &Scene, known: &Known, plant: &Plant, place: &Place) {
@@ -143,7 +155,7 @@ fn compare(file: &str, scene: &Scene, known: &Known, plant: &Plant, place: &Plac
         for &i in order[from..].iter().take_while(|&&i| middle(&leaves[i]).x <= about.x + long) {
             // Of crossed leaves with one middle the one that faces the same way.
             let facing = leaves[i].0.frame.z.dot(truth.normal.normalize()).abs();
-            let gap = middle(&leaves[i]).distance(about) + (1.0 - facing) * long * 0.5;
+            let gap = off(truth, &leaves[i]).length() + (1.0 - facing) * long * 0.5;
             if gap < long {
                 pairs.push((gap, t, i));
             }
@@ -158,14 +170,8 @@ fn compare(file: &str, scene: &Scene, known: &Known, plant: &Plant, place: &Plac
         (paired[t], taken[i]) = (true, true);
         let truth = &truths[t];
         let (pose, leaf) = &leaves[i];
-        // The rectangle about the leaf's corners in the card's directions.
-        let extent = |axis: Vec3| {
-            let along = truth.points.iter().map(|p| (*p - pose.position).dot(axis));
-            along.fold((f32::MAX, f32::MIN), |(low, high), d| (low.min(d), high.max(d)))
-        };
-        let [x, y, z] = [pose.frame.x, pose.frame.y, pose.frame.z].map(extent);
-        let off = Vec3::new((x.0 + x.1) * 0.5, (y.0 + y.1) * 0.5 - leaf.size * 0.5, (z.0 + z.1) * 0.5);
-        position.push(f64::from(off.length()) / height);
+        let [x, y] = [pose.frame.x, pose.frame.y].map(|axis| extent(truth, pose, axis));
+        position.push(f64::from(off(truth, &leaves[i]).length()) / height);
         let angle = f64::from(
             treewright::base::math::acos(pose.frame.z.dot(truth.normal.normalize()).abs().min(1.0)).to_degrees(),
         );

@@ -9,6 +9,7 @@ use treewright::source::grow::{Solid, Solids, grow_in, shape_files};
 use treewright::source::import::{Agreement, agreement, agreement_at};
 use treewright::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
 
+use crate::bridges::Bridges;
 use crate::shells::shell;
 use crate::surface::Surface;
 use crate::trees::{Tree, trees};
@@ -58,10 +59,16 @@ fn one(tree: &Tree) {
     }
     let corners = [tree.bounds.0, tree.bounds.1].map(|p| found.placement.point(p).y);
     let height = f64::from((corners[1] - corners[0]).abs());
-    let (there, back) = surface_distance(wood, &found, height);
+    let Distances { there, back, bridges, with_bridges } = distances(wood, &found, height);
     for (value, way) in [(there, "wood to plant"), (back, "plant to wood")] {
         let how = format!("{name}, mean over the surface, {way}, share of the tree's height");
         Figure::new("import.surface_distance", value, "share", how).goal("<= 0.005").print();
+    }
+    if bridges > 0.0 {
+        let left_out = format!("of it {:.1} % run between pieces, where the file has no wood", bridges * 100.0);
+        Figure::new("import.surface_bridged", bridges, "share", format!("{name}, of the length of all axes")).print();
+        let how = format!("{name}, mean over the surface, plant to wood, bridges too; {left_out}");
+        Figure::new("import.surface_distance_with_bridges", with_bridges, "share", how).print();
     }
 }
 
@@ -72,13 +79,29 @@ fn agrees(a: &Agreement, how: &str) {
     Figure::new("import.chains_error", (a.chains - 1.0).abs(), "share", how).goal("<= 0.15").print();
 }
 
-/// Mean distance from the wood to the surface swept from the plant, and back, over the tree's height.
-fn surface_distance(wood: &Wood, found: &Skeletonized, height: f64) -> (f64, f64) {
+/// Mean distances of surfaces, over the tree's height.
+struct Distances {
+    /// From the wood to the surface swept from the plant.
+    there: f64,
+    /// And back, where the file has wood.
+    back: f64,
+    /// The share of the axes that the file has no wood for, and the way back with what is swept there.
+    bridges: f64,
+    with_bridges: f64,
+}
+
+fn distances(wood: &Wood, found: &Skeletonized, height: f64) -> Distances {
     let (swept, triangles) = swept(&found.plant, 16);
     let plant = Surface::new(&swept, &triangles);
     let placed: Vec<Vec3> = wood.positions.iter().map(|&p| found.placement.point(p)).collect();
-    let wood = Surface::new(&placed, &wood.triangles);
-    (wood.mean_to(&plant, 20_000) / height, plant.mean_to(&wood, 20_000) / height)
+    let surface = Surface::new(&placed, &wood.triangles);
+    let bridges = Bridges::new(&found.plant, wood, &placed, &surface);
+    Distances {
+        there: surface.mean_to(&plant, 20_000, |_| true) / height,
+        back: plant.mean_to(&surface, 20_000, |p| !bridges.holds(p)) / height,
+        with_bridges: plant.mean_to(&surface, 20_000, |_| true) / height,
+        bridges: bridges.share,
+    }
 }
 
 /// A plant's tubes.

@@ -9,6 +9,7 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 mod blend;
+mod bridges;
 mod build;
 mod foliage;
 mod formats;

@@ -21,15 +21,23 @@ impl Surface {
 
     /// Distance of a point.
     fn distance(&self, p: Vec3) -> f32 {
-        let mut best = f32::INFINITY;
-        self.search(p, 0, 0, self.triangles.len(), &mut best);
-        best.sqrt()
+        self.nearest(p).0
     }
 
-    fn search(&self, p: Vec3, at: usize, first: usize, last: usize, best: &mut f32) {
+    /// Distance of a point, and a corner of the triangle that is nearest.
+    pub(crate) fn nearest(&self, p: Vec3) -> (f32, Vec3) {
+        let mut best = (f32::INFINITY, p);
+        self.search(p, 0, 0, self.triangles.len(), &mut best);
+        (best.0.sqrt(), best.1)
+    }
+
+    fn search(&self, p: Vec3, at: usize, first: usize, last: usize, best: &mut (f32, Vec3)) {
         if last - first <= LEAF {
             for &t in &self.triangles[first..last] {
-                *best = best.min(squared(p, t));
+                let square = squared(p, t);
+                if square < best.0 {
+                    *best = (square, t[0]);
+                }
             }
             return;
         }
@@ -44,18 +52,18 @@ impl Surface {
             ways.swap(0, 1);
         }
         for (bound, at, first, last) in ways {
-            if bound < *best {
+            if bound < best.0 {
                 self.search(p, at, first, last, best);
             }
         }
     }
 
-    /// Mean distance of points spread evenly by area over this surface from the other.
-    pub(crate) fn mean_to(&self, other: &Self, samples: usize) -> f64 {
+    /// Mean distance of points spread evenly by area over this surface from the other; of those that count.
+    pub(crate) fn mean_to(&self, other: &Self, samples: usize, counts: impl Fn(Vec3) -> bool) -> f64 {
         let area = |t: &[Vec3; 3]| f64::from((t[1] - t[0]).cross(t[2] - t[0]).length()) * 0.5;
         let whole: f64 = self.triangles.iter().map(area).sum();
         let step = whole / samples as f64;
-        let (mut sum, mut count, mut at, mut next) = (0.0, 0_u64, 0.0, step * 0.5);
+        let (mut sum, mut counted, mut count, mut at, mut next) = (0.0, 0_u64, 0_u64, 0.0, step * 0.5);
         for t in &self.triangles {
             at += area(t);
             while next < at {
@@ -63,12 +71,16 @@ impl Surface {
                 let (u, v) =
                     ((count as f64 * 0.754_877_67).fract() as f32, (count as f64 * 0.569_840_29).fract() as f32);
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-                sum += f64::from(other.distance(t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * v));
+                let p = t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * v;
+                if counts(p) {
+                    sum += f64::from(other.distance(p));
+                    counted += 1;
+                }
                 count += 1;
                 next += step;
             }
         }
-        sum / count.max(1) as f64
+        sum / counted.max(1) as f64
     }
 }
 

@@ -30,7 +30,16 @@ pub(super) enum Role {
     Fruit,
     /// A flat piece painted on the bark.
     Patch,
+    /// What the tree stands in or on: a disc of ground, a pot.
+    Ground,
 }
+
+/// Cosine with the way up from which a sheet is level, and the share of its area that faces one way.
+const LEVEL: f32 = 0.98;
+/// How thick the ground may be, as a share of its width, and how far above the lowest place, of the scene's size.
+const FLOOR: f32 = 0.02;
+/// Least width of the ground, as a share of the scene's size.
+const WIDE: f32 = 0.2;
 
 /// A piece and what it is.
 #[derive(Clone, Debug)]
@@ -85,8 +94,12 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
     let size = (high - low).max_element();
     let mut found: Vec<Piece> = Vec::new();
     let mut open: Vec<(Component, bool)> = Vec::new();
+    // Where all is called a pot, it is a plant's in one.
+    let is_ground = |part: &Part| said(scene, part, overrides).hint == Some(Hint::Ground);
+    let only_ground = scene.parts.iter().all(is_ground);
     for (index, part) in scene.parts.iter().enumerate() {
-        let said = said(scene, part, overrides);
+        let mut said = said(scene, part, overrides);
+        said.hint = said.hint.filter(|&hint| hint != Hint::Ground || !only_ground);
         for component in components(part, index) {
             match said.hint {
                 Some(Hint::Leaf) if said.faint && is_stem(part, &component, tones) => {
@@ -110,7 +123,9 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
     let mut doubtful = Vec::new();
     for (component, green) in open {
         let compact = component.extents[2] > 0.3 * component.extents[0];
-        let role = if green && is_cap(&component, size) {
+        let role = if !green && is_floor(&component, low, high) {
+            Role::Ground
+        } else if green && is_cap(&component, size) {
             Role::Crown
         } else if component.is_sheet() {
             sheet_role(&component, size)
@@ -136,6 +151,7 @@ fn by_hint(hint: Hint, component: &Component, size: f32, firm: bool) -> Role {
         Hint::Wood => Role::Wood,
         Hint::Stalk => Role::Stalk,
         Hint::Fruit => Role::Fruit,
+        Hint::Ground => Role::Ground,
         Hint::Leaf => {
             let compact = component.extents[2] > 0.2 * component.extents[0];
             if is_cap(component, size) {
@@ -171,6 +187,25 @@ fn is_cap(component: &Component, size: f32) -> bool {
         && middle > 0.7 * long
         && short > 0.12 * long
         && component.facing < 0.95
+}
+
+/// A wide flat sheet, level in the file's axes, under all that there is between the corners `low` and `high`: the ground that
+/// a tree was shown on.
+fn is_floor(component: &Component, low: Vec3, high: Vec3) -> bool {
+    let [long, middle, short] = component.extents;
+    let size = (high - low).max_element();
+    // Of the axes that may point up each.
+    let under = |axis: usize, bottom: f32| {
+        let across = [(axis + 1) % 3, (axis + 2) % 3].map(|k| component.high[k] - component.low[k]);
+        component.normal[axis].abs() > LEVEL
+            && (component.centre[axis] - bottom).abs() < FLOOR * size
+            && (high[axis] - low[axis]) > across[0].min(across[1]) * 0.5
+    };
+    component.facing > LEVEL
+        && long > WIDE * size
+        && middle > 0.5 * long
+        && short < FLOOR * long
+        && (under(1, low.y) || under(2, low.z))
 }
 
 /// A leaf, or a frond where it is long, bent and made of more than a few triangles.
@@ -238,7 +273,7 @@ fn ensure_wood(found: &mut [Piece]) {
     if found.is_empty() || found.iter().any(|p| p.role == Role::Wood) {
         return;
     }
-    let lump = |p: &&mut Piece| matches!(p.role, Role::Crown | Role::Frond | Role::Stalk);
+    let lump = |p: &&mut Piece| matches!(p.role, Role::Crown | Role::Frond | Role::Stalk | Role::Ground);
     if let Some(piece) = found.iter_mut().filter(lump).max_by(|a, b| a.component.area.total_cmp(&b.component.area)) {
         piece.role = Role::Wood;
     }

@@ -93,6 +93,7 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
         (Role::Stalk, "stalks of leaves were dropped; their leaves keep their places"),
         (Role::Fruit, "flowers or fruit were dropped"),
         (Role::Patch, "flat pieces painted on the bark were dropped"),
+        (Role::Ground, "pieces of ground, or of a pot, were dropped"),
     ] {
         let n = count(role);
         if n > 0 {

@@ -107,6 +107,36 @@ fn quads_become_leaves_with_place_normal_and_size() {
     assert_eq!((card.cutoff, card.image), (0.4, Some(0)));
 }
 
+/// A disc of twelve sides at a height, facing up.
+fn disc(y: f32, radius: f32) -> Part {
+    let mut part = Part::default();
+    part.positions.push(Vec3::Y * y);
+    for k in 0..12_u32 {
+        let (sin, cos) = crate::base::math::sin_cos(k as f32 * std::f32::consts::TAU / 12.0);
+        part.positions.push(Vec3::new(cos * radius, y, sin * radius));
+        part.triangles.push([0, 1 + (k + 1) % 12, 1 + k]);
+    }
+    part
+}
+
+#[test]
+fn the_ground_and_the_pot_of_a_tree_are_neither_leaves_nor_wood() {
+    let (mut scene, _) = leafy(10);
+    let before = split(&scene, &Files::new(), &Overrides::default());
+    scene.parts.push(disc(0.0, 3.0));
+    scene.parts.push(Part { name: "Terracotta_Pot".into(), ..trunk(0.8, 1.0) });
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!((parts.cards.len(), parts.wood.len()), (10, before.wood.len()));
+    assert!(parts.notes.iter().any(|n| n.starts_with("2 pieces of ground")), "{:?}", parts.notes);
+    // The preset may know better, a sheet up in the tree is a leaf, and what is all called a pot is a plant.
+    let wood = Overrides { wood: vec!["terracotta_pot".into()], ..Overrides::default() };
+    assert_eq!(split(&scene, &Files::new(), &wood).wood.len(), before.wood.len() * 2);
+    scene.parts[2] = disc(5.0, 3.0);
+    assert_eq!(split(&scene, &Files::new(), &Overrides::default()).cards.len(), 11);
+    let potted = Scene { parts: vec![Part { name: "pot".into(), ..trunk(9.0, 0.2) }], ..Scene::default() };
+    assert_eq!(split(&potted, &Files::new(), &Overrides::default()).wood.len(), before.wood.len());
+}
+
 #[test]
 fn the_same_scene_gives_the_same_plant() {
     let (scene, _) = leafy(12);

@@ -15,10 +15,13 @@ pub(super) enum Hint {
     Stalk,
     /// Flowers and fruit.
     Fruit,
+    /// What a tree stands in or on.
+    Ground,
 }
 
 /// Beginnings of words; in each row what it says.
-const WORDS: [(Hint, &[&str]); 4] = [
+const WORDS: [(Hint, &[&str]); 5] = [
+    (Hint::Ground, &["ground", "soil", "terrain", "dirt", "pot", "planter", "terracotta", "topf", "boden", "erde"]),
     (Hint::Stalk, &["petiol", "rachis", "blattstiel", "pedunc", "pedicel"]),
     (
         Hint::Fruit,
@@ -82,7 +85,7 @@ const WORDS: [(Hint, &[&str]); 4] = [
 ];
 
 /// Words that must be met whole: as beginnings they would be met by chance.
-const WHOLE: &[&str] = &["ast", "cap", "log", "list", "card", "nut", "cone", "apple", "stem"];
+const WHOLE: &[&str] = &["ast", "cap", "log", "list", "card", "nut", "cone", "apple", "stem", "pot", "erde"];
 
 /// What a name says; none where it says nothing.
 pub(super) fn hint(name: &str) -> Option<Hint> {
@@ -178,6 +181,10 @@ mod tests {
             ("PineNeedles", Some(Hint::Leaf)),
             ("Mesh12", None),
             ("landscape", None),
+            ("terracotta_pot", Some(Hint::Ground)),
+            ("Soil.001", Some(Hint::Ground)),
+            ("ground_bark", Some(Hint::Wood)),
+            ("potential", None),
             ("", None),
         ] {
             assert_eq!(hint(name), says, "{name}");

@@ -61,7 +61,8 @@ pub(super) fn scale(nodes: &mut [Node], height: ImportHeight, notes: &mut Vec<St
         }
         ImportHeight::AsIs if !PLAUSIBLE.contains(&top) => {
             notes.push(format!(
-                "the tree is {top} m high: the file may not be in metres; `height` in the preset sets it"
+                "the tree is {} m high: the file may not be in metres; `height` in the preset sets it",
+                (top * 100.0).round() / 100.0
             ));
         }
         ImportHeight::AsIs => {}

@@ -2,8 +2,9 @@
 //!
 //! 1. `weld`: vertices at one place become one; flat and double triangles go.
 //! 2. `surface`: pieces of surface that hang together, each an edge-manifold.
-//! 3. Each piece by itself, in parallel: `tube` where it is evidently a swept ring, else `coarsen` if it is large,
-//!    closed by `cap` and `contract`ed (Laplacian contraction, Au et al. 2008), then `surgery` and `sleeve`: a limb of nodes with radii.
+//! 3. Each piece by itself, in parallel: `tube` where it is evidently a swept ring, `prism` where it has two ends and
+//!    nothing between, else `coarsen` if it is large, closed by `cap` and `contract`ed (Laplacian contraction, Au et al.
+//!    2008), then `surgery` and `sleeve`: a limb of nodes with radii, which `facets` mends where the trunk is low-poly.
 //! 4. `import/limb`: limbs get their base, and are joined by proximity, direction and radius as the fragments of a
 //!    structure model are; then Gravelius orders.
 //!
@@ -15,6 +16,8 @@ mod cap;
 mod cholesky;
 mod coarsen;
 mod contract;
+mod facets;
+mod prism;
 #[cfg(test)]
 mod shapes;
 mod sleeve;
@@ -77,7 +80,7 @@ pub enum Method {
     /// By rings where a piece is evidently a tube, by contraction elsewhere.
     #[default]
     ByPiece,
-    /// By contraction everywhere: slower, for comparison.
+    /// By contraction wherever there is anything between two ends: slower, for comparison.
     Contraction,
 }
 
@@ -152,14 +155,14 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
     if pieces.is_empty() {
         return Err(SkeletonError("there is no wood: no triangle has an area".into()));
     }
-    let mut found: Vec<(Option<Limb>, Way)> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
-    by_girth(&mut found);
-    let by = |is: &dyn Fn(Way) -> bool| found.iter().filter(|f| is(f.1)).count();
+    let mut found: Vec<Found> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
+    by_faces(&mut found);
+    let by = |way: Way| found.iter().filter(|f| f.way == way).count();
     let total = found.len();
-    let tubes = by(&|way| matches!(way, Way::Tube(_)));
-    let (sticks, lost) = (by(&|way| way == Way::Stick), found.iter().filter(|f| f.0.is_none()).count());
+    let tubes = by(Way::Tube);
+    let (sticks, lost) = (by(Way::Stick), found.iter().filter(|f| f.limb.is_none()).count());
     if tubes < total {
-        let contracted = by(&|way| way == Way::Contracted);
+        let contracted = by(Way::Contracted);
         notes.push(format!("{total} pieces of surface: {tubes} tubes, {contracted} contracted"));
     }
     if sticks > 0 {
@@ -168,7 +171,7 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
     if lost > 0 {
         notes.push(format!("{lost} pieces of surface without any length dropped"));
     }
-    let limbs = found.into_iter().filter_map(|f| f.0).collect();
+    let limbs = found.into_iter().filter_map(|f| f.limb).collect();
     let tree = join(limbs, params.up, params.height, &mut notes).map_err(SkeletonError)?;
     let placement = Placement { up: tree.up, shift: tree.shift, factor: tree.factor };
     Ok(Skeletonized { plant: tree.plant, placement, notes })
@@ -189,42 +192,52 @@ fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
     pieces
 }
 
+/// What a piece of surface became.
+struct Found {
+    limb: Option<Limb>,
+    way: Way,
+    /// How far its faces are from the axis, as a share of the distance of its vertices.
+    faces: f64,
+}
+
 /// How a piece's axis was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    /// Of so many sides.
-    Tube(u32),
+    Tube,
     Contracted,
     Stick,
 }
 
-/// Where the piece of most wood is a tube of few sides, all tubes of few sides get the radius of their girth.
-fn by_girth(found: &mut [(Option<Limb>, Way)]) {
-    let wood = |f: &(Option<Limb>, Way)| f.0.as_ref().map_or(0.0, Limb::wood);
+/// Where the piece of most wood has coarse faces, all limbs with coarse faces get the radius of those.
+fn by_faces(found: &mut [Found]) {
+    let wood = |f: &Found| f.limb.as_ref().map_or(0.0, Limb::wood);
     let trunk = found.iter().max_by(|a, b| wood(a).total_cmp(&wood(b)));
-    if !matches!(trunk, Some((_, Way::Tube(sides))) if tube::girth(*sides) < 1.0) {
+    if trunk.is_none_or(|trunk| trunk.faces >= facets::COARSE) {
         return;
     }
-    for (limb, way) in found {
-        if let (Some(limb), Way::Tube(sides)) = (limb, way) {
-            limb.nodes.iter_mut().for_each(|n| n.radius *= tube::girth(*sides));
+    for Found { limb, faces, .. } in found {
+        if let Some(limb) = limb.as_mut().filter(|_| *faces < facets::COARSE) {
+            limb.nodes.iter_mut().for_each(|n| n.radius *= *faces);
         }
     }
 }
 
-fn limb(piece: &Surface, method: Method) -> (Option<Limb>, Way) {
+fn limb(piece: &Surface, method: Method) -> Found {
     if method == Method::ByPiece
-        && let Some((limb, sides)) = tube::tube(piece)
+        && let Some((limb, faces)) = tube::tube(piece)
     {
-        return (Some(limb), Way::Tube(sides));
+        return Found { limb: Some(limb), way: Way::Tube, faces };
+    }
+    if let Some((limb, faces)) = prism::prism(piece) {
+        return Found { limb: Some(limb), way: Way::Tube, faces };
     }
     match contracted(piece) {
-        Some(limb) if !limb.edges.is_empty() => (Some(limb), Way::Contracted),
-        _ => (sleeve::stick(&piece.positions, &piece.shares()), Way::Stick),
+        Some((limb, faces)) if !limb.edges.is_empty() => Found { limb: Some(limb), way: Way::Contracted, faces },
+        _ => Found { limb: sleeve::stick(&piece.positions, &piece.shares()), way: Way::Stick, faces: 1.0 },
     }
 }
 
-fn contracted(piece: &Surface) -> Option<Limb> {
+fn contracted(piece: &Surface) -> Option<(Limb, f64)> {
     // Near the origin, where the quadrics of the surgery keep their digits.
     let middle = piece.positions.iter().sum::<DVec3>() / piece.positions.len().max(1) as f64;
     let mut piece = piece.clone();
@@ -243,7 +256,7 @@ fn contracted(piece: &Surface) -> Option<Limb> {
     };
     let mut axes = surgery::thin(&coarse.surface, &places)?;
     axes.home = coarse.home.iter().map(|&h| axes.home[h as usize]).collect();
-    let mut limb = sleeve::limb(&piece, &axes);
+    let (mut limb, faces) = sleeve::limb(&piece, &axes);
     limb.nodes.iter_mut().for_each(|n| n.position += middle);
-    Some(limb)
+    Some((limb, faces))
 }

@@ -14,6 +14,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::facets;
 use super::surface::Surface;
 use super::surgery::Axes;
 use super::weld::root;
@@ -42,8 +43,8 @@ const SIDES: usize = 8;
 /// How far the farthest point lies beyond the end's middle, in its radii, where the end is a tip.
 const POINTED: f64 = 1.0;
 
-/// The limb of some axes.
-pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
+/// The limb of some axes, and how far its faces are from them, as a share of the distance of its vertices.
+pub(super) fn limb(surface: &Surface, axes: &Axes) -> (Limb, f64) {
     let mut sleeves = Sleeves::new(surface, axes);
     sleeves.open_rounds();
     sleeves.calm();
@@ -54,7 +55,8 @@ pub(super) fn limb(surface: &Surface, axes: &Axes) -> Limb {
     }
     sleeves.join_close();
     sleeves.calm();
-    sleeves.finish()
+    let faces = facets::share(surface, &sleeves.homes(), |k| sleeves.line(k));
+    (sleeves.finish(), faces)
 }
 
 /// A surface without any axis to speak of: its own longest way.
@@ -179,6 +181,21 @@ impl<'a> Sleeves<'a> {
         (self.middles[b as usize] - self.middles[a as usize]).try_normalize()
     }
 
+    /// For each vertex its node.
+    fn homes(&self) -> Vec<u32> {
+        let mut homes = vec![u32::MAX; self.surface.positions.len()];
+        for (k, members) in self.members.iter().enumerate() {
+            members.iter().for_each(|&v| homes[v as usize] = k as u32);
+        }
+        homes
+    }
+
+    /// Place, direction and radius of the axis at a node inside of it.
+    fn line(&self, k: usize) -> Option<(DVec3, DVec3, f64)> {
+        let plain = self.links[k].len() <= 2;
+        self.along(k).filter(|_| plain).map(|along| (self.middles[k], along, self.radii[k]))
+    }
+
     /// The two neighbours of a fork that carry its main axis: the thickest, and the one of the rest that is thick and in
     /// line with it.
     fn main(&self, k: usize) -> (u32, u32) {
@@ -289,9 +306,16 @@ impl<'a> Sleeves<'a> {
         any
     }
 
+    /// Whether a node and the one beside it are all there is. Of a twig's base and its tip neither tells that the other is
+    /// off.
+    fn is_one_of_two(&self, k: usize) -> bool {
+        matches!(*self.links[k].as_slice(), [n] if self.links[n as usize].len() == 1)
+    }
+
     /// Gives sleeves that are much wider than all beside them their neighbours' radius, and their place on the way between.
     fn calm(&mut self) {
         let swollen: Vec<(usize, f64)> = (0..self.links.len())
+            .filter(|&k| !self.is_one_of_two(k))
             .filter_map(|k| {
                 let most = self.links[k].iter().fold(0.0_f64, |m, &n| m.max(self.radii[n as usize]));
                 // A trunk may well be wider at its foot.

@@ -233,6 +233,20 @@ fn rings_and_contraction_agree_on_meshes_of_tubes() {
 }
 
 #[test]
+fn a_twig_of_few_rings_that_runs_to_a_point_is_as_thick_at_its_base_by_contraction() {
+    for sides in [3, 5, 8] {
+        let path: Vec<DVec3> = (0..4).map(|k| DVec3::Y * 2.4 * f64::from(k)).collect();
+        let twig = shapes::tube(&path, &[0.24, 0.16, 0.08, 0.001], sides);
+        let found =
+            skeletonize(&wood(&[pole(DVec3::ZERO, DVec3::X * 20.0, 1.0, 0.9), twig]), &params(Method::Contraction));
+        let plant = found.unwrap().plant;
+        let radii = plant.radii(crate::plant::ChainId(1));
+        let base = radii.iter().fold(0.0_f32, |r, &n| r.max(n));
+        assert!((base - 0.24).abs() < 0.03 && radii[radii.len() - 1] < 0.05, "{sides} {radii:?}");
+    }
+}
+
+#[test]
 fn trunks_cut_level_and_leaning_keep_their_base() {
     // A trunk leaning by 20 degrees, cut level with the ground, its rings tilted into the lean one by one.
     let lean = DVec3::new(0.34, 0.94, 0.0);
@@ -268,17 +282,19 @@ fn stems_out_of_one_place_are_stems_and_a_low_branch_is_none() {
 }
 
 #[test]
-fn a_low_poly_trunk_is_as_wide_as_it_looks_and_a_thin_twig_of_a_round_one_keeps_its_radius() {
+fn a_low_poly_trunk_is_as_thick_as_its_faces_are_far_and_a_thin_twig_of_a_round_one_keeps_its_radius() {
     let tube = |from: DVec3, to: DVec3, radius: f64, sides: u32| {
         let path: Vec<DVec3> = (0..5).map(|k| from.lerp(to, f64::from(k) / 4.0)).collect();
         shapes::tube(&path, &[radius; 5], sides)
     };
-    for (sides, factor) in [(4, 0.9003), (8, 1.0)] {
+    for (sides, factor) in [(4, 0.8116), (8, 1.0)] {
         let trunk = tube(DVec3::ZERO, DVec3::Y * 4.0, 0.2, sides);
         let twig = tube(DVec3::Y * 2.0, DVec3::new(1.5, 3.0, 0.0), 0.02, 4);
-        let found = found(&wood(&[trunk, twig]));
-        let radius = |chain: u32| f64::from(found.plant.radii(crate::plant::ChainId(chain))[1]);
-        assert!((radius(0) / 0.2 - factor).abs() < 0.01, "{sides} {}", radius(0));
-        assert!((radius(1) / 0.02 - factor).abs() < 0.01, "{sides} {}", radius(1));
+        for method in [Method::ByPiece, Method::Contraction] {
+            let found = skeletonize(&wood(&[trunk.clone(), twig.clone()]), &params(method)).unwrap();
+            let radius = |chain: u32| f64::from(found.plant.radii(crate::plant::ChainId(chain))[1]);
+            assert!((radius(0) / 0.2 - factor).abs() < 0.01, "{method:?} {sides} {}", radius(0));
+            assert!((radius(1) / 0.02 - factor).abs() < 0.01, "{method:?} {sides} {}", radius(1));
+        }
     }
 }

@@ -7,11 +7,11 @@
 //! fails the test goes to the contraction. Linear in vertices.
 //!
 //! A ring's middle is the centroid of its outline, so that unequal sides don't draw it aside; its radius the mean
-//! distance of its vertices: that is what tools sweep, however few sides a twig has. Where even the trunk has five sides
-//! or fewer the polygon is the tree, and radii are those of circles of the same girth ([`girth`]), which look as wide.
+//! distance of its vertices: that is what tools sweep, however few sides a twig has (but see `facets`).
 
 use glam::DVec3;
 
+use super::facets;
 use super::surface::{Neighbours, Surface};
 use crate::source::import::limb::Limb;
 
@@ -25,30 +25,62 @@ const TIP: f64 = 0.1;
 const POINT: f64 = 0.02;
 /// Least length of an axis over its greatest radius: a disc's layers are rings too.
 const SLENDER: f64 = 0.8;
-/// Most sides of a low-poly trunk.
-const LOW_POLY: u32 = 5;
+/// Cosine between triangles of one flat face.
+const FLAT: f64 = 0.9995;
+/// How far corners of a flat face lie off its plane, a share of the skin's length.
+const LEVEL: f64 = 1e-3;
+/// Most triangles of a closed skin whose flat faces are looked at.
+const MOST_BOXED: usize = 20_000;
+/// Most flat faces at a corner that are tried.
+const MOST_FACES: usize = 6;
 /// Most apexes of a closed skin from which layers are tried.
 const MOST_APEXES: usize = 4;
 
-/// The axis of a tube, from one end to the other, and the sides of its widest ring; none when the surface isn't evidently
-/// one.
-pub(super) fn tube(surface: &Surface) -> Option<(Limb, u32)> {
+/// The axis of a tube, from one end to the other, and how far its faces are from it, as a share of the distance of its
+/// vertices; none when the surface isn't evidently one.
+pub(super) fn tube(surface: &Surface) -> Option<(Limb, f64)> {
     let neighbours = surface.neighbours();
     let loops = open_ends(&neighbours)?;
     let starts: Vec<Vec<u32>> = if loops.is_empty() { apexes(surface, &neighbours) } else { loops };
-    starts.iter().find_map(|start| axis(surface, &neighbours, start))
+    let found = starts.iter().find_map(|start| axis(surface, &neighbours, start));
+    if found.is_some() || surface.triangles.len() > MOST_BOXED || starts.iter().any(|start| start.len() > 1) {
+        return found;
+    }
+    // A closed tube with flat ends begins with all of one of them. Seen from a flat side of its own it is a tube too, but a
+    // wider one than it is long.
+    let slender = |limb: &Limb| {
+        let widest = limb.nodes.iter().fold(f64::MIN_POSITIVE, |w, n| w.max(n.radius));
+        limb.nodes.windows(2).map(|n| n[0].position.distance(n[1].position)).sum::<f64>() / widest
+    };
+    let ends = starts[..starts.len().min(2)].iter().flat_map(|start| flat_faces(surface, start[0]));
+    let found = ends.filter_map(|start| axis(surface, &neighbours, &start));
+    found.max_by(|a, b| slender(&a.0).total_cmp(&slender(&b.0)))
 }
 
-/// The radius of the circle whose girth is that of a regular polygon, as a share of the distance of its corners; 1 for
-/// those of more sides than a low-poly trunk has.
-pub(super) fn girth(sides: u32) -> f64 {
-    match sides {
-        3..=LOW_POLY => {
-            let n = f64::from(sides);
-            n / std::f64::consts::PI * libm::sin(std::f64::consts::PI / n)
+/// The vertices of each flat face that a vertex is a corner of.
+fn flat_faces(surface: &Surface, corner: u32) -> Vec<Vec<u32>> {
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| surface.positions[v as usize]);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    let mut faces: Vec<DVec3> = Vec::new();
+    for t in surface.triangles.iter().filter(|t| t.contains(&corner)) {
+        let n = normal(t);
+        if faces.len() < MOST_FACES && faces.iter().all(|f| f.dot(n).abs() < FLAT) {
+            faces.push(n);
         }
-        _ => 1.0,
     }
+    let at = surface.positions[corner as usize];
+    let longest = surface.positions.iter().fold(0.0_f64, |m, p| m.max(p.distance(at)));
+    let on = |v: u32, n: DVec3| (surface.positions[v as usize] - at).dot(n).abs() <= longest * LEVEL;
+    let all = |n: DVec3| {
+        let level = surface.triangles.iter().filter(|t| normal(t).dot(n).abs() >= FLAT && t.iter().all(|&v| on(v, n)));
+        let mut vertices: Vec<u32> = level.flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    };
+    faces.into_iter().map(all).collect()
 }
 
 /// The vertices of each open end, at most two; none when the border isn't made of that many simple rounds.
@@ -102,7 +134,7 @@ fn apexes(surface: &Surface, neighbours: &Neighbours) -> Vec<Vec<u32>> {
 }
 
 /// The middles of the layers from `start` on, if all are rings.
-fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Limb, u32)> {
+fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Limb, f64)> {
     let mut depth = vec![u32::MAX; surface.positions.len()];
     for &v in start {
         depth[v as usize] = 0;
@@ -112,7 +144,7 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Li
     let mut scatter: Vec<f64> = Vec::new();
     let mut level = 0;
     let mut reached = 0;
-    let (mut widest_ring, mut sides) = (0.0, 0);
+    let (mut faces, mut corners) = (0.0, 0.0);
     while !layer.is_empty() {
         reached += layer.len();
         let mut next: Vec<u32> = Vec::new();
@@ -125,9 +157,9 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Li
             }
         }
         let at_end = level == 0 || next.is_empty();
-        let (middle, radius, spread) = ring(surface, neighbours, &depth, &layer, level, at_end)?;
-        if radius > widest_ring {
-            (widest_ring, sides) = (radius, layer.len() as u32);
+        let Ring { middle, radius, spread, outline } = ring(surface, neighbours, &depth, &layer, level, at_end)?;
+        if let Some(outline) = outline {
+            (faces, corners) = (faces + outline, corners + radius);
         }
         nodes.push((middle, radius));
         scatter.push(spread);
@@ -147,11 +179,20 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Li
     for node in &mut nodes {
         node.1 = node.1.max(widest * POINT);
     }
-    Some((Limb::path(&nodes), sides))
+    Some((Limb::path(&nodes), if corners > 0.0 { faces / corners } else { 1.0 }))
 }
 
-/// Middle, mean radius and standard deviation of the radius of a layer that is one closed round, or, at an end, a single
-/// vertex or a round with chords across it.
+/// A layer of vertices.
+struct Ring {
+    middle: DVec3,
+    /// Mean distance of the vertices, and its standard deviation.
+    radius: f64,
+    spread: f64,
+    /// Mean distance of the edges between them, where it is known which they are.
+    outline: Option<f64>,
+}
+
+/// A layer that is one closed round, or, at an end, a single vertex or a round with chords across it.
 fn ring(
     surface: &Surface,
     neighbours: &Neighbours,
@@ -159,10 +200,10 @@ fn ring(
     layer: &[u32],
     level: u32,
     at_end: bool,
-) -> Option<(DVec3, f64, f64)> {
+) -> Option<Ring> {
     let positions = &surface.positions;
     if let [v] = *layer {
-        return at_end.then_some((positions[v as usize], 0.0, 0.0));
+        return at_end.then_some(Ring { middle: positions[v as usize], radius: 0.0, spread: 0.0, outline: None });
     }
     if layer.len() < 3 {
         return None;
@@ -173,6 +214,7 @@ fn ring(
         return None;
     }
     let (mut middle, mut area) = (DVec3::ZERO, DVec3::ZERO);
+    let mut edges: Vec<(DVec3, DVec3)> = Vec::new();
     if simple {
         // Round the ring once: all of it must be on one round.
         let (mut from, mut at) = (layer[0], beside(layer[0]).next()?);
@@ -181,6 +223,7 @@ fn ring(
         loop {
             let (a, b) = (positions[from as usize], positions[at as usize]);
             let length = a.distance(b);
+            edges.push((a, b));
             middle += (a + b) * (0.5 * length);
             let corner = positions[layer[0] as usize];
             area += (a - corner).cross(b - corner) * 0.5;
@@ -204,10 +247,13 @@ fn ring(
     let radius = radii().sum::<f64>() / count;
     if simple && area.length() < LEAST_AREA * radius * radius {
         // A slit, such as the outline of a sliver: as far about as its radius.
-        return Some((middle, radius, radius));
+        return Some(Ring { middle, radius, spread: radius, outline: None });
     }
     let variance = radii().map(|r| (r - radius) * (r - radius)).sum::<f64>() / count;
-    Some((middle, radius, variance.sqrt()))
+    let length: f64 = edges.iter().map(|(a, b)| a.distance(*b)).sum();
+    let distance = |(a, b): &(DVec3, DVec3)| facets::mean_distance(middle, *a, *b) * a.distance(*b);
+    let outline = (length > 0.0).then(|| edges.iter().map(distance).sum::<f64>() / length);
+    Some(Ring { middle, radius, spread: variance.sqrt(), outline })
 }
 
 /// The middle of a flat cap is no end of the wood: it takes the place and radius of the ring around it.
@@ -234,14 +280,30 @@ mod tests {
         for sides in [3, 4, 5, 8, 17] {
             let path = [DVec3::ZERO, DVec3::Y, DVec3::new(0.3, 2.0, 0.0), DVec3::new(0.5, 3.0, 0.2)];
             let surface = shapes::tube(&path, &[0.3, 0.25, 0.2, 0.1], sides);
-            let (limb, found) = tube(&surface).unwrap();
-            assert_eq!(found, sides);
+            let (limb, faces) = tube(&surface).unwrap();
+            let inner = libm::cos(std::f64::consts::PI / f64::from(sides));
+            assert!(faces > inner && faces < 1.0, "{sides} {faces}");
             assert_eq!(limb.nodes.len(), 4);
             let forward = limb.nodes[0].position.length() < 1e-6;
             for (k, node) in limb.nodes.iter().enumerate() {
                 let k = if forward { k } else { 3 - k };
                 assert!(node.position.distance(path[k]) < 1e-6, "{sides} {k}");
                 assert!((node.radius - [0.3, 0.25, 0.2, 0.1][k]).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_closed_tube_with_flat_ends_is_one_from_end_to_end() {
+        let path = [DVec3::ZERO, DVec3::new(0.1, 2.0, 0.0), DVec3::new(0.5, 4.0, 0.2)];
+        for sides in [3, 4, 7] {
+            let surface = super::super::cap::closed(&shapes::tube(&path, &[0.3, 0.25, 0.2], sides));
+            let (limb, _) = tube(&surface).unwrap();
+            let forward = limb.nodes[0].position.y < 1.0;
+            for (k, place) in path.iter().enumerate() {
+                let node = limb.nodes[if forward { k } else { 2 - k }];
+                assert!(node.position.distance(*place) < 0.02, "{sides} {k} {}", node.position);
+                assert!((node.radius - [0.3, 0.25, 0.2][k]).abs() < 0.02, "{sides} {k} {}", node.radius);
             }
         }
     }
