@@ -20,9 +20,35 @@ pub(super) struct Level {
     alpha: Vec<u8>,
     /// Smallest alpha that is kept.
     threshold: u8,
+    /// What passes between each texel and those right of it and below: [`NOTHING`], [`ALL`] or [`SOME`]. Of the full picture
+    /// only, which alone is magnified.
+    between: Vec<u8>,
 }
 
+/// None of four texels passes, so nothing between them does.
+const NOTHING: u8 = 0;
+/// All of them do.
+const ALL: u8 = 4;
+/// It has to be looked at: any other number.
+const SOME: u8 = 2;
+
 impl Level {
+    /// The full picture.
+    fn full(width: u32, height: u32, alpha: Vec<u8>) -> Self {
+        let threshold = 128;
+        let mut between = Vec::with_capacity(alpha.len());
+        let passes = |a: u8| u8::from(a >= threshold);
+        let rows: Vec<&[u8]> = alpha.chunks_exact(width as usize).collect();
+        for (y, row) in rows.iter().enumerate() {
+            let below = rows[(y + 1).min(rows.len() - 1)];
+            let column = |x: usize| passes(row[x]) + passes(below[x]);
+            let last = row.len() - 1;
+            between.extend((0..last).map(|x| column(x) + column(x + 1)));
+            between.push(2 * column(last));
+        }
+        Self { width, height, alpha, threshold, between }
+    }
+
     /// Texels.
     pub(super) fn size(&self) -> Vec2 {
         Vec2::new(self.width as f32, self.height as f32)
@@ -44,6 +70,12 @@ impl Level {
         // `max` takes NaN to 0.
         let (x, y) = ((x - 0.5).max(0.0).min(wide as f32), (y - 0.5).max(0.0).min(high as f32));
         let (x0, y0) = (x as i32, y as i32);
+        // Values between some never leave their range, rounding included.
+        match self.between.get(y0 as usize * self.width as usize + x0 as usize).copied().unwrap_or(SOME) {
+            NOTHING => return false,
+            ALL => return true,
+            _ => {}
+        }
         let (x1, y1) = ((x0 + 1).min(wide), (y0 + 1).min(high));
         let alpha = |x: i32, y: i32| f32::from(self.alpha[y as usize * self.width as usize + x as usize]);
         let (fx, fy) = (x - x0 as f32, y - y0 as f32);
@@ -65,11 +97,11 @@ impl Cutout {
     pub fn new(width: u32, height: u32, mut alpha: Vec<u8>) -> Self {
         let count = width as usize * height as usize;
         if count == 0 || alpha.len() < count {
-            return Self { levels: vec![Level { width: 1, height: 1, alpha: vec![255], threshold: 128 }] };
+            return Self { levels: vec![Level::full(1, 1, vec![255])] };
         }
         alpha.truncate(count);
         let goal = share(&alpha, 128);
-        let mut levels = vec![Level { width, height, alpha, threshold: 128 }];
+        let mut levels = vec![Level::full(width, height, alpha)];
         while let Some(last) = levels.last().filter(|l| (l.width / 2).min(l.height / 2) >= SMALLEST_EDGE) {
             let mut next = half(last);
             let off;
@@ -156,7 +188,7 @@ fn half(from: &Level) -> Level {
             alpha.push((sum / count.max(1)) as u8);
         }
     }
-    Level { width, height, alpha, threshold: 128 }
+    Level { width, height, alpha, threshold: 128, between: Vec::new() }
 }
 
 fn share(alpha: &[u8], threshold: u8) -> f64 {
@@ -185,6 +217,7 @@ fn threshold(alpha: &[u8], goal: f64) -> (u8, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Seed;
 
     fn cutout(edge: u32, alpha: impl Fn(u32, u32) -> u8) -> Cutout {
         Cutout::new(edge, edge, (0..edge * edge).map(|i| alpha(i % edge, i / edge)).collect())
@@ -202,6 +235,20 @@ mod tests {
         // A disc stays one down to the smallest level.
         let inside = |x: u32, y: u32| (x as i32 - 128).pow(2) + (y as i32 - 128).pow(2) < 90 * 90;
         assert_eq!(cutout(256, |x, y| if inside(x, y) { 255 } else { 0 }).levels(), 4);
+    }
+
+    #[test]
+    fn between_texels_the_quick_answer_is_the_interpolated_one() {
+        let noise = |x: u32, y: u32| Seed::new(5).at(u64::from(y * 99 + x)).bits() as u8;
+        for alpha in [&noise as &dyn Fn(u32, u32) -> u8, &|x, y| if x + y < 30 { 128 } else { noise(x, y) / 2 + 64 }] {
+            let picture = cutout(37, alpha);
+            let slow = Level { between: Vec::new(), ..picture.levels[0].clone() };
+            for i in 0..40_000_u64 {
+                let seed = Seed::new(6).at(i);
+                let (x, y) = (seed.at(0).range(-2.0, 40.0), seed.at(1).range(-2.0, 40.0));
+                assert_eq!(picture.levels[0].covers_between(x, y), slow.covers_between(x, y), "{x} {y}");
+            }
+        }
     }
 
     #[test]

@@ -302,8 +302,10 @@ impl<'a> Bench<'a> {
                 let at = |grown: f32| thinned(scene, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
                 // Fewer, larger leaves hide each other less or more: once more, by what is covered.
-                let rough = self.draw(COARSE, &made);
-                let covered = self.outlines(COARSE).ratio(&rough);
+                let worn = self.cutouts.clone();
+                let outlines = self.outlines(COARSE);
+                let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &worn));
+                let covered = outlines.ratio_of_some(&rough);
                 if (covered - 1.0).abs() > 0.008 {
                     made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
                 }

@@ -282,8 +282,7 @@ impl Paths {
                 }
             }
             let mut cheaper = 0;
-            for k in 0..dearer {
-                let (from, target) = steps[k];
+            for &(from, target) in &steps[..dearer] {
                 let (Arrival { node, cost, at: here, vector }, Spot { at, whim }) =
                     (arrivals[from as usize], spots[target as usize]);
                 let cost = cost + weight(at - here, vector) * whim;
