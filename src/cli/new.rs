@@ -11,8 +11,9 @@ use super::report::{Failure, Meter};
 const SPECIES: &str = include_str!("../../presets/species/birch.ron");
 
 /// The text of a new preset; `NAME` stands for its name.
-const PRESET: &str = r#"// NAME: two young trees and four between them. Metres, degrees; `treewright schema` tells all fields.
+const PRESET: &str = r#"// NAME: two young trees and four between them.
 //
+// Metres, degrees; `treewright schema` tells all fields.
 // Build it:  treewright build FOLDER/NAME.ron --out out
 (
     // Another seed gives other blends and leaves.
@@ -31,7 +32,8 @@ const PRESET: &str = r#"// NAME: two young trees and four between them. Metres, 
         Blend(of: ["low", "high"], count: 4, from: 0.2, to: 0.8),
     ],
 
-    // oak, birch, beech, maple, willow, ash, pine, linden, poplar, elm, olive, or pictures of your own.
+    // "oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive",
+    // or a picture of your own, as Files(color: "leaf.png").
     foliage: (leaf: "birch", density: 1.0),
 
     // From fine to coarse.
