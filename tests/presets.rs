@@ -14,6 +14,8 @@ const GOLDEN: &str = include_str!("presets/broken.txt");
 const SCHEMA: &str = include_str!("../src/preset/schema.md");
 const SCHEMA_JSON: &str = include_str!("../src/preset/schema.json");
 const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+/// One error, though its point would be far out of the least region.
+const WIDE: &str = "(height: 6.0, width: 62, iterations: [(endpoints: Volume(shape: Point(height: 0.5, out: 0.3)))])";
 const BROKEN_SPECIES: &str = r#"(
     height: 12.0, nodes: 100, tip_radius: 1.0,
     iterations: [
@@ -35,6 +37,7 @@ fn answer(text: &str) -> String {
             "species/oak.ron" => Ok(OAK.to_string()),
             "species/broken.ron" => Ok(BROKEN_SPECIES.to_string()),
             "../shared/typo.ron" => Ok("(height: 12.0,, iterations: [".to_string()),
+            "species/wide.ron" => Ok(WIDE.to_string()),
             "species/preset.ron" => Ok("(sources: {}, variants: [])".to_string()),
             _ => Err("no such file".to_string()),
         }

@@ -87,6 +87,7 @@ fn section(html: &mut String, set: &Manifest, about: &str) {
     let name = escaped(&set.set);
     let triangles: Vec<u64> = set.variants.iter().filter_map(|v| v.levels.first()).map(|l| l.triangles).collect();
     let (low, high) = (triangles.iter().min().copied().unwrap_or(0), triangles.iter().max().copied().unwrap_or(0));
+    let triangles = if low == high { low.to_string() } else { format!("{low} to {high}") };
     let levels = set.variants.first().map_or(0, |v| v.levels.len());
     let variants = match set.variants.len() {
         1 => "1 variant".to_owned(),
@@ -95,7 +96,7 @@ fn section(html: &mut String, set: &Manifest, about: &str) {
     let about = if about.is_empty() { String::new() } else { format!("<p>{}</p>\n", escaped(about)) };
     let _ = write!(
         html,
-        "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} levels of detail, {low} to {high} \
+        "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} levels of detail, {triangles} \
          triangles at the first</p>\n<a href=\"{0}/{0}_contact.png\"><img loading=\"lazy\" alt=\"contact sheet of \
          {name}: a row a variant, a column a level of detail\" src=\"{0}/{0}_contact.png\"></a>\n</section>\n",
         linked(&set.set)

@@ -192,7 +192,8 @@ impl Meter {
 }
 
 fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
-    let mut text = format!("{}: {} variants in {}", outcome.set, outcome.variants, folder.display());
+    let s = if outcome.variants == 1 { "" } else { "s" };
+    let mut text = format!("{}: {} variant{s} in {}", outcome.set, outcome.variants, folder.display());
     match outcome.happened {
         Happened::Current => text += ", nothing had changed",
         Happened::Shard { trees } => text = format!("{}: {trees} trees made for the cache", outcome.set),

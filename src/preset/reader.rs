@@ -198,7 +198,8 @@ impl<'t, 'r> Reader<'t, 'r> {
             };
             let message = format!("{shown} is out of range: {low} to {high}{unit}");
             self.report.at(item.span(), &item.path, message, "");
-            other
+            // The near end, so that what hangs on it is not wrong, too.
+            if value.is_nan() { other } else { single.clamp(low, high) }
         }
     }
 

@@ -22,7 +22,7 @@ use super::shapes::{BETWEEN, GEODESIC, MEAN, SYMMETRIZE};
 use super::sketches::SKETCH;
 use super::species::{HEIGHT, seen_from, species};
 use super::surroundings::{self, LIGHT, OBSTACLE};
-use super::syntax::{Value, tree};
+use super::syntax::{Node, Value, tree};
 use super::variants::{MOST_VARIANTS, Variants, variants};
 use crate::base::Diagnostic;
 
@@ -292,6 +292,11 @@ pub fn load(
     let report = Report::new(file);
     let mut files = SpeciesFiles { folder: folder(file), read, known: BTreeMap::new() };
     let plan = tree(text, &report).filter(|_| report.is_clean()).and_then(|node| {
+        if is_species(&node) {
+            let hint = format!("name it in a preset: sources: {{\"tree\": Grow(species: \"{}.ron\")}}", stem(file));
+            report.whole("this is a species file, which says how one kind of tree grows", hint);
+            return None;
+        }
         let top = Item { node: Cow::Owned(node), path: String::new(), given: true };
         plan(stem(file), &Reader::new(&report, &SET, &top), &mut files)
     });
@@ -299,6 +304,13 @@ pub fn load(
         Some(plan) if report.is_clean() => Ok(plan),
         _ => Err(report.into_diagnostics()),
     }
+}
+
+/// Whether a file's fields are those of a species: it tells iterations and no sources.
+fn is_species(node: &Node) -> bool {
+    let Value::Record(None, fields) = &node.value else { return false };
+    let has = |name: &str| fields.iter().any(|(field, _)| field.text == name);
+    has("iterations") && !has("sources") && !has("variants")
 }
 
 fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<Plan> {
