@@ -68,8 +68,11 @@ impl Bridges {
 
     /// Whether a place of the swept surface is that of a bridge.
     pub(crate) fn holds(&self, p: Vec3) -> bool {
+        if self.share == 0.0 {
+            return false;
+        }
         let nearest = self.stations.iter().min_by(|a, b| a.0.distance_squared(p).total_cmp(&b.0.distance_squared(p)));
-        self.share > 0.0 && nearest.is_some_and(|s| s.1)
+        nearest.is_some_and(|s| s.1)
     }
 }
 

@@ -237,6 +237,6 @@ impl Plant {
     /// Height of the highest point of any axis above the origin, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
-        Posed::of_bearers(self).positions().iter().fold(0.0, |top, p| top.max(p.y))
+        Posed::of_bearers(self).height()
     }
 }

@@ -116,6 +116,12 @@ impl Posed {
         &self.positions
     }
 
+    /// Height of the highest point of any axis above the origin, metres.
+    #[must_use]
+    pub(crate) fn height(&self) -> f32 {
+        self.positions.iter().fold(0.0, |top, p| top.max(p.y))
+    }
+
     /// World positions of one chain's points.
     #[must_use]
     pub fn chain(&self, plant: &Plant, id: ChainId) -> &[Vec3] {

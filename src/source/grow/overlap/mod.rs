@@ -203,7 +203,7 @@ pub(in crate::source::grow) fn mend_among(
         let wood = Wood::posed(&rest, posed);
         let found = find(&wood, &active, fused);
         mended.left = found.count();
-        heights[1] = wood.height();
+        heights[1] = wood.posed.height();
         if round == 0 {
             mended.found = mended.left;
             heights[0] = heights[1];

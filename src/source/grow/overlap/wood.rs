@@ -52,11 +52,6 @@ impl<'a> Wood<'a> {
         Self { plant, posed, chain, arc, base }
     }
 
-    /// Height of the highest point of any axis above the origin, metres.
-    pub(super) fn height(&self) -> f32 {
-        self.posed.positions().iter().fold(0.0, |top, p| top.max(p.y))
-    }
-
     pub(super) fn at(&self, i: usize) -> Vec3 {
         self.posed.positions()[i]
     }
