@@ -1,6 +1,7 @@
 // Opens every .glb below a folder in three.js in Chromium, and in assimp where that is installed, and checks that they see
-// as many vertices and triangles as the file says. Where a variant was written plain and for the web, both are rendered
-// and compared.
+// as many vertices and triangles as the file says. Where a variant was written plain and for the web or Unity, all are
+// rendered and compared, so WebP and KTX2 textures (by Basis' own transcoder, from three.js' package) look like PNG: close
+// by, and small, where mips are seen. Every one of their textures must have been loaded, KTX2 as compressed ones with mips.
 //
 //     (cd .ci && npm install --no-package-lock)
 //     node .ci/open.mjs out/avenue shots/ [CHROMIUM]
@@ -15,8 +16,12 @@ import { createRequire } from "node:module";
 import path from "node:path";
 import { chromium as browsers } from "playwright-core";
 
-// Mean difference of the channels, 0 to 1: quantized normals shade a little differently.
-const tolerance = 0.01;
+// Mean difference of the channels over the tree, 0 to 1: quantized normals shade a little differently, and blocks round.
+const tolerance = 0.03;
+// How many times as far the second picture of a file is taken, and the share of the tree's area that must be seen there where
+// textures bring their own mips: the full level at 90 pixels. (With PNG the engine makes them, and two fifths are left.)
+const away = 5;
+const left = [0.65, 1.15];
 
 const [root, shots, chromium = "/usr/bin/chromium"] = process.argv.slice(2);
 if (!root || !shots) {
@@ -31,13 +36,15 @@ const page = `<!doctype html><style>body{margin:0}</style>
 <script type="module">
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { KTX2Loader } from "three/addons/loaders/KTX2Loader.js";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
 renderer.setSize(512, 512);
 document.body.append(renderer.domElement);
 const loader = new GLTFLoader();
 loader.setMeshoptDecoder(MeshoptDecoder);
-window.open_ = async (file) => {
+loader.setKTX2Loader(new KTX2Loader().setTranscoderPath("/three/examples/jsm/libs/basis/").detectSupport(renderer));
+window.open_ = async (file, far) => {
   const gltf = await loader.loadAsync("/files/" + file.split("/").map(encodeURIComponent).join("/"));
   const counts = [];
   // Lower levels lie outside of the scene where MSFT_lod names them.
@@ -47,6 +54,10 @@ window.open_ = async (file) => {
       counts.push([o.geometry.attributes.position.count, o.geometry.index.count / 3]);
     });
   }
+  const textures = (await gltf.parser.getDependencies("texture")).map((t) => ({
+    type: t.type, name: t.source?.data?.src ?? "", width: t.image.width, height: t.image.height,
+    compressed: Boolean(t.isCompressedTexture), format: t.format, mips: t.mipmaps?.length ?? 0, colorSpace: t.colorSpace,
+  }));
   const scene = new THREE.Scene();
   scene.background = new THREE.Color(0xc8d2dc);
   scene.add(new THREE.HemisphereLight(0xffffff, 0x667755, 2.5));
@@ -56,16 +67,16 @@ window.open_ = async (file) => {
   const box = new THREE.Box3().setFromObject(gltf.scene);
   const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3());
   const camera = new THREE.PerspectiveCamera(35, 1, 0.1, 1000);
-  camera.position.set(middle.x, middle.y, middle.z + Math.max(size.x, size.y) * 2.0);
+  camera.position.set(middle.x, middle.y, middle.z + Math.max(size.x, size.y) * 2.0 * far);
   camera.lookAt(middle);
   renderer.render(scene, camera);
   gltf.scene.traverse((o) => o.geometry?.dispose());
-  return { counts, size: size.toArray() };
+  return { counts, size: size.toArray(), textures };
 };
 window.ready = true;
 </script>`;
 
-const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png" };
+const types = { ".wasm": "application/wasm", ".webp": "image/webp", ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png" };
 const server = createServer(async (request, response) => {
   const url = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
   if (url === "/") return response.writeHead(200, { "content-type": "text/html" }).end(page);
@@ -119,10 +130,11 @@ function byAssimp(file) {
 
 const files = (await readdir(folder, { recursive: true })).filter((f) => f.endsWith(".glb")).sort();
 const pictures = new Map();
+const withMips = new Set();
 for (const file of files) {
   const bytes = await readFile(path.join(folder, file));
   const said = stated(bytes);
-  const seen = await tab.evaluate((name) => window.open_(name), file).catch((error) => faults.push(`${file}: ${error}`));
+  const seen = await tab.evaluate((name) => window.open_(name, 1), file).catch((error) => faults.push(`${file}: ${error}`));
   if (!seen?.counts) continue;
   const same = JSON.stringify(sum(seen.counts)) === JSON.stringify(sum(said));
   if (!same) faults.push(`${file}: three.js sees ${sum(seen.counts)}, the file says ${sum(said)}`);
@@ -131,23 +143,77 @@ for (const file of files) {
   console.log(`${same ? "ok    " : "FAILED"} ${file}: ${vertices} vertices, ${triangles} triangles; ` +
     `three.js the same${other ? `; assimp ${other[0]} vertices, ${other[1]} triangles` : ""}`);
   if (other && (other[0] > vertices || other[1] > triangles)) faults.push(`${file}: assimp sees more than there is`);
-  await writeFile(path.join(shots, `${path.basename(file, ".glb")}.png`), await tab.screenshot());
-  const pixels = await tab.evaluate(() => {
+  texturesOf(file, bytes, seen.textures);
+  const base = path.join(shots, path.basename(file, ".glb"));
+  const views = [await picture(`${base}.png`)];
+  // Far away only what is compared: a file for the web, and the plain one that it is compared with.
+  if (file.endsWith(".web.glb") || files.includes(file.replace(/\.glb$/, ".web.glb"))) {
+    await tab.evaluate(([name, far]) => window.open_(name, far).then(() => null), [file, away]);
+    views.push(await picture(`${base}_far.png`));
+  }
+  pictures.set(file, views);
+}
+
+// What the page shows, kept as a file and as numbers.
+async function picture(file) {
+  await writeFile(file, await tab.screenshot());
+  return tab.evaluate(() => {
     const source = document.querySelector("canvas");
     const canvas = Object.assign(document.createElement("canvas"), { width: 512, height: 512 });
     const context = canvas.getContext("2d");
     context.drawImage(source, 0, 0);
     return Array.from(context.getImageData(0, 0, 512, 512).data);
   });
-  pictures.set(file, pixels);
 }
-for (const [file, pixels] of pictures) {
+
+// Every texture that the file names must be there, and KTX2 must reach the graphics card compressed and with its mips.
+function texturesOf(file, bytes, textures) {
+  const root = JSON.parse(bytes.subarray(20, 20 + bytes.readUInt32LE(12)).toString());
+  const packed = (root.extensionsRequired ?? []).includes("KHR_texture_basisu");
+  if (textures.length !== (root.textures ?? []).length) faults.push(`${file}: ${textures.length} textures were loaded`);
+  for (const t of textures) {
+    const fine = t.width > 0 && (!packed || (t.mips === Math.floor(Math.log2(Math.max(t.width, t.height))) + 1));
+    if (!fine || (packed && !t.compressed)) faults.push(`${file}: a texture is not what it was: ${JSON.stringify(t)}`);
+  }
+  if (packed) withMips.add(file);
+  if (packed) console.log(`       KTX2 reached the card as ${[...new Set(textures.map((t) => t.format))].join(", ")}`);
+}
+
+// Mean difference of the channels where one of two pictures shows the tree.
+function difference(a, b) {
+  let [sum, count] = [0, 0];
+  for (let i = 0; i < a.length; i += 4) {
+    const shows = (p) => [0, 1, 2].some((c) => p[i + c] !== p[c]);
+    if (!shows(a) && !shows(b)) continue;
+    for (let c = 0; c < 3; c++) sum += Math.abs(a[i + c] - b[i + c]);
+    count += 3;
+  }
+  return sum / Math.max(count, 1) / 255;
+}
+
+// How much of the tree's area is left far away: what differs from the sky, by how much.
+function kept([near, far]) {
+  const shown = (p) => {
+    let sum = 0;
+    for (let i = 0; i < p.length; i++) sum += Math.abs(p[i] - p[i % 4]);
+    return sum;
+  };
+  return (shown(far) * away * away) / shown(near);
+}
+
+for (const [file, views] of pictures) {
   if (!file.endsWith(".web.glb")) continue;
   const plain = pictures.get(file.replace(".web.glb", ".glb"));
   if (!plain) continue;
-  const off = pixels.reduce((total, v, i) => total + Math.abs(v - plain[i]), 0) / pixels.length / 255;
-  console.log(`${file} and its plain file differ by ${off.toFixed(5)}`);
-  if (!(off < tolerance)) faults.push(`${file}: differs from its plain file by ${off}`);
+  // Far away mips are seen, and those of KTX2 are others on purpose.
+  const same = withMips.has(file) ? 1 : 2;
+  const off = views.slice(0, same).map((view, i) => difference(view, plain[i]));
+  console.log(`${file} and its plain file differ by ${off.map((d) => d.toFixed(5)).join(", far by ")}; ${away} times as far ` +
+    `${(kept(views) * 100).toFixed(1)} % of the tree is left, of the plain file ${(kept(plain) * 100).toFixed(1)} %`);
+  for (const d of off) if (!(d < tolerance)) faults.push(`${file}: differs from its plain file by ${d}`);
+  if (withMips.has(file) && !(kept(views) > left[0] && kept(views) < left[1])) {
+    faults.push(`${file}: ${kept(views)} of the tree is left far away`);
+  }
 }
 if (!assimp) console.log("assimp is not installed: not asked");
 if (files.length === 0) faults.push("no .glb file found");

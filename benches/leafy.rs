@@ -76,6 +76,7 @@ fn a_frame_with_its_mesh(bencher: Bencher<'_, '_>) {
         error: 0.004,
         bark_tile: 1.5,
         forks: treewright::preset::plan::Forks::Collar,
+        leaves: treewright::preset::plan::LeafCards::Folded,
     });
     bencher.bench(|| {
         let plant = family.blend(&morph(&family, 0, 1, 0.4));

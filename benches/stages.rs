@@ -132,7 +132,7 @@ fn export_a_glb(bencher: Bencher<'_, '_>) {
             wind: None,
         })
         .collect();
-    let materials = export::SetMaterials::of("oak");
+    let materials = export::SetMaterials::of("oak", treewright::preset::plan::TextureFormat::Png);
     let asset = export::AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
     bencher.bench(|| export::glb(&asset));
 }

@@ -164,6 +164,37 @@ fn a_second_build_changes_nothing_and_one_thread_makes_the_same_bytes() {
 }
 
 #[test]
+fn leaves_on_cards_of_every_shape_become_sets_and_hulls_are_listed() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let out = project.path().join("out");
+    let mut triangles = BTreeMap::new();
+    for leaves in ["Flat", "Folded", "Bent", "CutOut(corners: 12)"] {
+        let more = format!(
+            "mesh: (leaves: {leaves}, wind: Attributes), colliders: (crown: 2, corners: 16), engines: [Generic, Godot, Web],"
+        );
+        let lods = "lods: [Full, Thinned(triangles: 0.5), CrossedQuads],";
+        fs::write(&preset, SMALL.replace("lods: [Full, CrossedQuads],", &format!("{lods} {more}"))).unwrap();
+        let made = treewright(&[&"build", &preset, &"--out", &out]);
+        assert!(made.status.success(), "{leaves}: {}", errors(&made));
+        let text = fs::read_to_string(out.join("small/small.manifest.json")).unwrap();
+        let variant = &serde_json::from_str::<serde_json::Value>(&text).unwrap()["variants"][0];
+        let hulls = variant["hulls"].as_array().unwrap();
+        assert!(!hulls.is_empty() && hulls.len() <= 2, "{leaves}");
+        for hull in hulls {
+            let count = |what: &str| hull[what].as_array().unwrap().len();
+            assert!(count("points") <= 16 && count("triangles") == 2 * count("points") - 4, "{leaves}");
+        }
+        let count = |level: usize, of: &str| variant["levels"][level][of].as_u64().unwrap();
+        assert!(count(1, "triangles") <= count(0, "triangles") * 11 / 20, "{leaves}");
+        let (leaf, all) = (count(0, "leaf_triangles"), variant["leaves"].as_u64().unwrap());
+        triangles.insert(leaves, leaf as f64 / all as f64);
+    }
+    assert_eq!((triangles["Flat"], triangles["Folded"], triangles["Bent"]), (2.0, 4.0, 8.0));
+    assert!((4.0..=8.0).contains(&triangles["CutOut(corners: 12)"]), "{triangles:?}");
+}
+
+#[test]
 fn what_a_preset_no_longer_makes_is_removed_and_nothing_else() {
     let project = small_project();
     let out = project.path().join("out");

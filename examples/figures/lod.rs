@@ -9,6 +9,7 @@ use treewright::lod::{Asked, Measured, Reference};
 use treewright::mesh::{Mesh, TreeMesh};
 
 use crate::lod_asset::{Set, read};
+use crate::lod_bark::Density;
 use crate::{Figure, root};
 
 /// Views of a measurement.
@@ -26,7 +27,8 @@ struct Kind {
     leaf_triangles: Vec<u64>,
 }
 
-/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, mesh, asset, set, batch, meshing.
+/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, asset, set, batch, meshing,
+/// textures.
 pub(crate) fn wants(part: &str) -> bool {
     std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))
 }
@@ -35,16 +37,26 @@ pub(crate) fn print() {
     if wants("sets") {
         sets();
     }
+    if wants("bark") && !wants("sets") {
+        bark();
+    }
     if wants("mesh") {
         crate::lod_mesh::print();
     }
+    if wants("leaf") {
+        crate::lod_leaf::print();
+    }
     crate::lod_speed::print();
+    if wants("textures") {
+        crate::lod_textures::print();
+    }
 }
 
 fn sets() {
     let presets = find_presets(&[root().join("presets")]).expect("presets are shipped");
     let only = std::env::var("LOD_SETS").unwrap_or_default();
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
+    let mut density = Density::default();
     for preset in &presets {
         let name = preset.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if !only.is_empty() && !only.split(',').any(|o| o == name) {
@@ -56,6 +68,7 @@ fn sets() {
         let files = make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds");
         let set = read(&files);
         levels(&name, &set, &mut kinds);
+        crate::lod_bark::add(&mut density, &name, &set);
         if name == "avenue" {
             simplifier(&set);
         }
@@ -64,6 +77,23 @@ fn sets() {
     for (kind, all) in &kinds {
         total(kind, all);
     }
+    crate::lod_bark::print(&density);
+}
+
+/// The bark of all sets alone: nothing else is made of them than LOD0.
+fn bark() {
+    let presets = find_presets(&[root().join("presets")]).expect("presets are shipped");
+    let mut density = Density::default();
+    for preset in &presets {
+        let name = preset.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut loaded = load_preset(preset).expect("the preset is good");
+        loaded.plan.lods.truncate(1);
+        let inputs = read_inputs(&loaded).expect("its files are there");
+        let key = set_key(&loaded.plan, &inputs);
+        let files = make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds");
+        crate::lod_bark::add(&mut density, &name, &read(&files));
+    }
+    crate::lod_bark::print(&density);
 }
 
 /// Every level of every variant of a set.

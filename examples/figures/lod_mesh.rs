@@ -1,17 +1,21 @@
 //! Invariants of meshes over a thousand random plants.
 
 use glam::Vec3;
+use treewright::bake::{card_cut, leaf_maps};
 use treewright::base::{Rotation, Seed};
 use treewright::mesh::{
-    CardShape, TubeDetail, add_tangents, all_cards, closure, leaf_cards, meshed_radii, problems, tubes,
+    CardShape, Cards, TubeDetail, add_tangents, all_cards, closure, leaf_cards, meshed_radii, problems, tubes,
 };
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder};
-use treewright::preset::plan::Forks;
+use treewright::preset::plan::{Forks, LeafShape};
 
 use crate::Figure;
 
 /// How many plants.
 const PLANTS: u64 = 1000;
+/// The shapes of their cards; pictures of three of the four slots have outlines.
+const SHAPES: [CardShape; 5] =
+    [CardShape::Flat, CardShape::Folded, CardShape::Bent, CardShape::CutOut, CardShape::Trimmed];
 
 /// A random plant of crooked chains of any thickness, with leaves.
 fn plant(seed: Seed) -> Plant {
@@ -43,6 +47,9 @@ fn plant(seed: Seed) -> Plant {
 }
 
 pub(crate) fn print() {
+    let cuts: Vec<_> = [LeafShape::Oak, LeafShape::Willow, LeafShape::Maple]
+        .map(|shape| card_cut(&leaf_maps(shape, [0.2; 3], 0.0, 64, 0, Seed::new(1)), 16))
+        .to_vec();
     let (mut broken, mut open, mut faulty, mut inside_out, mut triangles) = (0, 0, 0, 0, 0);
     // How far a branch's base ring sticks out of its parent's wood.
     let mut gap = 0.0_f32;
@@ -52,9 +59,12 @@ pub(crate) fn print() {
         for forks in [Forks::Collar, Forks::Plain] {
             let detail = TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks };
             let mut bark = tubes(&plant, &posed, &detail);
-            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), CardShape::Folded);
-            let tangents = add_tangents(&mut bark).and(add_tangents(&mut leaf));
-            broken += usize::from(tangents.is_err() || !problems(&bark).is_empty() || !problems(&leaf).is_empty());
+            broken += usize::from(add_tangents(&mut bark).is_err() || !problems(&bark).is_empty());
+            for shape in SHAPES {
+                let cards = Cards { shape, cuts: &cuts };
+                let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), cards);
+                broken += usize::from(add_tangents(&mut leaf).is_err() || !problems(&leaf).is_empty());
+            }
             let found = closure(&bark);
             open += found.openings.abs_diff(plant.chains().len());
             faulty += found.faulty_edges;
@@ -75,7 +85,11 @@ pub(crate) fn print() {
             }
         }
     }
-    let how = |what: &str| format!("{PLANTS} random plants with collars and without, {triangles} triangles: {what}");
+    let how = |what: &str| {
+        format!(
+            "{PLANTS} random plants with collars and without, leaves on cards of each shape, {triangles} triangles: {what}"
+        )
+    };
     let what = "meshes with a NaN, an index out of range, a triangle without area, or a tangent that leans";
     Figure::new("lod.mesh.broken", broken as f64, "meshes", how(what)).goal("0").print();
     let what = "openings more or less than one a chain, its base";

@@ -12,7 +12,7 @@ use treewright::export::{AssetIn, AssetLevel, PngKind, SetMaterials, encode_maps
 use treewright::lod::{Wardrobe, ladder, mesh_levels};
 use treewright::mesh::{CardShape, TreeMesh, TubeDetail, all_cards, leaf_cards, tubes};
 use treewright::plant::Plant;
-use treewright::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, MeshParams, Plan};
+use treewright::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, MeshParams, Plan, TextureFormat};
 use treewright::relate::{Family, fuzzy_family};
 use treewright::source::grow::grow;
 use treewright::{bake, dress};
@@ -96,7 +96,7 @@ fn asset(plan: &Plan, threads: usize) {
                     wind: None,
                 })
                 .collect();
-            let materials = SetMaterials::of("oak");
+            let materials = SetMaterials::of("oak", TextureFormat::Png);
             let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
             let (glb, maps) = rayon::join(|| glb(&asset), || encode_maps(&atlas.maps, PngKind::Rgba));
             drop((glb.expect("it is whole"), maps.expect("they are whole")));
@@ -160,7 +160,7 @@ fn thinned_to(plan: &Plan, wanted: usize, tree: &dyn Fn(&DressParams) -> Plant) 
 }
 
 fn fifty(plan: &Plan, name: &str, kind: &str, threads: usize, tree: &(dyn Fn(u64) -> Plant + Sync)) {
-    let (mesh, materials) = (coarse(plan), SetMaterials::of("oak"));
+    let (mesh, materials) = (coarse(plan), SetMaterials::of("oak", TextureFormat::Png));
     let mut triangles = 0;
     let time = seconds(5, || {
         let files: Vec<(Vec<u8>, usize)> = (0..50_u64)

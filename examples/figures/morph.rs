@@ -22,8 +22,13 @@ use crate::table_1::source;
 use crate::{Figure, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
-const MESH: MeshParams =
-    MeshParams { sides: 12, error: 0.004, bark_tile: 1.5, forks: treewright::preset::plan::Forks::Collar };
+const MESH: MeshParams = MeshParams {
+    sides: 12,
+    error: 0.004,
+    bark_tile: 1.5,
+    forks: treewright::preset::plan::Forks::Collar,
+    leaves: treewright::preset::plan::LeafCards::Folded,
+};
 
 /// Prints them.
 pub(crate) fn print() {

@@ -274,6 +274,23 @@ impl Layout {
         Ok(color)
     }
 
+    /// Alpha of the atlas alone, from the alphas of pictures in the order of the sizes, none of them scaled.
+    ///
+    /// # Errors
+    ///
+    /// As [`relief`](Self::relief); also where a picture is not of its place's size.
+    pub fn alpha(&self, pictures: &[Vec<u8>]) -> Result<Vec<u8>, AtlasError> {
+        if pictures.len() != self.rects.len() {
+            return Err(AtlasError::Tiles);
+        }
+        let whole = |(p, r): (&Vec<u8>, &Rect)| p.len() == r.width as usize * r.height as usize && !p.is_empty();
+        if let Some(i) = pictures.iter().zip(&self.rects).position(|pair| !whole(pair)) {
+            return Err(AtlasError::Picture(i));
+        }
+        let rows: Vec<Cow<'_, [[u8; 1]]>> = pictures.iter().map(|p| Cow::Borrowed(p.as_chunks().0)).collect();
+        Ok(self.draw(&rows, [0]).as_flattened().to_vec())
+    }
+
     fn check(&self, pictures: &[Picked<'_>], even: impl Fn(&Picked<'_>) -> bool) -> Result<(), AtlasError> {
         if pictures.len() != self.rects.len() {
             return Err(AtlasError::Tiles);

@@ -11,6 +11,9 @@ use super::Maps;
 
 /// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
 const SMALLEST_EDGE: u32 = 32;
+/// Most levels, the full picture included: further mips of an atlas mix pictures, of which one may be far fuller than
+/// another. Texels that are smaller than samples are points, and points keep what is covered.
+const MOST_LEVELS: usize = 6;
 
 /// One mip.
 #[derive(Clone, Debug)]
@@ -20,31 +23,27 @@ pub(super) struct Level {
     alpha: Vec<u8>,
     /// Smallest alpha that is kept.
     threshold: u8,
-    /// What passes between each texel and those right of it and below: [`NOTHING`], [`ALL`] or [`SOME`]. Of the full picture
-    /// only, which alone is magnified.
-    between: Vec<u8>,
+    /// What passes between each texel and those right of it and below, at the middles of sixteen parts: bit 4 y + x. Of the
+    /// full picture only, which alone is magnified.
+    between: Vec<u16>,
 }
 
-/// None of four texels passes, so nothing between them does.
-const NOTHING: u8 = 0;
-/// All of them do.
-const ALL: u8 = 4;
-/// It has to be looked at: any other number.
-const SOME: u8 = 2;
+/// Parts of a texel's edge that are told apart between texels.
+const PARTS: usize = 4;
+/// Units of places that are whole numbers: taking floats to whole numbers costs more than the look at a texel.
+pub(super) const TEXEL: i64 = 1 << 16;
 
 impl Level {
     /// The full picture.
     fn full(width: u32, height: u32, alpha: Vec<u8>) -> Self {
         let threshold = 128;
         let mut between = Vec::with_capacity(alpha.len());
-        let passes = |a: u8| u8::from(a >= threshold);
         let rows: Vec<&[u8]> = alpha.chunks_exact(width as usize).collect();
         for (y, row) in rows.iter().enumerate() {
             let below = rows[(y + 1).min(rows.len() - 1)];
-            let column = |x: usize| passes(row[x]) + passes(below[x]);
             let last = row.len() - 1;
-            between.extend((0..last).map(|x| column(x) + column(x + 1)));
-            between.push(2 * column(last));
+            let corners = |x: usize| [row[x], row[(x + 1).min(last)], below[x], below[(x + 1).min(last)]];
+            between.extend((0..=last).map(|x| parts(corners(x), threshold)));
         }
         Self { width, height, alpha, threshold, between }
     }
@@ -66,23 +65,69 @@ impl Level {
     /// As [`covers`](Self::covers), of the four texels around the place.
     #[inline]
     pub(super) fn covers_between(&self, x: f32, y: f32) -> bool {
-        let (wide, high) = (self.width as i32 - 1, self.height as i32 - 1);
-        // `max` takes NaN to 0.
-        let (x, y) = ((x - 0.5).max(0.0).min(wide as f32), (y - 0.5).max(0.0).min(high as f32));
-        let (x0, y0) = (x as i32, y as i32);
-        // Values between some never leave their range, rounding included.
-        match self.between.get(y0 as usize * self.width as usize + x0 as usize).copied().unwrap_or(SOME) {
-            NOTHING => return false,
-            ALL => return true,
+        let (x, y) = self.clamped(x, y);
+        let (x0, y0) = (x as usize, y as usize);
+        match self.between.get(y0 * self.width as usize + x0) {
+            Some(0) => return false,
+            Some(&u16::MAX) => return true,
             _ => {}
         }
-        let (x1, y1) = ((x0 + 1).min(wide), (y0 + 1).min(high));
-        let alpha = |x: i32, y: i32| f32::from(self.alpha[y as usize * self.width as usize + x as usize]);
+        let (x1, y1) = ((x0 + 1).min(self.width as usize - 1), (y0 + 1).min(self.height as usize - 1));
+        let alpha = |x: usize, y: usize| f32::from(self.alpha[y * self.width as usize + x]);
         let (fx, fy) = (x - x0 as f32, y - y0 as f32);
         let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
         let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
         upper + (lower - upper) * fy >= f32::from(self.threshold)
     }
+
+    /// As [`covers`](Self::covers), of a place in units of [`TEXEL`].
+    #[inline]
+    pub(super) fn covers_at(&self, x: i64, y: i64) -> bool {
+        let x = (x / TEXEL).clamp(0, i64::from(self.width) - 1);
+        let y = (y / TEXEL).clamp(0, i64::from(self.height) - 1);
+        self.alpha[y as usize * self.width as usize + x as usize] >= self.threshold
+    }
+
+    /// As [`covers_between`](Self::covers_between) to a quarter of a texel and without a branch, of a place in units of
+    /// [`TEXEL`]. Of a level that is not the full picture, nothing.
+    #[inline]
+    pub(super) fn covers_about(&self, x: i64, y: i64) -> bool {
+        const PART: i64 = TEXEL / PARTS as i64;
+        let inside = |v: i64, size: u32| (v - TEXEL / 2).clamp(0, (i64::from(size) - 1) * TEXEL) / PART;
+        let (x, y) = (inside(x, self.width) as usize, inside(y, self.height) as usize);
+        let of = self.between.get(y / PARTS * self.width as usize + x / PARTS).copied().unwrap_or(0);
+        of >> (y % PARTS * PARTS + x % PARTS) & 1 != 0
+    }
+
+    /// A place counted from the middle of the first texel to that of the last.
+    #[inline]
+    fn clamped(&self, x: f32, y: f32) -> (f32, f32) {
+        // `max` takes NaN to 0.
+        ((x - 0.5).max(0.0).min((self.width - 1) as f32), (y - 0.5).max(0.0).min((self.height - 1) as f32))
+    }
+}
+
+/// What of the square between four texels passes: upper left and right, lower left and right.
+fn parts(corners: [u8; 4], threshold: u8) -> u16 {
+    match corners.iter().filter(|a| **a >= threshold).count() {
+        0 => return 0,
+        4 => return u16::MAX,
+        _ => {}
+    }
+    // In 64ths, so that all is whole: middles lie at odd eighths.
+    let [a, b, c, d] = corners.map(i32::from);
+    let whole = 2 * PARTS as i32;
+    let mut parts = 0;
+    for y in 0..PARTS {
+        let down = 2 * y as i32 + 1;
+        let (left, right) = (a * (whole - down) + c * down, b * (whole - down) + d * down);
+        for x in 0..PARTS {
+            let along = 2 * x as i32 + 1;
+            let passes = left * (whole - along) + right * along >= i32::from(threshold) * whole * whole;
+            parts |= u16::from(passes) << (y * PARTS + x);
+        }
+    }
+    parts
 }
 
 /// The alpha of a picture, ready to be tested.
@@ -102,7 +147,9 @@ impl Cutout {
         alpha.truncate(count);
         let goal = share(&alpha, 128);
         let mut levels = vec![Level::full(width, height, alpha)];
-        while let Some(last) = levels.last().filter(|l| (l.width / 2).min(l.height / 2) >= SMALLEST_EDGE) {
+        while let Some(last) =
+            levels.last().filter(|l| (l.width / 2).min(l.height / 2) >= SMALLEST_EDGE && levels.len() < MOST_LEVELS)
+        {
             let mut next = half(last);
             let off;
             (next.threshold, off) = threshold(&next.alpha, goal);
@@ -238,16 +285,22 @@ mod tests {
     }
 
     #[test]
-    fn between_texels_the_quick_answer_is_the_interpolated_one() {
+    fn between_texels_the_quick_answer_is_the_interpolated_one_at_the_middles_of_its_parts() {
         let noise = |x: u32, y: u32| Seed::new(5).at(u64::from(y * 99 + x)).bits() as u8;
         for alpha in [&noise as &dyn Fn(u32, u32) -> u8, &|x, y| if x + y < 30 { 128 } else { noise(x, y) / 2 + 64 }] {
             let picture = cutout(37, alpha);
             let slow = Level { between: Vec::new(), ..picture.levels[0].clone() };
+            let mut off = 0;
             for i in 0..40_000_u64 {
                 let seed = Seed::new(6).at(i);
                 let (x, y) = (seed.at(0).range(-2.0, 40.0), seed.at(1).range(-2.0, 40.0));
-                assert_eq!(picture.levels[0].covers_between(x, y), slow.covers_between(x, y), "{x} {y}");
+                let middle = |v: f32| (((v - 0.5).clamp(0.0, 36.0) * 4.0).floor() + 0.5) / 4.0 + 0.5;
+                let about = picture.levels[0].covers_about((x * 65536.0) as i64, (y * 65536.0) as i64);
+                assert_eq!(about, slow.covers_between(middle(x), middle(y)), "{x} {y}");
+                off += u32::from(picture.levels[0].covers_between(x, y) != slow.covers_between(x, y));
             }
+            // A part of a square so small that none of its sixteenths is half in it.
+            assert!(off < 200, "{off}");
         }
     }
 

@@ -339,24 +339,11 @@ mod tests {
     use super::*;
     use crate::base::Key;
 
-    const SHAPES: [LeafShape; 11] = [
-        LeafShape::Oak,
-        LeafShape::Birch,
-        LeafShape::Beech,
-        LeafShape::Maple,
-        LeafShape::Willow,
-        LeafShape::Ash,
-        LeafShape::Pine,
-        LeafShape::Linden,
-        LeafShape::Poplar,
-        LeafShape::Elm,
-        LeafShape::Olive,
-    ];
     const GREEN: [f32; 3] = [0.061, 0.114, 0.021];
 
     #[test]
     fn pictures_are_golden() {
-        let keys = SHAPES.map(|shape| {
+        let keys = LeafShape::ALL.map(|shape| {
             let maps = leaf_maps(shape, GREEN, 0.5, 64, 0, Seed::new(41));
             let mut bytes: Vec<u8> = maps.color.iter().flatten().copied().collect();
             bytes.extend(maps.normal.iter().chain(&maps.orm).flatten());
@@ -370,7 +357,7 @@ mod tests {
 
     #[test]
     fn alpha_covers_a_third_to_three_fifths_of_every_picture() {
-        for shape in SHAPES {
+        for shape in LeafShape::ALL {
             for picture in 0..6 {
                 let maps = leaf_maps(shape, GREEN, 0.5, 64, picture, Seed::new(9));
                 let share = maps.color.iter().map(|c| f32::from(c[3])).sum::<f32>() / (255.0 * 64.0 * 64.0);
@@ -381,7 +368,7 @@ mod tests {
 
     #[test]
     fn nothing_under_alpha_is_black_and_every_normal_is_unit() {
-        for shape in SHAPES {
+        for shape in LeafShape::ALL {
             let maps = leaf_maps(shape, GREEN, 0.5, 64, 1, Seed::new(2));
             assert!(maps.color.iter().all(|c| c[1] > 20), "{shape:?}");
             for n in &maps.normal {
@@ -394,7 +381,7 @@ mod tests {
 
     #[test]
     fn the_twig_stands_at_the_bottom_centre_and_the_border_stays_free() {
-        for shape in SHAPES {
+        for shape in LeafShape::ALL {
             let maps = leaf_maps(shape, GREEN, 0.5, 128, 0, Seed::new(4));
             let seen = |x: usize, y: usize| maps.color[y * 128 + x][3] > 100;
             assert!((60..68).any(|x| seen(x, 126)), "{shape:?}");

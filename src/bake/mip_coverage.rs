@@ -62,6 +62,17 @@ pub fn preserve_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures: &
     if before.is_empty() {
         return CoverageReport { after: before.clone(), before };
     }
+    move_alpha(alpha, (width, height), pictures);
+    let after = coverage_of(alpha.to_vec(), wide, high, MIPS + 1);
+    CoverageReport { before, after }
+}
+
+/// As [`preserve_alpha`], which also tells what it did. Does nothing where `alpha` is not of the size.
+pub(crate) fn move_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures: &[Rect]) {
+    let (wide, high) = (width as usize, height as usize);
+    if alpha.is_empty() || alpha.len() != wide * high {
+        return;
+    }
     let free = free(alpha, wide);
     let mut levels: Vec<Level> = Vec::new();
     while levels.len() < MIPS {
@@ -77,25 +88,24 @@ pub fn preserve_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures: &
         levels.push(next);
     }
     settle(alpha, &free, &levels);
-    let after = coverage_of(alpha.to_vec(), wide, high, MIPS + 1);
-    CoverageReport { before, after }
 }
 
 /// Texels around which all are on the same side of the cut-off.
 fn free(alpha: &[u8], width: usize) -> Vec<bool> {
-    let height = alpha.len() / width;
-    let solid = |i: usize| f32::from(alpha[i]) >= SOLID;
-    (0..alpha.len())
-        .into_par_iter()
-        .with_min_len(1 << 14)
-        .map(|i| {
-            let (x, y) = (i % width, i / width);
-            let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
-            let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
-            let own = solid(i);
-            rows.into_iter().all(|row| (left..=right).all(|column| solid(row * width + column) == own))
-        })
-        .collect()
+    let solid: Vec<u8> = alpha.iter().map(|&a| u8::from(f32::from(a) >= SOLID)).collect();
+    let rows: Vec<&[u8]> = solid.chunks_exact(width).collect();
+    let mut free = vec![false; alpha.len()];
+    free.par_chunks_exact_mut(width).with_min_len(32).enumerate().for_each(|(y, free)| {
+        let around = [rows[y.saturating_sub(1)], rows[y], rows[(y + 1).min(rows.len() - 1)]];
+        let column = |x: usize| around[0][x] + around[1][x] + around[2][x];
+        let (mut left, mut own) = (column(0), column(0));
+        for (x, free) in free.iter_mut().enumerate() {
+            let right = column((x + 1).min(width - 1));
+            *free = matches!(left + own + right, 0 | 9);
+            (left, own) = (own, right);
+        }
+    });
+    free
 }
 
 /// What becomes one texel of a mip: means of the alpha of its texels.
@@ -198,11 +208,13 @@ impl Level {
                 () => square.solid + square.own * 1e-4,
             };
         }
-        ranked.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let (forced, able) =
             ranked.iter().fold((0, 0), |(f, a), r| (f + usize::from(r.0 > 8.0), a + usize::from(r.0 >= 0.0)));
         let count = ((wanted + 0.5).floor().max(0.0) as usize).clamp(forced, able.max(forced));
         *owed = wanted - count as f32;
+        if count < ranked.len() {
+            ranked.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        }
         for (place, &(_, i)) in ranked.iter().enumerate() {
             self.squares[i].keep(place < count);
         }

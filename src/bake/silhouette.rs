@@ -10,7 +10,7 @@
 use glam::Vec2;
 
 use super::Cutout;
-use super::cutout::Level;
+use super::cutout::{Level, TEXEL};
 use super::picture::Repeat;
 use super::raster::View;
 use super::samples::{Grid, Point, corner_points, edge, extent, project_into, span, top_left};
@@ -131,7 +131,7 @@ impl Silhouette {
             }
             let Some((left, right)) = span(e, step, bias, columns) else { continue };
             let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, area, step));
-            let start = cut.uv(e[1], e[2]);
+            let (start, by) = (cut.uv(e[1], e[2]), cut.by);
             for (word, bits) in line.iter_mut().enumerate().take(right / 64 + 1).skip(left / 64) {
                 let from = if word == left / 64 { u64::MAX << (left % 64) } else { u64::MAX };
                 let to = if word == right / 64 { u64::MAX >> (63 - right % 64) } else { u64::MAX };
@@ -140,14 +140,14 @@ impl Silhouette {
                     *bits |= open;
                     continue;
                 }
+                let mut covered = 0;
                 while open != 0 {
                     let bit = open.trailing_zeros();
                     open &= open - 1;
-                    let column = word * 64 + bit as usize - columns.0;
-                    if cut.covers(start + cut.by * column as f32) {
-                        *bits |= 1 << bit;
-                    }
+                    let column = (word * 64 + bit as usize - columns.0) as i64;
+                    covered |= u64::from(cut.covers([start[0] + by[0] * column, start[1] + by[1] * column])) << bit;
                 }
+                *bits |= covered;
             }
         }
     }
@@ -161,15 +161,15 @@ struct Cut<'a> {
     /// Texels at the first corner, and towards the others.
     uv: [Vec2; 3],
     inverse: f32,
-    /// To the next column.
-    by: Vec2,
+    /// To the next column, in units of [`TEXEL`].
+    by: [i64; 2],
 }
 
 impl<'a> Cut<'a> {
     fn new(shape: &Shape<'a>, corners: [u32; 3], area: i64, step: [i64; 3]) -> Self {
         let mesh = shape.mesh;
         let inverse = 1.0 / area as f32;
-        let mut cut = Self { level: None, magnified: false, uv: [Vec2::ZERO; 3], inverse, by: Vec2::ZERO };
+        let mut cut = Self { level: None, magnified: false, uv: [Vec2::ZERO; 3], inverse, by: [0; 2] };
         if shape.repeat == Repeat::Tiled {
             return cut;
         }
@@ -181,24 +181,29 @@ impl<'a> Cut<'a> {
         let share = texels * inverse * (256.0 * 256.0);
         let level = picture.at(picture.level(share));
         cut.uv = [a, ub, uc].map(|uv| uv * level.size());
-        cut.by = (cut.uv[1] * step[1] as f32 + cut.uv[2] * step[2] as f32) * inverse;
+        cut.by = units((cut.uv[1] * step[1] as f32 + cut.uv[2] * step[2] as f32) * inverse);
         (cut.level, cut.magnified) = (Some(level), share < 1.0);
         cut
     }
 
-    /// Texels where the edges opposite to the second and third corner have these values.
-    fn uv(&self, b: i64, c: i64) -> Vec2 {
-        self.uv[0] + (self.uv[1] * b as f32 + self.uv[2] * c as f32) * self.inverse
+    /// Where the edges opposite to the second and third corner have these values, in units of [`TEXEL`].
+    fn uv(&self, b: i64, c: i64) -> [i64; 2] {
+        units(self.uv[0] + (self.uv[1] * b as f32 + self.uv[2] * c as f32) * self.inverse)
     }
 
     #[inline]
-    fn covers(&self, at: Vec2) -> bool {
+    fn covers(&self, [x, y]: [i64; 2]) -> bool {
         match self.level {
             None => true,
-            Some(level) if self.magnified => level.covers_between(at.x, at.y),
-            Some(level) => level.covers(at.x, at.y),
+            Some(level) if self.magnified => level.covers_about(x, y),
+            Some(level) => level.covers_at(x, y),
         }
     }
+}
+
+/// Texels in units of [`TEXEL`], so far from none that steps along a row stay numbers. `as` takes NaN to 0.
+fn units(texels: Vec2) -> [i64; 2] {
+    [texels.x, texels.y].map(|v| (v * TEXEL as f32).clamp(-1e15, 1e15) as i64)
 }
 
 /// Whether all bits of a range of columns, ends included, are set.

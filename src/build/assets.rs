@@ -9,24 +9,24 @@ use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
 use super::stages::Pictures;
+use super::textures::texture_files;
 use super::trees::{self, Tree};
 use crate::bake::{
     self, CoverageReport, Layout, Maps, Picked, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow,
 };
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
-    self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, ColliderParams, FileEntry, ImpostorEntry, LevelEntry,
+    self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
     MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
 use crate::plant::PlantStats;
 use crate::preset::Plan;
-use crate::preset::plan::{Engine, Lod, WindData};
+use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
-/// The stages that pack and encode pictures, with their versions.
+/// The stage that packs pictures, with its version.
 const ATLAS: Stage = Stage("atlas", 3);
-const PNG: Stage = Stage("png", 2);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
@@ -156,9 +156,8 @@ fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<(Maps
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
     let (maps, _) = painted(&packed, pictures, trees)?;
-    let png = |pixels: &[u8], width, height, kind| encoded(cache, pixels, (width, height), kind);
-    export::encode_maps_by(&pictures.bark, PngKind::Rgb, &png)?;
-    export::encode_maps_by(&maps, PngKind::Rgba, &png).map(drop)
+    texture_files(plan, &pictures.bark, "bark", cache)?;
+    texture_files(plan, &maps, "leaf", cache).map(drop)
 }
 
 /// Packs the atlas, and moves every mesh's coordinates there.
@@ -253,8 +252,6 @@ fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>>
 pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String, Vec<u8>)>, Vec<Diagnostic>> {
     let set = &parts.plan.name;
     let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
-    let materials = SetMaterials::of(set);
-    let png = |pixels: &[u8], width, height, kind| encoded(parts.cache, pixels, (width, height), kind);
     let names: Vec<String> = (1..=parts.trees.len()).map(|i| format!("{set}_{i:03}")).collect();
 
     let (glbs, (bark, (leaf, sheet))) = rayon::join(
@@ -262,15 +259,15 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
             names
                 .par_iter()
                 .enumerate()
-                .map(|(i, name)| kept_files(parts, placed, &materials, i, name))
+                .map(|(i, name)| kept_files(parts, placed, i, name))
                 .collect::<Result<Vec<_>, _>>()
         },
         || {
             rayon::join(
-                || export::encode_maps_by(&parts.pictures.bark, PngKind::Rgb, &png),
+                || texture_files(parts.plan, &parts.pictures.bark, "bark", parts.cache),
                 || {
                     rayon::join(
-                        || export::encode_maps_by(&placed.maps, PngKind::Rgba, &png),
+                        || texture_files(parts.plan, &placed.maps, "leaf", parts.cache),
                         || contact_sheet(parts, placed, &names),
                     )
                 },
@@ -282,32 +279,16 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
     let assets: Vec<Vec<AssetEntry>> = glbs.iter().map(|all| asset_entries(all)).collect();
     files.extend(glbs.iter().flat_map(|all| all.iter()).flat_map(|(_, made)| made.iter().cloned()));
     files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
-    for (uris, maps) in [(&materials.bark, bark), (&materials.leaf, leaf)] {
-        let maps = maps?;
-        files.push((uris.color.clone(), maps.color));
-        files.push((uris.normal.clone(), maps.normal));
-        files.push((uris.orm.clone(), maps.orm));
+    let mut textures = Vec::new();
+    for texture in bark?.into_iter().chain(leaf?) {
+        files.push((texture.entry.file.clone(), texture.bytes));
+        textures.push(texture.entry);
     }
     files.push((format!("{set}_contact.png"), sheet?));
     files.sort();
-    let manifest = manifest(parts, placed, &materials, &names, (&files, &assets)).map_err(|e| fail(&e))?;
+    let manifest = manifest(parts, placed, textures, &names, (&files, &assets)).map_err(|e| fail(&e))?;
     files.push((manifest_name(set), manifest.into_bytes()));
     Ok(files)
-}
-
-/// A picture as PNG, by its pixels: the maps of a material seldom change all at once.
-fn encoded(
-    cache: &Cache,
-    pixels: &[u8],
-    (width, height): (u32, u32),
-    kind: PngKind,
-) -> Result<Vec<u8>, Vec<Diagnostic>> {
-    let size = u64::from(width) << 32 | u64::from(height);
-    let key = PNG.key().input(Key::of_bytes(pixels)).number(size).number(kind as u64).finish();
-    let made = cache.remember(PNG, key, || {
-        export::encode(pixels, width, height, kind).map_err(|e| vec![Diagnostic::new("", e.to_string())])
-    })?;
-    Ok(made.to_vec())
 }
 
 /// The files of an engine, name and bytes.
@@ -327,23 +308,21 @@ fn asset_entries(all: &[EngineFiles]) -> Vec<AssetEntry> {
 fn kept_files(
     parts: &SetParts<'_>,
     placed: &Placed,
-    materials: &SetMaterials,
     variant: usize,
     name: &str,
 ) -> Result<Arc<Vec<EngineFiles>>, Vec<Diagnostic>> {
     let (plan, seed) = (parts.plan, parts.identities[variant].1);
-    let told = (name, &plan.name, &plan.engines, &plan.wind, &placed.impostors[variant]);
+    let told = (name, &plan.name, &plan.engines, &plan.wind, &plan.colliders, &placed.impostors[variant]);
     let key = FILES.key().input(placed.keys[variant]).params(&told).number(seed.bits()).finish();
     let weight = |all: &Vec<EngineFiles>| all.iter().flat_map(|(_, made)| made).map(|(_, bytes)| bytes.len()).sum();
     parts.cache.remember_here(key, weight, || {
-        engine_files(parts, placed, materials, variant, name).map_err(|e| vec![Diagnostic::new("", e.to_string())])
+        engine_files(parts, placed, variant, name).map_err(|e| vec![Diagnostic::new("", e.to_string())])
     })
 }
 
 fn engine_files(
     parts: &SetParts<'_>,
     placed: &Placed,
-    materials: &SetMaterials,
     variant: usize,
     name: &str,
 ) -> Result<Vec<EngineFiles>, export::ExportError> {
@@ -372,14 +351,21 @@ fn engine_files(
             wind: wind.as_ref(),
         })
         .collect();
-    let asset = AssetIn { name, seed: parts.identities[variant].1.bits(), levels: &levels, materials };
     let engines = &parts.plan.engines;
-    let capsules = if engines[..] == [Engine::Generic] {
-        Vec::new()
-    } else {
-        export::capsules(plant, &posed, &ColliderParams::default())
+    let Facts { capsules, hulls, .. } = &*parts.facts[variant];
+    let colliders = Colliders { capsules, hulls };
+    let seed = parts.identities[variant].1.bits();
+    let files = |profile: &Profile| {
+        let materials = &SetMaterials::of(&parts.plan.name, profile.textures);
+        let asset = AssetIn { name, seed, levels: &levels, materials };
+        Ok((profile.engine, export::engine_files(&asset, colliders, profile.engine)?))
     };
-    engines.iter().map(|&engine| Ok((engine, export::engine_files(&asset, &capsules, engine)?))).collect()
+    engines.iter().map(files).collect()
+}
+
+/// Whether a set is for any reader of glTF alone.
+fn is_generic(plan: &Plan) -> bool {
+    plan.engines.iter().all(|profile| profile.engine == Engine::Generic)
 }
 
 /// Every variant at every level of detail: what did change is drawn, and all is painted.
@@ -466,22 +452,28 @@ pub(super) struct Facts {
     stats: PlantStats,
     bounds: Bounds,
     capsules: Vec<export::Capsule>,
+    hulls: Vec<export::Hull>,
 }
 
 /// Looks at every tree that was not looked at before.
-pub(super) fn facts(trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
+pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
     let one = |tree: &Tree| {
-        let key = FACTS.key().input(tree.key).finish();
+        let key = FACTS.key().input(tree.key).params(&plan.colliders).finish();
         cache.remember_here(
             key,
-            |facts: &Facts| facts.capsules.len() * 32 + 512,
+            |facts: &Facts| {
+                facts.capsules.len() * 32 + facts.hulls.iter().map(|h| h.points.len() * 40).sum::<usize>() + 512
+            },
             || {
                 let (plant, full) = (&*tree.plant, &tree.ladder.levels[0].mesh);
+                let posed = plant.pose();
+                let asked = &plan.colliders;
                 let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
                 Ok(Facts {
                     stats: PlantStats::of(plant),
                     bounds: Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] }),
-                    capsules: export::capsules(plant, &plant.pose(), &ColliderParams::default()),
+                    capsules: export::capsules(plant, &posed, asked),
+                    hulls: export::crown_hulls(plant, &posed, &full.leaf, asked.crown, asked.corners),
                 })
             },
         )
@@ -495,26 +487,11 @@ type NamedFile = (String, Vec<u8>);
 fn manifest(
     parts: &SetParts<'_>,
     placed: &Placed,
-    materials: &SetMaterials,
+    textures: Vec<TextureEntry>,
     names: &[String],
     (files, assets): (&[NamedFile], &[Vec<AssetEntry>]),
 ) -> Result<String, serde_json::Error> {
     let plan = parts.plan;
-    let size = |maps: &Maps| (maps.width, maps.height);
-    let mut textures = Vec::new();
-    for (material, uris, (width, height)) in
-        [("bark", &materials.bark, size(&parts.pictures.bark)), ("leaf", &materials.leaf, size(&placed.maps))]
-    {
-        for (map, file) in [("color", &uris.color), ("normal", &uris.normal), ("orm", &uris.orm)] {
-            textures.push(TextureEntry {
-                file: file.clone(),
-                material: material.to_owned(),
-                map: map.to_owned(),
-                width,
-                height,
-            });
-        }
-    }
     Manifest {
         generator: GENERATOR.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -547,14 +524,14 @@ fn variant_entry(
     name: &str,
 ) -> VariantEntry {
     let facts = &parts.facts[variant];
-    let Facts { stats, bounds, capsules } = &**facts;
+    let Facts { stats, bounds, capsules, hulls } = &**facts;
     let (bounds, meshes) = (*bounds, &placed.meshes[variant]);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {
         name: name.to_owned(),
         file: assets.iter().flat_map(|asset| &asset.files).next().cloned().unwrap_or_default(),
-        assets: if parts.plan.engines[..] == [Engine::Generic] { Vec::new() } else { assets.to_vec() },
+        assets: if is_generic(parts.plan) { Vec::new() } else { assets.to_vec() },
         seed: parts.identities[variant].1.bits(),
         recipe: parts.identities[variant].0.clone(),
         bounds,
@@ -570,6 +547,7 @@ fn variant_entry(
             })
             .collect(),
         capsules: capsules.clone(),
+        hulls: hulls.clone(),
     }
 }
 

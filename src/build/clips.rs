@@ -9,7 +9,7 @@ use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
 use crate::plant::{Plant, Posed, trunk_support};
 use crate::preset::Plan;
-use crate::preset::plan::{Clip as ClipParams, Variant};
+use crate::preset::plan::{Clip as ClipParams, TextureFormat, Variant};
 
 /// An animated file.
 #[derive(Clone, Debug)]
@@ -37,7 +37,9 @@ pub(super) fn clips(plan: &Plan, morphs: &Morphs, atlas: &Layout) -> Result<Vec<
         let budget = Budget { vertices: vertices as usize, leaves: leaves as usize };
         let parts = Parts::of(plan, made, budget, atlas).map_err(|error| wrong(&error))?;
         let times: Vec<f32> = (0..made.frames()).map(|k| time(k, made.frames()) * seconds).collect();
-        let materials = SetMaterials::of(&plan.name);
+        // A clip is of no engine: it takes what the first one does, which is `Generic` where that is asked for.
+        let textures = plan.engines.first().map_or(TextureFormat::Png, |profile| profile.textures);
+        let materials = SetMaterials::of(&plan.name, textures);
         let bytes = export::clip_glb(&ClipIn {
             name: &name,
             seed: plan.seed,

@@ -28,6 +28,7 @@ mod specimens;
 mod stages;
 pub(crate) mod stamp;
 mod studio;
+mod textures;
 mod trees;
 mod world;
 

@@ -21,7 +21,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 9;
+pub(super) const VERSION: u32 = 11;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -296,7 +296,7 @@ pub fn make_set(
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, inputs, &prepared, &selected);
-    let (identities, facts) = (&identities, assets::facts(&trees, cache)?);
+    let (identities, facts) = (&identities, assets::facts(plan, &trees, cache)?);
     let parts =
         SetParts { cache, plan, key, identities, trees: &trees, facts: &facts, pictures, clips: &clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;

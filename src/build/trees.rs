@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
-use crate::bake::Maps;
+use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Seed};
 use crate::lod::{self, Ladder, Piece, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
@@ -17,9 +17,9 @@ use crate::preset::plan::{Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 6);
+const LADDER: Stage = Stage("ladder", 9);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 1);
+const LEVEL: Stage = Stage("level", 4);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
@@ -79,7 +79,7 @@ impl<'a> Trees<'a> {
         let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
-            let stock = || once(&self.stock, || Stock::new(leaves, bark));
+            let stock = || once(&self.stock, || Stock::new(leaves, bark).cut(leaves, mesh.leaves));
             lod::ladder_by(plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
                 let key = LEVEL.key().input(of_tree).params(rung).finish();
                 let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
@@ -129,8 +129,18 @@ fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
     };
     let room = f64::from(plan.atlas.size) * f64::from(plan.atlas.size) * FILLED - art;
     let steps = (2..=8).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
-    let fits = |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room;
+    let fits =
+        |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room && squares_fit(plan, pictures, *texels);
     steps.clone().find(fits).unwrap_or(lod::CARD_TEXELS / 4)
+}
+
+/// Whether the leaf pictures and the sheets of all variants have places: of large squares area tells little.
+fn squares_fit(plan: &Plan, pictures: &Pictures, texels: u32) -> bool {
+    let sheets = plan.lods.iter().filter(|lod| matches!(lod, Lod::Impostor { .. }));
+    let edges: Vec<u32> = sheets.flat_map(|lod| lod::pictures(lod, texels)).map(|(_, edge)| edge).collect();
+    let mut sizes: Vec<(u32, u32)> = pictures.leaves.iter().map(|maps| (maps.width, maps.height)).collect();
+    sizes.extend(edges.iter().flat_map(|&edge| std::iter::repeat_n((edge, edge), plan.variants.len())));
+    sizes.is_empty() || bake::Layout::new(&sizes, &[], &plan.atlas).is_ok_and(|layout| layout.scale == 1.0)
 }
 
 /// The key of a value's content.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::args::WatchArguments;
 use super::report::{Failure, Meter, failure};
+use crate::build::Progress;
 use crate::watch::{Event, Next, WatchOptions, Watcher};
 
 /// Watches until the process is interrupted.
@@ -29,6 +30,8 @@ pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
 pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
     match event {
         Event::Preset(_) => {}
+        // Some sets take half a minute, and silence looks like a watcher that saw nothing.
+        Event::Build(Progress::Steps(steps)) if *steps > 0 => meter.line(&format!("building, {steps} steps")),
         Event::Build(progress) => meter.take(progress),
         Event::Failed(error) => {
             failure(&Failure::Diagnostics(error.diagnostics.clone()));

@@ -17,7 +17,8 @@ use json::Index;
 use json::accessor::{ComponentType, Type};
 use json::validation::Checked::Valid;
 
-use super::glb::{ExportError, Part, SetMaterials, Writer, proper_triangles};
+use super::SetMaterials;
+use super::glb::{ExportError, Part, Writer, proper_triangles};
 use crate::mesh::{Key, Mesh};
 
 /// Leaves about one key.
@@ -243,6 +244,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
+    use crate::preset::plan::TextureFormat;
 
     fn quad(shift: f32) -> Mesh {
         let positions = vec![
@@ -276,7 +278,7 @@ mod tests {
                 around: [(k > 0).then(|| keys[k].clone()), (k < 2).then(|| keys[k].clone())],
             })
             .collect();
-        let materials = SetMaterials::of("set");
+        let materials = SetMaterials::of("set", TextureFormat::Png);
         let clip = ClipIn {
             name: "set_clip_001",
             seed: 1,
@@ -302,7 +304,7 @@ mod tests {
 
     #[test]
     fn keys_that_do_not_fit_are_errors() {
-        let (mesh, materials) = (quad(0.0), SetMaterials::of("set"));
+        let (mesh, materials) = (quad(0.0), SetMaterials::of("set", TextureFormat::Png));
         let keys = [key(&mesh), Key::default()];
         let clip = ClipIn {
             name: "c",

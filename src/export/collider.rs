@@ -8,6 +8,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::plant::{Plant, Posed};
+use crate::preset::plan::ColliderParams;
 
 /// Most points between a capsule's ends.
 const SPAN: usize = 32;
@@ -21,22 +22,6 @@ pub struct Capsule {
     pub b: [f32; 3],
     /// Metres.
     pub radius: f32,
-}
-
-/// What becomes a collider.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ColliderParams {
-    /// Wood thinner than this radius has no collider, metres.
-    pub least_radius: f32,
-    /// Most capsules of a plant; the thickest are kept.
-    pub most: usize,
-}
-
-impl Default for ColliderParams {
-    /// Wood of 10 cm and more across, at most 32 capsules.
-    fn default() -> Self {
-        Self { least_radius: 0.05, most: 32 }
-    }
 }
 
 /// Capsules for a plant's trunk and thick limbs, thickest first. A plant that is thin all over has none.
@@ -100,7 +85,7 @@ mod tests {
         let mut builder = PlantBuilder::new();
         builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y + Vec3::X], &[0.3, 0.25, 0.2]);
         let plant = builder.finish().unwrap();
-        let of = |most| capsules(&plant, &plant.pose(), &ColliderParams { least_radius: 0.05, most });
+        let of = |most| capsules(&plant, &plant.pose(), &ColliderParams { most, ..ColliderParams::default() });
         assert_eq!(of(9).len(), 2);
         assert_eq!(of(1)[0].b, [0.0, 1.0, 0.0]);
     }

@@ -2,7 +2,8 @@
 //!
 //! The scene holds one root node that carries LOD0; lower levels are further nodes outside the scene, named by `MSFT_lod`
 //! on the root with `MSFT_screencoverage` in its extras, so a loader that doesn't know the extension shows LOD0 and
-//! nothing else. All levels share the origin. Textures are files beside the GLB, shared by the set.
+//! nothing else. All levels share the origin. Textures are files beside the GLB, shared by the set. WebP and KTX2 are named by
+//! their extensions, which are required then: a PNG to fall back on would have to lie beside each.
 //!
 //! Limits: what is structurally wrong (array lengths, indices, a position that isn't finite) is an error; what rounding
 //! may leave behind upstream is mended here, because a single such vertex would fail the Khronos validator: triangles
@@ -22,42 +23,9 @@ use serde::Serialize;
 
 use super::ImpostorEntry;
 use super::packed::Cube;
+use super::textures::SetMaterials;
 use crate::mesh::{Mesh, TreeMesh, Wind};
-
-/// File names of a material's maps, relative to the GLB, `/` between folders; not yet percent-encoded.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MaterialTextures {
-    /// Base colour; with alpha for leaves.
-    pub color: String,
-    /// Tangent-space normal.
-    pub normal: String,
-    /// Occlusion, roughness, metalness.
-    pub orm: String,
-}
-
-/// The two materials that all variants of a set share.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SetMaterials {
-    /// The set's name; materials are named `SET_bark` and `SET_leaf`.
-    pub set: String,
-    /// Tiling bark.
-    pub bark: MaterialTextures,
-    /// The atlas.
-    pub leaf: MaterialTextures,
-}
-
-impl SetMaterials {
-    /// The materials of a set with the standard file names, `SET_bark_color.png` to `SET_leaf_orm.png`.
-    #[must_use]
-    pub fn of(set: &str) -> Self {
-        let maps = |part: &str| MaterialTextures {
-            color: format!("{set}_{part}_color.png"),
-            normal: format!("{set}_{part}_normal.png"),
-            orm: format!("{set}_{part}_orm.png"),
-        };
-        Self { set: set.to_owned(), bark: maps("bark"), leaf: maps("leaf") }
-    }
-}
+use crate::preset::plan::TextureFormat;
 
 /// One level of detail.
 #[derive(Clone, Copy, Debug)]
@@ -524,7 +492,12 @@ impl<'a> Writer<'a> {
     }
 
     fn texture(&mut self, file: &str, sampler: Index<json::texture::Sampler>) -> Index<json::Texture> {
-        let source = self.root.push(json::Image {
+        let needed = match self.materials.textures {
+            TextureFormat::Png => None,
+            TextureFormat::Webp => Some("EXT_texture_webp"),
+            TextureFormat::Ktx2 => Some("KHR_texture_basisu"),
+        };
+        let image = self.root.push(json::Image {
             buffer_view: None,
             mime_type: None,
             name: None,
@@ -532,7 +505,30 @@ impl<'a> Writer<'a> {
             extensions: None,
             extras: None,
         });
-        self.root.push(json::Texture { name: None, sampler: Some(sampler), source, extensions: None, extras: None })
+        let Some(needed) = needed else {
+            let sampler = Some(sampler);
+            return self.root.push(json::Texture {
+                name: None,
+                sampler,
+                source: image,
+                extensions: None,
+                extras: None,
+            });
+        };
+        if !self.root.extensions_used.iter().any(|used| used == needed) {
+            self.root.extensions_used.push(needed.to_owned());
+            self.root.extensions_required.push(needed.to_owned());
+        }
+        let mut extensions = json::extensions::texture::Texture::default();
+        extensions.others.insert(needed.to_owned(), serde_json::json!({ "source": image.value() }));
+        self.root.push(json::Texture {
+            name: None,
+            sampler: Some(sampler),
+            // No other picture stands in for it: what can't read it says so, instead of showing a white tree.
+            source: Index::new(u32::MAX),
+            extensions: Some(extensions),
+            extras: None,
+        })
     }
 
     /// Adds nodes and packs both chunks.

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Capsule;
+use super::{Capsule, Hull};
 
 /// Number of the manifest's format; raised when a field changes its meaning or goes away.
 pub const MANIFEST_FORMAT: u32 = 1;
@@ -133,6 +133,9 @@ pub struct VariantEntry {
     pub levels: Vec<LevelEntry>,
     /// Trunk and thick limbs as a simple collider, thickest first.
     pub capsules: Vec<Capsule>,
+    /// Convex hulls that hold the crown, largest first, where the preset asks for some.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hulls: Vec<Hull>,
 }
 
 /// An axis-aligned box, metres.
@@ -237,6 +240,13 @@ pub struct TextureEntry {
     pub width: u32,
     /// Texels.
     pub height: u32,
+    /// How many levels it holds, level 0 included; 0 for a picture, of which engines make them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub mips: u32,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 /// The leaf atlas in figures.
@@ -330,6 +340,7 @@ mod tests {
             leaves: 5,
             levels: vec![level],
             capsules: vec![Capsule { a: [0.0; 3], b: [0.0, 1.0, 0.0], radius: 0.2 }],
+            hulls: vec![Hull { points: vec![[0.5; 3]; 4], triangles: vec![[0, 1, 2]] }],
         };
         let manifest = Manifest {
             generator: "treewright".into(),

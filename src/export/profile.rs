@@ -10,19 +10,43 @@
 //! | `Unreal` | `NAME_LOD0.unreal.glb…` | one file a level | `UCX_NAME_LOD0_00…` in the file of LOD0 |
 //!
 //! All levels share the tree's origin: the middle of the trunk on the ground. Colliders are convex hulls of the capsules
-//! along the trunk and thick limbs. Textures are shared by all files of the set. PEERS of the design names the sources.
+//! along the trunk and thick limbs, and after them those around the crown, where the preset asks for such: as
+//! `NAME_crown_0-convcolonly…` (Godot), `NAME_crown_0…` in the file of colliders (Unity, Bevy), with the next numbers of
+//! `UCX_NAME_LOD0_00…` (Unreal, which knows no other names). Textures are shared by all files of the set. PEERS of the design names the sources.
 
 use gltf_json as json;
 use json::Index;
 
 use super::glb::{Writer, raw};
 use super::manifest::switch_distance;
-use super::{AssetIn, Capsule, ExportError, glb, level_name};
+use super::{AssetIn, Capsule, ExportError, Hull, glb, level_name};
 use crate::base::{Frame, math};
 use crate::preset::plan::Engine;
 
 /// Sides of a collider.
 const SIDES: u32 = 8;
+
+/// What physics take a variant for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Colliders<'a> {
+    /// Of the trunk and thick limbs.
+    pub capsules: &'a [Capsule],
+    /// Around the crown.
+    pub hulls: &'a [Hull],
+}
+
+impl<'a> Colliders<'a> {
+    /// Corners and triangles of each convex hull: of the capsules, then of the crown.
+    fn meshes(self) -> impl Iterator<Item = (Vec<glam::Vec3>, Vec<u32>)> + 'a {
+        self.capsules.iter().map(hull).chain(self.hulls.iter().map(Hull::mesh))
+    }
+
+    /// A name for each; those of capsules start with `prefix`.
+    fn names(self, prefix: &'static str) -> impl Iterator<Item = String> {
+        let of_capsules = (0..self.capsules.len()).map(move |k| format!("{prefix}{k}"));
+        of_capsules.chain((0..self.hulls.len()).map(|k| format!("crown_{k}")))
+    }
+}
 
 /// The files of a variant for an engine, name and bytes, what is loaded first in front.
 ///
@@ -31,7 +55,7 @@ const SIDES: u32 = 8;
 /// See [`ExportError`].
 pub fn engine_files(
     asset: &AssetIn<'_>,
-    capsules: &[Capsule],
+    colliders: Colliders<'_>,
     engine: Engine,
 ) -> Result<Vec<(String, Vec<u8>)>, ExportError> {
     let name = asset.name;
@@ -39,12 +63,12 @@ pub fn engine_files(
     match engine {
         Engine::Generic => files.push((format!("{name}.glb"), glb(asset)?)),
         Engine::Web => files.push((format!("{name}.web.glb"), super::glb::web(asset)?)),
-        Engine::Godot => files.push((format!("{name}.godot.glb"), siblings(asset, capsules, engine)?)),
+        Engine::Godot => files.push((format!("{name}.godot.glb"), siblings(asset, colliders, engine)?)),
         Engine::Unity | Engine::Bevy => {
             let suffix = if engine == Engine::Unity { "unity" } else { "bevy" };
-            files.push((format!("{name}.{suffix}.glb"), siblings(asset, &[], engine)?));
-            if !capsules.is_empty() {
-                files.push((format!("{name}.colliders.{suffix}.glb"), colliders(asset, capsules)?));
+            files.push((format!("{name}.{suffix}.glb"), siblings(asset, Colliders::default(), engine)?));
+            if !(colliders.capsules.is_empty() && colliders.hulls.is_empty()) {
+                files.push((format!("{name}.colliders.{suffix}.glb"), alone(asset, colliders)?));
             }
         }
         Engine::Unreal => {
@@ -55,8 +79,9 @@ pub fn engine_files(
                 writer.level(&of_level, i, level)?;
                 let mut children = vec![node(&mut writer, &of_level, Index::new(0))];
                 if i == 0 {
-                    for (k, capsule) in capsules.iter().enumerate() {
-                        children.push(collider(&mut writer, &format!("UCX_{of_level}_{k:02}"), capsule));
+                    let names = (0_usize..).map(|k| format!("UCX_{of_level}_{k:02}"));
+                    for ((points, triangles), name) in colliders.meshes().zip(names) {
+                        children.push(collider(&mut writer, &name, &points, &triangles));
                     }
                 }
                 files.push((format!("{of_level}.unreal.glb"), writer.seal(name, asset.seed, children)?));
@@ -67,7 +92,7 @@ pub fn engine_files(
 }
 
 /// All levels side by side under one root, and colliders that the importer knows by their names.
-fn siblings(asset: &AssetIn<'_>, capsules: &[Capsule], engine: Engine) -> Result<Vec<u8>, ExportError> {
+fn siblings(asset: &AssetIn<'_>, colliders: Colliders<'_>, engine: Engine) -> Result<Vec<u8>, ExportError> {
     super::glb::check_levels(asset)?;
     let height = height(asset);
     let mut writer = Writer::new(asset.materials);
@@ -87,8 +112,8 @@ fn siblings(asset: &AssetIn<'_>, capsules: &[Capsule], engine: Engine) -> Result
         from = to;
         children.push(child);
     }
-    for (k, capsule) in capsules.iter().enumerate() {
-        children.push(collider(&mut writer, &format!("{}_{k}-convcolonly", asset.name), capsule));
+    for ((points, triangles), name) in colliders.meshes().zip(colliders.names("")) {
+        children.push(collider(&mut writer, &format!("{}_{name}-convcolonly", asset.name), &points, &triangles));
     }
     let root = writer.root.push(json::Node {
         name: Some(asset.name.to_owned()),
@@ -99,13 +124,12 @@ fn siblings(asset: &AssetIn<'_>, capsules: &[Capsule], engine: Engine) -> Result
 }
 
 /// Colliders in a file of their own.
-fn colliders(asset: &AssetIn<'_>, capsules: &[Capsule]) -> Result<Vec<u8>, ExportError> {
+fn alone(asset: &AssetIn<'_>, colliders: Colliders<'_>) -> Result<Vec<u8>, ExportError> {
     let mut writer = Writer::new(asset.materials);
-    let nodes = capsules
-        .iter()
-        .enumerate()
-        .map(|(k, capsule)| collider(&mut writer, &format!("{}_collider_{k}", asset.name), capsule))
-        .collect();
+    let mut nodes = Vec::new();
+    for ((points, triangles), name) in colliders.meshes().zip(colliders.names("collider_")) {
+        nodes.push(collider(&mut writer, &format!("{}_{name}", asset.name), &points, &triangles));
+    }
     writer.seal(asset.name, asset.seed, nodes)
 }
 
@@ -113,10 +137,9 @@ fn node(writer: &mut Writer<'_>, name: &str, mesh: Index<json::Mesh>) -> Index<j
     writer.root.push(json::Node { mesh: Some(mesh), name: Some(name.to_owned()), ..Default::default() })
 }
 
-/// A capsule's hull as a mesh and a node of one name.
-fn collider(writer: &mut Writer<'_>, name: &str, capsule: &Capsule) -> Index<json::Node> {
-    let (points, triangles) = hull(capsule);
-    let mesh = writer.plain_mesh(name, &points, &triangles);
+/// A convex hull as a mesh and a node of one name.
+fn collider(writer: &mut Writer<'_>, name: &str, points: &[glam::Vec3], triangles: &[u32]) -> Index<json::Node> {
+    let mesh = writer.plain_mesh(name, points, triangles);
     node(writer, name, mesh)
 }
 

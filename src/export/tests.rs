@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::*;
 use crate::mesh::{Mesh, TreeMesh};
+use crate::preset::plan::TextureFormat;
 use crate::source::glb::read_glb;
 
 /// `quads` quads side by side, four vertices each.
@@ -34,7 +35,7 @@ fn write(trees: &[TreeMesh]) -> Result<Vec<u8>, ExportError> {
         .enumerate()
         .map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i), impostor: None, wind: None })
         .collect();
-    let materials = SetMaterials::of("two words");
+    let materials = SetMaterials::of("two words", TextureFormat::Png);
     glb(&AssetIn { name: "oak_001", seed: 41, levels: &levels, materials: &materials })
 }
 
@@ -157,4 +158,36 @@ fn pictures_survive_the_encoder_and_hold_no_ancillary_chunk() {
     }
     assert!(chunks.iter().all(|c| [&b"IHDR"[..], b"IDAT", b"IEND"].contains(c)), "{chunks:?}");
     assert!(encode(&pixels, 5, 4, PngKind::Rgba).is_err() && encode(&[], 0, 0, PngKind::Rgb).is_err());
+}
+
+#[test]
+fn colliders_have_the_names_that_each_engine_knows() {
+    use crate::preset::plan::Engine;
+    let mesh = tree(2, 2);
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];
+    let materials = SetMaterials::of("oak", TextureFormat::Png);
+    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let capsules = [Capsule { a: [0.0; 3], b: [0.0, 1.0, 0.0], radius: 0.2 }];
+    let hull = Hull {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+    };
+    let hulls = [hull.clone(), hull];
+    let names = |colliders: Colliders<'_>, engine: Engine| -> Vec<String> {
+        let files = engine_files(&asset, colliders, engine).unwrap();
+        let of = |file: &(String, Vec<u8>)| read_glb(&file.1).unwrap().meshes;
+        files.iter().flat_map(of).map(|mesh| mesh.name).filter(|name| name != "oak_001_LOD0").collect()
+    };
+    let all = Colliders { capsules: &capsules, hulls: &hulls };
+    let godot = ["oak_001_0-convcolonly", "oak_001_crown_0-convcolonly", "oak_001_crown_1-convcolonly"];
+    assert_eq!(names(all, Engine::Godot), godot);
+    let plain = ["oak_001_collider_0", "oak_001_crown_0", "oak_001_crown_1"];
+    assert_eq!(names(all, Engine::Unity), plain);
+    assert_eq!(names(all, Engine::Bevy), plain);
+    let numbered = ["UCX_oak_001_LOD0_00", "UCX_oak_001_LOD0_01", "UCX_oak_001_LOD0_02"];
+    assert_eq!(names(all, Engine::Unreal), numbered);
+    assert_eq!(names(all, Engine::Web), [""; 0]);
+    let only = Colliders { capsules: &[], hulls: &hulls[..1] };
+    assert_eq!(names(only, Engine::Unity), ["oak_001_crown_0"]);
+    assert_eq!(names(Colliders::default(), Engine::Unity), [""; 0]);
 }

@@ -5,13 +5,17 @@
 
 use rayon::prelude::*;
 
-use super::lacks::Wanted;
+use super::lacks::{Lacks, Wanted};
 use super::measure::{Measured, views};
 use crate::bake::{Cutout, Repeat, Shape, Silhouette, View};
 use crate::mesh::TreeMesh;
 
 /// Every which view is looked at in searches.
 const SOME: usize = 3;
+/// Pixels that are carved are so many samples wide, and so many in rough drawings: areas are as well known by a quarter of
+/// the samples.
+pub(super) const CARVED: usize = 4;
+const ROUGH: usize = 2;
 
 /// The full tree from all views.
 pub(super) struct Outlines {
@@ -26,8 +30,14 @@ pub(super) struct Outlines {
 impl Outlines {
     /// Draws `tree` from `count` directions so that it is `lines` samples high.
     pub(super) fn new(tree: &TreeMesh, cutouts: &[&Cutout], lines: u32, count: u32) -> Self {
-        let (views, (columns, rows)) = views(tree, lines, count);
-        let (columns, rows) = (columns as usize, rows as usize);
+        let (mut views, (columns, rows)) = views(tree, lines, count);
+        // Whole pixels of the size that is carved, so that rough drawings have the same.
+        let whole = |samples: u32| (samples as usize).next_multiple_of(CARVED);
+        let grown = |samples: u32| whole(samples) as f32 / samples.max(1) as f32;
+        for view in &mut views {
+            (view.half_width, view.half_height) = (view.half_width * grown(columns), view.half_height * grown(rows));
+        }
+        let (columns, rows) = (whole(columns), whole(rows));
         let mut made = Self { views, columns, rows, lines, drawn: Vec::new() };
         made.drawn = made.draw(tree, cutouts);
         made
@@ -43,9 +53,36 @@ impl Outlines {
         self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
     }
 
-    /// What pixels of `size` samples are to cover.
-    pub(super) fn wanted(&self, size: usize, contrast: f32) -> Wanted {
-        Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (size, contrast))
+    /// What pixels are to cover that are carved.
+    pub(super) fn wanted(&self, contrast: f32) -> Wanted {
+        Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (CARVED, contrast))
+    }
+
+    /// What a level lacks, drawn roughly from every `step`-th view, the first of them `from`.
+    pub(super) fn lacks(
+        &self,
+        wanted: &Wanted,
+        (from, step): (usize, usize),
+        tree: &TreeMesh,
+        cutouts: &[&Cutout],
+    ) -> Lacks {
+        let views: Vec<usize> = (from..self.views.len()).step_by(step).collect();
+        wanted.lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
+    }
+
+    /// Covered area over the full tree's of a level that is drawn roughly, mean of every third view.
+    pub(super) fn rough_ratio(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
+        let views: Vec<usize> = (1..self.views.len()).step_by(SOME).collect();
+        let ratio = |&view: &usize| {
+            let drawn = self.rough(&self.views[view], tree, cutouts).count() * (ROUGH * ROUGH) as u64;
+            over(self.drawn[view].count(), drawn)
+        };
+        let ratios: Vec<f32> = views.par_iter().map(ratio).collect();
+        ratios.iter().sum::<f32>() / ratios.len().max(1) as f32
+    }
+
+    fn rough(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
+        outline(tree, cutouts, view, (self.columns / ROUGH, self.rows / ROUGH))
     }
 
     /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
@@ -61,10 +98,7 @@ impl Outlines {
 
     /// One view.
     pub(super) fn one(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
-        let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled };
-        let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout };
-        // Wood first: it asks for no texels.
-        Silhouette::new(&[bark, leaf], view, self.columns, self.rows)
+        outline(tree, cutouts, view, (self.columns, self.rows))
     }
 
     /// Covered area over the full tree's, mean of the views.
@@ -89,9 +123,19 @@ impl Outlines {
     }
 }
 
+fn outline(tree: &TreeMesh, cutouts: &[&Cutout], view: &View, (columns, rows): (usize, usize)) -> Silhouette {
+    let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled };
+    let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout };
+    // Wood first: it asks for no texels.
+    Silhouette::new(&[bark, leaf], view, columns, rows)
+}
+
 fn ratio(a: &Silhouette, b: &Silhouette) -> f32 {
-    let (area, other) = (a.count() as f32, b.count() as f32);
-    if area > 0.0 { other / area } else { 1.0 }
+    over(a.count(), b.count())
+}
+
+fn over(area: u64, other: u64) -> f32 {
+    if area > 0 { other as f32 / area as f32 } else { 1.0 }
 }
 
 /// Of the pixels that are half covered or more.

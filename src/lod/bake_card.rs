@@ -5,6 +5,7 @@
 //! content covers of the card's area, times a gain that the caller finds by measuring whole trees.
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::bent::Bend;
 use super::lacks::Lacks;
@@ -171,14 +172,18 @@ impl Card {
         self.covered = self.ranked.partition_point(|c| *c >= 0.5) as f32;
     }
 
-    /// What of the card passes the alpha test as it is.
-    pub(super) fn outline(&self) -> Cutout {
-        Cutout::new(self.size.0, self.size.1, self.alpha(1.0))
+    /// What of the card passes the alpha test as it is, with `gain` times the area that its content covers solid.
+    pub(super) fn outline(&self, gain: f32) -> Cutout {
+        Cutout::new(self.size.0, self.size.1, self.alpha(gain))
     }
 
-    /// What of the card passes the alpha test once it is packed, with `gain` times the area that its content covers solid.
-    pub(super) fn cutout(&self, gain: f32) -> Cutout {
-        Cutout::new(self.size.0, self.size.1, as_packed(&self.alpha(gain), self.size))
+    /// What of each card passes the alpha test once they are packed, with `gain` times the area that its content covers
+    /// solid.
+    pub(super) fn cutouts(cards: &[Self], gain: f32) -> Vec<Cutout> {
+        let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
+        let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
+        let packed = as_packed(&alphas, &sizes);
+        packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::new(size.0, size.1, alpha)).collect()
     }
 
     /// The card's picture, with `gain` times the area that its content covers passing the alpha test.

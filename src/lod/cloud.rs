@@ -38,13 +38,15 @@ pub(super) const LIMBS: usize = 1100;
 const VISIBLE: f32 = 0.0025;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
-/// Rounds of carving, the first one's step, samples along a pixel's edge, and how far pixels are drawn from a half.
+/// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), the first one's step, and
+/// how far pixels are drawn from a half.
 const CARVINGS: usize = 4;
+const SUBSETS: usize = 2;
 const STEP: f32 = 4.0;
-const CARVED: usize = 4;
 const CONTRAST: f32 = 1.5;
-/// Rounds in search of the alpha's gain.
+/// Rounds in search of the alpha's gain, and steps by cards that are packed.
 const ROUNDS: usize = 4;
+const PACKINGS: usize = 4;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,56 +102,64 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
 impl Cloud {
     /// Moves alpha to where the full tree is seen from all views and away from where it is not.
     pub(super) fn carve(&mut self, outlines: &Outlines, worn: &[&Cutout]) {
-        let wanted = outlines.wanted(CARVED, CONTRAST);
+        let wanted = outlines.wanted(CONTRAST);
         for round in 0..CARVINGS {
-            let own: Vec<Cutout> = self.cards.par_iter().map(Card::outline).collect();
+            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(1.0)).collect();
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let lacks = wanted.lacks(&outlines.draw(&self.tree, &worn));
+            let lacks = outlines.lacks(&wanted, (round % SUBSETS, SUBSETS), &self.tree, &worn);
             let step = STEP / (1.0 + 0.5 * round as f32);
             self.cards.par_iter_mut().for_each(|card| card.adjust(&lacks, step));
         }
     }
 
-    /// Sets the gain so that the whole tree covers what the full one does: secant steps. `worn` are the cutouts of all
-    /// tiles before its own. Gives back its outlines.
+    /// Sets the gain so that the whole tree covers what the full one does: secant steps by rough drawings of cards as they
+    /// are, then a step by how much it is off once they are packed. `worn` are the cutouts of all tiles before its own.
+    /// Gives back its outlines.
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = |gain: f32| -> Vec<Cutout> { self.cards.par_iter().map(|card| card.cutout(gain)).collect() };
-        let (mut gain, mut best) = (self.gain, (f32::INFINITY, self.gain));
+        // Cards hide each other, so the first guess of the slope is less than one.
+        let mut slope = 0.5;
         let mut before: Option<(f32, f32)> = None;
         for _ in 0..ROUNDS {
-            let own = own(gain);
+            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(self.gain)).collect();
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let drawn = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
-            let coverage = outlines.ratio_of_some(&drawn);
-            let off = (coverage - 1.0).abs();
-            if off < best.0 {
-                best = (off, gain);
+            let coverage = outlines.rough_ratio(&self.tree, &worn);
+            if let Some((g, c)) = before.filter(|b| (self.gain - b.0).abs() > 1e-3) {
+                slope = ((coverage - c) / (self.gain - g)).clamp(0.1, 2.0);
             }
-            if off < 0.006 || self.cards.is_empty() {
+            if (coverage - 1.0).abs() < 0.01 || self.cards.is_empty() {
                 break;
             }
-            // Cards hide each other, so the first guess of the slope is less than one.
-            let slope = match before {
-                Some((g, c)) if (gain - g).abs() > 1e-3 => ((coverage - c) / (gain - g)).clamp(0.1, 2.0),
-                _ => 0.5,
-            };
-            before = Some((gain, coverage));
-            gain = (gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
+            before = Some((self.gain, coverage));
+            self.gain = (self.gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
-        let own = own(best.1);
-        let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-        let mut drawn = outlines.draw(&self.tree, &worn);
-        // All views know better than some by how much it is off; one step is enough.
-        let off = outlines.ratio(&drawn) - 1.0;
-        self.gain = best.1;
-        if off.abs() > 0.012 && !self.cards.is_empty() {
-            self.gain = (best.1 - off / 0.5).clamp(0.3, 4.0);
-            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.cutout(self.gain)).collect();
-            let base = worn.len() - own.len();
-            let worn: Vec<&Cutout> = worn[..base].iter().copied().chain(&own).collect();
-            drawn = outlines.draw(&self.tree, &worn);
+        // What packing takes or gives is met beforehand; all views know better than some.
+        let own = Card::cutouts(&self.cards, self.gain);
+        let some = outlines.rough_ratio(&self.tree, &worn.iter().copied().chain(&own).collect::<Vec<_>>());
+        let mut gain = (self.gain - (some - 1.0) / slope).clamp(0.3, 4.0);
+        let mut best = (f32::INFINITY, Vec::new());
+        let mut before: Option<(f32, f32)> = None;
+        for _ in 0..PACKINGS {
+            let drawn = self.packed(gain, outlines, worn);
+            let off = outlines.ratio(&drawn) - 1.0;
+            if off.abs() < best.0 {
+                (best, self.gain) = ((off.abs(), drawn), gain);
+            }
+            if best.0 < 0.015 || self.cards.is_empty() {
+                break;
+            }
+            if let Some((g, o)) = before.filter(|b| (gain - b.0).abs() > 1e-3) {
+                slope = ((off - o) / (gain - g)).clamp(0.1, 2.0);
+            }
+            before = Some((gain, off));
+            gain = (gain - off / slope).clamp(0.3, 4.0);
         }
-        drawn
+        best.1
+    }
+
+    /// From all views, its cards as an atlas keeps them.
+    fn packed(&self, gain: f32, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
+        let own = Card::cutouts(&self.cards, gain);
+        outlines.draw(&self.tree, &worn.iter().copied().chain(&own).collect::<Vec<_>>())
     }
 
     /// The finished pictures.

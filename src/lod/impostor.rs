@@ -29,8 +29,8 @@ use crate::base::Frame;
 use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::preset::plan::Forks;
 
-/// Texels along a frame's edge, where cards have [`CARD_TEXELS`].
-const TEXELS: u32 = 40;
+/// Texels along the edge of a sheet, where cards have [`CARD_TEXELS`].
+const SHEET: u32 = 480;
 /// Samples along a texel's edge.
 const SAMPLES: u32 = 3;
 /// Room around the cylinder, so that neighbouring frames do not mix in the first mip.
@@ -43,10 +43,15 @@ const APART: f32 = 0.01;
 const ROUGHNESS: u8 = 200;
 /// The first alpha that passes the test.
 const SOLID: u8 = 128;
+/// Texels around one that coverage is sharpened by, and how far.
+const AROUND: usize = 2;
+const SHARP: f32 = 3.0;
+/// A row that covers so many texels is never left empty.
+const THIN: f32 = 0.08;
 
-/// Texels along a frame's edge where cards have so many.
-pub(super) fn texels(cards: u32) -> u32 {
-    (cards.clamp(8, 1024) * TEXELS / CARD_TEXELS).clamp(8, 128)
+/// Texels along a frame's edge where cards have so many: a sheet of fewer frames shows each of them larger.
+pub(super) fn texels(cards: u32, frames: u32) -> u32 {
+    (cards.clamp(8, 1024) * SHEET / (CARD_TEXELS * frames.clamp(2, 32))).clamp(8, 256)
 }
 
 /// How a sheet of views is laid out.
@@ -126,7 +131,7 @@ impl Impostor {
         for (y, x) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))) {
             let Some(orm) = sheet.orm.get(texel(x, y)) else { continue };
             let deep = (f32::from(orm[2]) / 127.5 - 1.0) * self.radius;
-            for quarter in solid_quarters(&alpha, (x, y)) {
+            for quarter in solid_quarters(&alpha, (x, y)).into_iter().flatten() {
                 let middle = Vec2::new(x as f32, y as f32) + quarter;
                 shown.add((middle - corners[0]) / whole * 2.0 - 1.0, deep, middle / size);
             }
@@ -153,15 +158,18 @@ impl Impostor {
 }
 
 /// The middles of those quarters of a texel that are solid, from its upper left corner, alpha taken between texels.
-fn solid_quarters(alpha: &dyn Fn(i64, i64) -> f32, (x, y): (u32, u32)) -> impl Iterator<Item = Vec2> {
+fn solid_quarters(alpha: &dyn Fn(i64, i64) -> f32, (x, y): (u32, u32)) -> [Option<Vec2>; 4] {
     let (x, y) = (i64::from(x), i64::from(y));
     let own = alpha(x, y);
     let solid = |(dx, dy): (i64, i64)| {
         let near = (alpha(x + dx, y) + alpha(x, y + dy)) * 0.1875 + alpha(x + dx, y + dy) * 0.0625;
         (own * 0.5625 + near >= ALPHA_CUTOFF * 255.0).then(|| Vec2::new(0.5 + 0.25 * dx as f32, 0.5 + 0.25 * dy as f32))
     };
-    [(-1, -1), (1, -1), (-1, 1), (1, 1)].map(solid).into_iter().flatten()
+    [(-1, -1), (1, -1), (-1, 1), (1, 1)].map(solid)
 }
+
+/// Corners of a square.
+const SQUARE: [(f32, f32); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
 
 /// Texels of a frame as squares that face a viewer.
 struct Shown {
@@ -176,6 +184,15 @@ struct Shown {
 }
 
 impl Shown {
+    /// Makes the square that was added last as large as the four of a texel together.
+    fn widen(&mut self) {
+        let by = self.half * (0.5 / 0.52);
+        let last = self.mesh.positions.len().saturating_sub(4);
+        for (p, (across, up)) in self.mesh.positions[last..].iter_mut().zip(SQUARE) {
+            *p += self.viewer.x * (by.x * across) + self.viewer.y * (by.y * up);
+        }
+    }
+
     /// `texels` is the size of a frame.
     fn new(layout: &Impostor, frame: (u32, u32), viewer: Frame, texels: Vec2, tile: u32) -> Self {
         let (axes, extent) = (layout.axes(frame), layout.extent(frame));
@@ -188,7 +205,7 @@ impl Shown {
         let Self { mesh, axes, viewer, extent, centre, half, tile } = self;
         let middle = *centre + axes.x * (at.x * extent.x) - axes.y * (at.y * extent.y) + axes.z * deep;
         let first = mesh.positions.len() as u32;
-        for (across, up) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+        for (across, up) in SQUARE {
             mesh.positions.push(middle + viewer.x * (half.x * across) + viewer.y * (half.y * up));
             mesh.normals.push(axes.z);
             mesh.tangents.push([axes.x.x, axes.x.y, axes.x.z, 1.0]);
@@ -223,7 +240,7 @@ struct Drawn {
 
 /// Draws an impostor's frames, so many along an edge, for cards of so many texels; its mesh wears tile `tile`.
 pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe, tile: u32) -> Views {
-    let (frames, texels) = (frames.clamp(2, 32), texels(cards));
+    let (frames, texels) = (frames.clamp(2, 32), texels(cards, frames));
     let (low, high) = bounds(scene.full);
     let centre = (low + high) * 0.5;
     let points = || scene.full.bark.positions.iter().chain(&scene.full.leaf.positions).filter(|p| p.is_finite());
@@ -239,7 +256,10 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
             let frame = (i % frames, i / frames);
             let (axes, extent) = (layout.axes(frame), layout.extent(frame));
             let view = View::new(axes, centre, extent.x, extent.y);
-            let (target, recipe) = survey(&surfaces, &view, texels, texels, SAMPLES);
+            let (mut target, recipe) = survey(&surfaces, &view, texels, texels, SAMPLES);
+            if scene.plant.leaves().is_empty() {
+                sharpen(&mut target.coverage, texels as usize);
+            }
             Drawn::new(target, recipe, axes)
         })
         .collect();
@@ -302,25 +322,45 @@ impl Drawn {
 }
 
 impl Views {
-    /// What a viewer with these axes sees, with `gain` times the area that the tree covers solid; wears nothing.
-    pub(super) fn shown(&self, viewer: Frame, gain: f32) -> TreeMesh {
+    /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
+    pub(super) fn packed(&self, gain: f32) -> Vec<u8> {
+        let edge = self.layout.frames * self.texels;
+        as_packed(&[self.alpha(gain)], &[(edge, edge)]).swap_remove(0)
+    }
+
+    /// What a viewer with these axes sees of a sheet with this alpha; wears nothing.
+    pub(super) fn shown(&self, viewer: Frame, sheet: &[u8]) -> TreeMesh {
         let frame = self.layout.nearest(viewer.z);
         let drawn = &self.drawn[(frame.1 * self.layout.frames + frame.0) as usize];
         let mut shown = Shown::new(&self.layout, frame, viewer, Vec2::splat(self.texels as f32), 0);
-        let alphas = as_packed(&alphas(&drawn.coverage, self.texels, gain), (self.texels, self.texels));
+        let edge = (self.layout.frames * self.texels) as usize;
+        let first = (frame.1 * self.texels) as usize * edge + (frame.0 * self.texels) as usize;
         let last = i64::from(self.texels) - 1;
-        let alpha = |x: i64, y: i64| {
-            let texel = y.clamp(0, last) * (last + 1) + x.clamp(0, last);
-            f32::from(alphas[texel as usize])
-        };
+        let alpha =
+            |x: i64, y: i64| f32::from(sheet[first + y.clamp(0, last) as usize * edge + x.clamp(0, last) as usize]);
         for (i, deep) in drawn.depth.iter().enumerate() {
             let (x, y) = (i as u32 % self.texels, i as u32 / self.texels);
-            for quarter in solid_quarters(&alpha, (x, y)) {
-                let at = Vec2::new(x as f32, y as f32) + quarter;
-                shown.add(at / self.texels as f32 * 2.0 - 1.0, *deep, Vec2::ZERO);
+            let corner = Vec2::new(x as f32, y as f32);
+            let mut put = |at: Vec2| shown.add((corner + at) / self.texels as f32 * 2.0 - 1.0, *deep, Vec2::ZERO);
+            let quarters = solid_quarters(&alpha, (x, y));
+            if quarters.iter().all(Option::is_some) {
+                // One square covers what the four would.
+                put(Vec2::splat(0.5));
+                shown.widen();
+            } else {
+                quarters.into_iter().flatten().for_each(&mut put);
             }
         }
         TreeMesh { bark: Mesh::default(), leaf: shown.mesh }
+    }
+
+    /// Alpha of the sheet.
+    fn alpha(&self, gain: f32) -> Vec<u8> {
+        let (frames, texels) = (self.layout.frames as usize, self.texels as usize);
+        let alphas: Vec<Vec<u8>> =
+            self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, gain)).collect();
+        let rows = alphas.chunks(frames).flat_map(|row| (0..texels).map(move |line| (row, line * texels)));
+        rows.flat_map(|(row, start)| row.iter().flat_map(move |alpha| &alpha[start..start + texels])).copied().collect()
     }
 
     /// The sheet, with `gain` times the area that the tree covers solid.
@@ -328,15 +368,11 @@ impl Views {
         let frames = self.layout.frames;
         let edge = (frames * self.texels) as usize;
         let texels = self.texels as usize;
-        let alphas: Vec<Vec<u8>> =
-            self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, gain)).collect();
-        let (mut alpha, mut normal) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
-        let mut orm = Vec::with_capacity(edge * edge);
-        for (drawn, alphas) in self.drawn.chunks(frames as usize).zip(alphas.chunks(frames as usize)) {
+        let (mut normal, mut orm) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
+        for drawn in self.drawn.chunks(frames as usize) {
             for line in 0..texels {
                 let row = line * texels..(line + 1) * texels;
-                for (drawn, alphas) in drawn.iter().zip(alphas) {
-                    alpha.extend_from_slice(&alphas[row.clone()]);
+                for drawn in drawn {
                     normal.extend_from_slice(&drawn.normal[row.clone()]);
                     for k in row.clone() {
                         let depth = (0.5 + 0.5 * drawn.depth[k] / self.layout.radius).clamp(0.0, 1.0);
@@ -347,7 +383,7 @@ impl Views {
         }
         let recipes: Vec<Recipe> = self.drawn.iter().map(|drawn| drawn.recipe.clone()).collect();
         let recipe = Recipe::sheet(&recipes, frames as usize, texels);
-        Tile::new((edge as u32, edge as u32), alpha, normal, orm, recipe)
+        Tile::new((edge as u32, edge as u32), self.alpha(gain), normal, orm, recipe)
     }
 }
 
@@ -366,13 +402,33 @@ fn alphas(coverage: &[f32], texels: u32, gain: f32) -> Vec<u8> {
     let mut alphas: Vec<u8> = coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
     let width = texels as usize;
     for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {
-        if covered.iter().sum::<f32>() < 0.25 || row.iter().any(|a| *a >= SOLID) {
+        let sum: f32 = covered.iter().sum();
+        if sum < THIN || row.iter().any(|a| *a >= SOLID) {
             continue;
         }
         let fullest = (0..width).fold(0, |best, x| if covered[x] > covered[best] { x } else { best });
-        row[fullest] = 140;
+        // So wide is a column of texels of this alpha between texels, half a texel at least.
+        row[fullest] = (f32::from(SOLID) / (1.0 - 0.5 * sum.clamp(0.5, 0.98)) + 0.5) as u8;
     }
     alphas
+}
+
+/// Draws the coverage of thin wood away from what is around it, as much being covered in all: what is solid then
+/// follows branches more than the places where many of them meet (unsharp masking).
+fn sharpen(coverage: &mut [f32], width: usize) {
+    let before = coverage.to_vec();
+    let height = before.len() / width.max(1);
+    let all: f32 = before.iter().sum();
+    for (i, c) in coverage.iter_mut().enumerate().filter(|(_, c)| **c > 0.0) {
+        let (x, y) = (i % width, i / width);
+        let rows = y.saturating_sub(AROUND)..(y + AROUND + 1).min(height);
+        let columns = x.saturating_sub(AROUND)..(x + AROUND + 1).min(width);
+        let count = rows.len() * columns.len();
+        let sum: f32 = rows.flat_map(|row| &before[row * width..][columns.clone()]).sum();
+        *c = (*c + SHARP * (*c - sum / count as f32)).max(0.0);
+    }
+    let scale = all / coverage.iter().sum::<f32>().max(1e-6);
+    coverage.iter_mut().for_each(|c| *c *= scale);
 }
 
 /// Depths of a frame's texels, each the mean of those around it, by what they cover: single leaves in front of others

@@ -60,7 +60,6 @@ impl Grid {
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     grids: Vec<Grid>,
-    size: usize,
 }
 
 /// What they lack: wanted less covered.
@@ -82,17 +81,17 @@ impl Wanted {
             stretch(&mut grid.values, contrast);
             grid
         };
-        Self { grids: views.par_iter().zip(drawn).map(grid).collect(), size }
+        Self { grids: views.par_iter().zip(drawn).map(grid).collect() }
     }
 
-    /// What a level drawn from the same views lacks.
-    pub(super) fn lacks(&self, drawn: &[Silhouette]) -> Lacks {
-        let lack = |(wanted, drawn): (&Grid, &Silhouette)| {
-            let mut lack = wanted.clone();
-            lack.values.iter_mut().zip(shares(drawn, self.size)).for_each(|(w, c)| *w -= c);
+    /// What a level lacks that `draw` draws from some of the views, in pixels of `size` samples of its drawings.
+    pub(super) fn lacks(&self, views: &[usize], size: usize, draw: &(dyn Fn(usize) -> Silhouette + Sync)) -> Lacks {
+        let lack = |&view: &usize| {
+            let mut lack = self.grids[view].clone();
+            lack.values.iter_mut().zip(shares(&draw(view), size)).for_each(|(w, c)| *w -= c);
             lack
         };
-        Lacks(self.grids.par_iter().zip(drawn).map(lack).collect())
+        Lacks(views.par_iter().map(lack).collect())
     }
 }
 
@@ -147,7 +146,7 @@ mod tests {
     #[test]
     fn a_level_lacks_what_the_full_tree_has_more_at_any_depth() {
         let ((view, full), (_, level)) = (square(-1.0, 1.0), square(0.0, 1.5));
-        let lacks = Wanted::new(&[view], &[full], (64, 64), (4, 1.0)).lacks(&[level]);
+        let lacks = Wanted::new(&[view], &[full], (64, 64), (4, 1.0)).lacks(&[0], 4, &|_| level.clone());
         for depth in [-5.0, 0.0, 3.0] {
             let at = |x: f32, y: f32| lacks.at(Vec3::new(x, y, depth));
             assert!(at(-0.5, 0.0) > 0.9 && at(0.5, 0.0).abs() < 0.1 && at(1.25, 0.0) < -0.9);

@@ -20,13 +20,13 @@ use super::impostor::{Impostor, Views};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
 use super::tile::Tile;
-use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View};
+use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::Seed;
 use crate::mesh::{
-    CardShape, CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in,
+    CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in,
 };
 use crate::plant::Plant;
-use crate::preset::plan::{Lod, MeshParams};
+use crate::preset::plan::{LeafCards, Lod, MeshParams};
 
 /// Lines of the screen that sizes are measured on.
 const SCREEN: f32 = 1080.0;
@@ -76,6 +76,7 @@ pub struct Level {
 pub struct Stock {
     wardrobe: Wardrobe,
     palette: Palette,
+    cuts: Vec<CardCut>,
 }
 
 impl Stock {
@@ -88,7 +89,14 @@ impl Stock {
         };
         let leaves: Vec<Maps> = leaf_art.iter().map(|maps| plain(maps, [96, 118, 58])).collect();
         let bark = plain(bark, [112, 98, 84]);
-        Self { wardrobe: Wardrobe::new(&leaves, &bark), palette: Palette::new(std::iter::once(&bark).chain(&leaves)) }
+        let palette = Palette::new(std::iter::once(&bark).chain(&leaves));
+        Self { wardrobe: Wardrobe::new(&leaves, &bark), palette, cuts: Vec::new() }
+    }
+
+    /// With the outlines of the leaf pictures, where leaves are to be cut out.
+    #[must_use]
+    pub fn cut(self, leaf_art: &[Maps], leaves: LeafCards) -> Self {
+        Self { cuts: card_cuts(leaf_art, leaves), ..self }
     }
 }
 
@@ -99,7 +107,7 @@ pub fn pictures(level: &Lod, texels: u32) -> Vec<(u32, u32)> {
         Lod::Full | Lod::Thinned { .. } => Vec::new(),
         Lod::BillboardCloud { cards } => vec![(cards, texels)],
         Lod::CrossedQuads => vec![(2, texels * super::crossed::EDGE)],
-        Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels))],
+        Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels, frames))],
     }
 }
 
@@ -172,15 +180,18 @@ pub fn ladder_by<'s>(
 ) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
+    // Only outlines are asked of the pictures yet.
+    let cuts = if matches!(mesh.leaves, LeafCards::CutOut { .. }) { stock().cuts.as_slice() } else { &[] };
+    let cards = Cards::of(mesh.leaves, cuts);
     let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
     let full = remember(&first, &mut || Piece {
-        mesh: full_level(plant, &posed, &light, mesh),
+        mesh: full_level(plant, &posed, &light, mesh, cards),
         tiles: Vec::new(),
         size: 1.0,
         measured: Measured::same(SCREEN as u32),
         impostor: None,
     });
-    let leaf_of = leaf_of_triangles(plant, &posed);
+    let leaf_of = leaf_of_triangles(plant, &posed, cards);
     let scene = Scene { plant, posed: &posed, params: mesh, full: &full.mesh, leaf_of: &leaf_of, light: &light };
     let mut bench: Option<Bench<'_>> = None;
     let mut tiles: Vec<Tile> = Vec::new();
@@ -197,7 +208,7 @@ pub fn ladder_by<'s>(
             let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes, cells: cells(lod, triangles_above) };
             remember(&rung, &mut || {
                 let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock()));
-                bench.piece(&scene, &rung, texels, seed)
+                bench.piece(&scene, cards, &rung, texels, seed)
             })
         };
         let mut made = piece.mesh.clone();
@@ -237,32 +248,45 @@ fn cutout(tile: &Tile) -> Cutout {
 }
 
 /// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
-/// made while somebody waits; a few milliseconds a tree.
+/// made while somebody waits; a few milliseconds a tree. Without pictures no leaf is cut out: those are on whole cards, if
+/// [`mesh_levels_on`] is not told their outlines.
 #[must_use]
 pub fn mesh_levels(plant: &Plant, mesh: &MeshParams, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
+    mesh_levels_on(plant, mesh, Cards::of(mesh.leaves, &[]), shares, seed)
+}
+
+/// As [`mesh_levels`], with leaves on these cards.
+#[must_use]
+pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let full = full_level(plant, &posed, &light, mesh);
+    let full = full_level(plant, &posed, &light, mesh, cards);
     let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light };
-    let coarse: Vec<TreeMesh> = shares.iter().map(|&share| thinned(&scene, share, 1.0, seed.child("thin"))).collect();
+    let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed.child("thin"));
+    let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];
     levels.extend(coarse);
     levels
 }
 
 /// The finest mesh.
-fn full_level(plant: &Plant, posed: &crate::plant::Posed, light: &CrownLight, params: &MeshParams) -> TreeMesh {
+fn full_level(
+    plant: &Plant,
+    posed: &crate::plant::Posed,
+    light: &CrownLight,
+    params: &MeshParams,
+    cards: Cards<'_>,
+) -> TreeMesh {
     let mut bark = tubes_in(plant, posed, light, &TubeDetail::full(params));
-    let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), CardShape::Folded);
+    let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), cards);
     // An error only says that a mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);
     let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
 
-/// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush, and makes two or
-/// four of every other.
-fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed) -> Vec<u32> {
+/// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush.
+fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_>) -> Vec<u32> {
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     let shown = |(_, leaf): &(usize, &crate::plant::Leaf)| leaf.size > least;
     plant
@@ -270,7 +294,7 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed) -> Vec<u32> {
         .iter()
         .enumerate()
         .filter(shown)
-        .flat_map(|(i, leaf)| std::iter::repeat_n(i as u32, CardShape::Folded.of(leaf).triangles()))
+        .flat_map(|(i, leaf)| std::iter::repeat_n(i as u32, cards.triangles(leaf)))
         .collect()
 }
 
@@ -291,7 +315,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Makes a level and measures it.
-    fn piece(&mut self, scene: &Scene<'_>, rung: &Rung, texels: u32, seed: Seed) -> Piece {
+    fn piece(&mut self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, texels: u32, seed: Seed) -> Piece {
         let (lod, sizes) = (&rung.lod, rung.sizes.as_slice());
         let wardrobe = &self.stock.wardrobe;
         let first_tile = wardrobe.leaves.len() as u32;
@@ -299,7 +323,7 @@ impl<'a> Bench<'a> {
         let (mesh, tiles, (size, measured)) = match *lod {
             Lod::Full => (self.full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
             Lod::Thinned { triangles } => {
-                let at = |grown: f32| thinned(scene, triangles, grown, seed.child("thin"));
+                let at = |grown: f32| thinned(scene, cards, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
                 // Fewer, larger leaves hide each other less or more: once more, by what is covered.
                 let worn = self.cutouts.clone();
@@ -451,7 +475,10 @@ fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
 
 /// The gain with which an impostor covers as much as the full tree, and its outlines with it: secant steps.
 fn settled(views: &Views, outlines: &Outlines) -> (f32, Vec<Silhouette>) {
-    let draw = |gain: f32| outlines.draw_solid(&|view: &View| views.shown(view.frame, gain));
+    let draw = |gain: f32| {
+        let sheet = views.packed(gain);
+        outlines.draw_solid(&|view: &View| views.shown(view.frame, &sheet))
+    };
     let mut gain = 1.0_f32;
     let mut best: Option<(f32, f32, Vec<Silhouette>)> = None;
     let mut before: Option<(f32, f32)> = None;
@@ -494,9 +521,10 @@ mod tests {
     use super::*;
     use crate::base::Rotation;
     use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::Forks;
+    use crate::preset::plan::{Forks, LeafCards};
 
-    const PARAMS: MeshParams = MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar };
+    const PARAMS: MeshParams =
+        MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Folded };
 
     fn lods() -> Vec<Lod> {
         vec![Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

@@ -24,7 +24,8 @@ pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
 pub use ladder::{
-    CULL, Ladder, Level, Piece, Remember, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, palette, pictures,
+    CULL, Ladder, Level, Piece, Remember, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on,
+    palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};
 pub use tile::Tile;

@@ -8,13 +8,13 @@ use glam::Vec3;
 use super::cloud::Scene;
 use crate::base::Seed;
 use crate::mesh::{
-    CardShape, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, count_tubes, leaf_cards_in, tubes_in,
+    Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, count_tubes, leaf_cards_in, tubes_in,
 };
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
-/// Steps in search of the wood's detail.
-const STEPS: usize = 4;
+/// Steps in search of the wood's detail, of plants with leaves and of those that are wood only.
+const STEPS: (usize, usize) = (4, 8);
 
 /// Adds all of `part` to `mesh`; its vertices take their coordinates from `tile`.
 pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
@@ -29,8 +29,9 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
     mesh.indices.extend(part.indices.iter().map(|i| i + first));
 }
 
-/// A level of about `share` of the full level's triangles; its leaves are as large as the area asks for, times `grown`.
-pub(super) fn thinned(scene: &Scene<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
+/// A level of about `share` of the full level's triangles, whose leaves are drawn on `cards`; its own are on simpler ones
+/// where nearly all leaves fit on those only, and as large as the area asks for, times `grown`.
+pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
     let share = share.clamp(0.0, 1.0);
     let total = count(&scene.full.bark) + count(&scene.full.leaf);
@@ -41,12 +42,15 @@ pub(super) fn thinned(scene: &Scene<'_>, share: f32, grown: f32, seed: Seed) -> 
     let _ = add_tangents(&mut bark);
     let room = budget.saturating_sub(count(&bark));
     let leaves = scene.plant.leaves();
-    // Folded leaves as long as nearly all of them fit.
-    let folded: usize = leaves.iter().map(|leaf| CardShape::Folded.of(leaf).triangles()).sum();
-    let shape = if room >= folded * 4 / 5 { CardShape::Folded } else { CardShape::Flat };
-    let all = if shape == CardShape::Folded { folded } else { leaves.len() * shape.triangles() };
+    let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
+    let (mut cards, mut all) = (cards, all_on(&cards));
+    while room < all * 4 / 5
+        && let Some(simpler) = cards.simpler()
+    {
+        (cards, all) = (simpler, all_on(&simpler));
+    }
     let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
-    let mut leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), shape);
+    let mut leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), cards);
     let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
@@ -90,15 +94,19 @@ fn spread(scene: &Scene<'_>, seed: Seed) -> Vec<usize> {
 fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let params = scene.params;
+    // Twigs are all that is seen of a bare crown: they go last.
+    let leafy = !scene.plant.leaves().is_empty();
+    let dropped = |coarse: f32| if leafy { coarse * coarse } else { coarse * coarse * coarse * coarse };
+    let steps = if leafy { STEPS.0 } else { STEPS.1 };
     let at = |coarse: f32| TubeDetail {
         sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
         error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
-        min_radius: thickest * 0.35 * coarse * coarse,
+        min_radius: thickest * 0.35 * dropped(coarse),
         bark_tile: params.bark_tile,
         forks: params.forks,
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         let middle = (fine + coarse) * 0.5;
         if count_tubes(scene.plant, scene.posed, &at(middle)) <= budget {
             coarse = middle;

@@ -6,14 +6,18 @@
 
 use glam::{Vec2, Vec3};
 
+use super::cut::{CardCut, Pattern};
 use super::{CrownLight, Mesh};
 use crate::base::math;
 use crate::plant::{Leaf, LeafForm, Plant, Posed};
+use crate::preset::plan::LeafCards;
 
 /// How much of a card's normal is the crown's, the rest is its own.
 const CANOPY: f32 = 0.72;
 /// How far the halves of a folded card lean back, radians.
 const FOLD: f32 = 0.38;
+/// How far the tip of a bent card turns down where it lies level, radians.
+const ARCH: f32 = 1.1;
 
 /// One leaf to be meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,24 +35,106 @@ pub enum CardShape {
     Flat,
     /// Folded along the middle: four triangles, seen from every side.
     Folded,
+    /// Arched to the tip and folded a little: eight triangles.
+    Bent,
+    /// Folded and cut to its picture's outline; cards of leaves that are flat are cut too.
+    CutOut,
+    /// Flat and cut to an outline of few corners: what [`CutOut`](Self::CutOut) is from afar.
+    Trimmed,
 }
 
-impl CardShape {
-    /// The shape of a leaf's card where leaves are drawn in this one: leaves that are flat stay so.
+/// What leaves are drawn on.
+#[derive(Clone, Copy, Debug)]
+pub struct Cards<'a> {
+    /// The shape of all cards, but of leaves that are flat.
+    pub shape: CardShape,
+    /// The outlines that cards are cut to, by the slots of leaves; a picture without one is drawn whole.
+    pub cuts: &'a [CardCut],
+}
+
+impl From<CardShape> for Cards<'_> {
+    fn from(shape: CardShape) -> Self {
+        Self { shape, cuts: &[] }
+    }
+}
+
+/// What one card is made of.
+struct Plan<'a> {
+    corners: &'a [(f32, f32)],
+    triangles: &'a [u32],
+    /// How far its halves lean back, radians.
+    fold: f32,
+    /// How far its tip turns down where it lies level, radians.
+    arch: f32,
+}
+
+const FLAT: Plan<'_> = Plan {
+    corners: &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+    triangles: &[0, 1, 2, 0, 2, 3],
+    fold: 0.0,
+    arch: 0.0,
+};
+const FOLDED: Plan<'_> = Plan {
+    corners: &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
+    triangles: &[0, 1, 4, 0, 4, 5, 1, 2, 3, 1, 3, 4],
+    fold: FOLD,
+    arch: 0.0,
+};
+#[rustfmt::skip]
+const BENT: Plan<'_> = Plan {
+    corners: &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (0.0, 0.5), (0.5, 0.5), (1.0, 0.5), (0.0, 1.0), (0.5, 1.0), (1.0, 1.0)],
+    triangles: &[0, 1, 4, 0, 4, 3, 1, 2, 4, 2, 5, 4, 3, 4, 7, 3, 7, 6, 4, 5, 7, 5, 8, 7],
+    fold: FOLD * 0.6,
+    arch: ARCH,
+};
+
+impl<'a> Cards<'a> {
+    /// What a preset asks for.
     #[must_use]
-    pub const fn of(self, leaf: &Leaf) -> Self {
-        match leaf.form {
-            LeafForm::Square => self,
-            LeafForm::Flat(_) => Self::Flat,
-        }
+    pub const fn of(leaves: LeafCards, cuts: &'a [CardCut]) -> Self {
+        let shape = match leaves {
+            LeafCards::Flat => CardShape::Flat,
+            LeafCards::Folded => CardShape::Folded,
+            LeafCards::Bent => CardShape::Bent,
+            LeafCards::CutOut { .. } => CardShape::CutOut,
+        };
+        Self { shape, cuts }
     }
 
-    /// Triangles of a card.
+    /// The next simpler cards, for levels of detail; none after flat ones.
     #[must_use]
-    pub const fn triangles(self) -> usize {
-        match self {
-            Self::Flat => 2,
-            Self::Folded => 4,
+    pub const fn simpler(self) -> Option<Self> {
+        let shape = match self.shape {
+            CardShape::Flat => return None,
+            CardShape::Folded | CardShape::Trimmed => CardShape::Flat,
+            CardShape::Bent => CardShape::Folded,
+            CardShape::CutOut => CardShape::Trimmed,
+        };
+        Some(Self { shape, ..self })
+    }
+
+    /// Triangles of a leaf's card.
+    #[must_use]
+    pub fn triangles(&self, leaf: &Leaf) -> usize {
+        self.plan(leaf).triangles.len() / 3
+    }
+
+    fn plan(&self, leaf: &Leaf) -> Plan<'a> {
+        let is_flat = matches!(leaf.form, LeafForm::Flat(_));
+        let cut = self.cuts.get(usize::from(leaf.slot));
+        let of = |pattern: &'a Pattern, fold| Plan {
+            corners: &pattern.corners,
+            triangles: &pattern.triangles,
+            fold,
+            arch: 0.0,
+        };
+        match (self.shape, cut) {
+            (CardShape::CutOut, Some(cut)) if is_flat => of(&cut.flat, 0.0),
+            (CardShape::CutOut, Some(cut)) => of(&cut.folded, FOLD),
+            (CardShape::Trimmed, Some(cut)) => of(&cut.trimmed, 0.0),
+            (CardShape::Folded | CardShape::CutOut, _) if !is_flat => FOLDED,
+            (CardShape::Bent, _) if !is_flat => BENT,
+            _ => FLAT,
         }
     }
 }
@@ -60,48 +146,50 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
 }
 
 /// Meshes leaves: a card as wide as the leaf's form says, its picture's base in the middle of the lower edge at the
-/// leaf's base; flat where the form is, else of `shape`; u, v in 0..=1 of the tile with v = 1 at the base, `tiles` the leaf's slot. A leaf of no size, or that the plant
-/// doesn't have, gives nothing. Linear in cards.
+/// leaf's base; flat where the form is, else of the shape that is asked for; u, v in 0..=1 of the tile with v = 1 at the
+/// base, `tiles` the leaf's slot. A leaf of no size, or that the plant doesn't have, gives nothing. Linear in cards.
 #[must_use]
-pub fn leaf_cards(plant: &Plant, posed: &Posed, leaves: &[LeafCard], shape: CardShape) -> Mesh {
-    leaf_cards_in(plant, posed, &CrownLight::of(plant, posed), leaves, shape)
+pub fn leaf_cards<'c>(plant: &Plant, posed: &Posed, leaves: &[LeafCard], cards: impl Into<Cards<'c>>) -> Mesh {
+    leaf_cards_in(plant, posed, &CrownLight::of(plant, posed), leaves, cards)
 }
 
 /// As [`leaf_cards`], where the crown's light is known.
 #[must_use]
-pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &[LeafCard], shape: CardShape) -> Mesh {
-    let corners: usize =
-        leaves.iter().filter_map(|card| plant.leaves().get(card.leaf)).map(|leaf| shape.of(leaf).triangles() + 2).sum();
+pub fn leaf_cards_in<'c>(
+    plant: &Plant,
+    posed: &Posed,
+    light: &CrownLight,
+    leaves: &[LeafCard],
+    cards: impl Into<Cards<'c>>,
+) -> Mesh {
+    let cards: Cards<'c> = cards.into();
+    let plans = leaves.iter().filter_map(|card| plant.leaves().get(card.leaf)).map(|leaf| cards.plan(leaf));
+    let (vertices, indices) = plans.fold((0, 0), |(v, i), plan| (v + plan.corners.len(), i + plan.triangles.len()));
     let mut mesh = Mesh {
-        positions: Vec::with_capacity(corners),
-        normals: Vec::with_capacity(corners),
-        uvs: Vec::with_capacity(corners),
-        occlusion: Vec::with_capacity(corners),
-        tiles: Vec::with_capacity(corners),
-        chains: Vec::with_capacity(corners),
-        indices: Vec::with_capacity((corners - 2 * leaves.len().min(corners / 2)) * 3),
+        positions: Vec::with_capacity(vertices),
+        normals: Vec::with_capacity(vertices),
+        uvs: Vec::with_capacity(vertices),
+        occlusion: Vec::with_capacity(vertices),
+        tiles: Vec::with_capacity(vertices),
+        chains: Vec::with_capacity(vertices),
+        indices: Vec::with_capacity(indices),
         ..Mesh::default()
     };
     let poses = posed.leaves(plant);
-    let fold = math::sin_cos(FOLD);
     // Cards that rounding would crush have no area.
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
+    let mut folded = (0.0, math::sin_cos(0.0));
     for card in leaves {
         let (Some(leaf), Some(pose)) = (plant.leaves().get(card.leaf), poses.get(card.leaf)) else { continue };
         let size = leaf.size * card.scale;
         if !(size > least && size.is_finite()) {
             continue;
         }
-        let shape = shape.of(leaf);
-        let corners: &[(f32, f32)] = match shape {
-            CardShape::Flat => &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
-            CardShape::Folded => &[(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
-        };
-        let front: &[u32] = match shape {
-            CardShape::Flat => &[0, 1, 2, 0, 2, 3],
-            CardShape::Folded => &[0, 1, 4, 0, 4, 5, 1, 2, 3, 1, 3, 4],
-        };
-        let (sin, cos) = if shape == CardShape::Flat { (0.0, 1.0) } else { fold };
+        let plan = cards.plan(leaf);
+        if plan.fold != folded.0 {
+            folded = (plan.fold, math::sin_cos(plan.fold));
+        }
+        let (sin, cos) = folded.1;
         let width = size * leaf.form.width();
         let y = pose.frame.y.normalize_or(Vec3::Y);
         let x = pose.frame.x;
@@ -109,20 +197,15 @@ pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &
         let z = x.cross(y);
         let outward = light.outward(pose.position + y * (size * 0.5));
         let side = if z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        // A tip bends down, most where the card lies level; where it hangs there is no down.
+        let arch = plan.arch * z.y / (z.y * z.y + 0.1).sqrt();
         let first = mesh.positions.len() as u32;
-        for &(u, v) in corners {
+        for &(u, v) in plan.corners {
             let across = (u - 0.5) * width;
+            let (up, along) = if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
             // The halves lean away from the front.
-            let position = pose.position + x * (across * cos) + y * (v * size) - z * (across.abs() * sin * side);
-            let own = (z * (side * cos)
-                + x * (if u < 0.5 {
-                    -sin
-                } else if u > 0.5 {
-                    sin
-                } else {
-                    0.0
-                }))
-            .normalize_or(z);
+            let position = pose.position + x * (across * cos) + along - up * (across.abs() * sin * side);
+            let own = (up * (side * cos) + x * (sin * (2.0 * u - 1.0))).normalize_or(z);
             let normal = (light.outward(position) * CANOPY + own * (1.0 - CANOPY)).normalize_or(outward);
             mesh.positions.push(position);
             mesh.normals.push(normal);
@@ -131,10 +214,20 @@ pub fn leaf_cards_in(plant: &Plant, posed: &Posed, light: &CrownLight, leaves: &
             mesh.tiles.push(u32::from(leaf.slot));
         }
         mesh.chains.resize(mesh.positions.len(), leaf.chain.0);
-        for t in front.chunks_exact(3) {
-            let [a, b, c] = [t[0] + first, t[1] + first, t[2] + first];
+        for t in plan.triangles.as_chunks::<3>().0 {
+            let [a, b, c] = t.map(|corner| corner + first);
             mesh.indices.extend(if side > 0.0 { [a, b, c] } else { [a, c, b] });
         }
     }
     mesh
+}
+
+/// Normal and place of a share `v` of a card that runs along `y` for `size` metres and turns by `arch` away from `z`: a
+/// circle's arc, as long as the card.
+fn arched(y: Vec3, z: Vec3, arch: f32, v: f32, size: f32) -> (Vec3, Vec3) {
+    let turn = arch * v;
+    let (sin, cos) = math::sin_cos(turn);
+    // Below this the arc is a parabola to the last bit, and the quotients are 0 / 0.
+    let (along, down) = if arch.abs() < 1e-3 { (v, arch * v * v * 0.5) } else { (sin / arch, (1.0 - cos) / arch) };
+    (z * cos + y * sin, y * (along * size) - z * (down * size))
 }

@@ -3,12 +3,14 @@
 //!
 //! Rings stand at fixed arc-length parameters and have a fixed number of sides, so that every vertex means the same in
 //! every plant. Both are simpler than a variant's own tubes: a clip holds as many vertices as a budget allows, the largest
-//! chains first; a chain's size is its greatest surface. Leaves are flat cards, taken in a fixed seeded order, and enlarged
+//! chains first; a chain's size is its greatest surface. Leaves are flat cards whatever those of variants are, since corners must
+//! mean the same in every picture that a leaf wears on the way; they are taken in a fixed seeded order, and enlarged
 //! for those that are left out, at most twice.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::bark_uv::BarkScale;
 use super::{CrownLight, Mesh};
 use crate::base::{Seed, math};
 use crate::plant::{ChainId, Plant, Posed};
@@ -65,19 +67,27 @@ pub fn keyed_tubes(plants: &[KeyPlant<'_>], most: usize, bark_tile: f32) -> (Mes
     // The texture is that of the plant where a chain is largest; close enough to the middle.
     let middle = plants[plants.len() / 2];
     let light = CrownLight::of(middle.plant, middle.posed);
-    let tile = bark_tile.max(1e-3);
+    let bark = BarkScale::of(middle.plant, middle.posed, bark_tile);
     for sweep in &sweeps {
         let start = mesh.uvs.len() as u32;
         let widest = |p: &&&KeyPlant<'_>| p.plant.radii(sweep.chain)[0];
         let widest = plants.iter().max_by(|a, b| widest(a).total_cmp(&widest(b))).map_or(middle, |p| *p);
-        let length = widest.posed.curve(widest.plant, sweep.chain).length();
-        let around = (std::f32::consts::TAU * widest.plant.radii(sweep.chain)[0] / tile + 0.5).floor().max(1.0);
-        let from = Seed::new(0).child("bark").at(u64::from(sweep.chain.0)).unit();
+        let curve = widest.posed.curve(widest.plant, sweep.chain);
+        let step = curve.length() / (sweep.rings - 1) as f32;
+        let mut density_before = None;
+        let mut v = Seed::new(0).child("bark").at(u64::from(sweep.chain.0)).unit();
         for j in 0..sweep.rings {
             let along = j as f32 / (sweep.rings - 1) as f32;
             let place = middle.posed.at(middle.plant, sweep.chain, along).position;
+            let radius = curve.value(widest.plant.radii(sweep.chain), f64::from(along)).max(THINNEST);
+            let girth = std::f32::consts::TAU * radius;
+            let density = bark.density(girth);
+            if let Some(before) = density_before.replace(density) {
+                v -= step * 0.5 * (before + density);
+            }
             for k in 0..=sweep.sides {
-                mesh.uvs.push(Vec2::new(around * k as f32 / sweep.sides as f32, from - along * length / tile));
+                let u = density * girth * (k as f32 / sweep.sides as f32 - 0.5);
+                mesh.uvs.push(Vec2::new(u, v));
                 mesh.occlusion.push(light.shade(place));
             }
         }

@@ -1,8 +1,11 @@
 //! Geometry: from a dressed plant to triangles.
 
+mod bark_uv;
 mod card;
 mod check;
 mod crown_light;
+mod cut;
+mod ears;
 mod gate;
 mod keyed;
 #[cfg(feature = "lightmap")]
@@ -20,9 +23,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bulk;
 
-pub use card::{CardShape, LeafCard, all_cards, leaf_cards, leaf_cards_in};
+pub use card::{CardShape, Cards, LeafCard, all_cards, leaf_cards, leaf_cards_in};
 pub use check::{Closure, closure, problems};
 pub use crown_light::CrownLight;
+pub use cut::CardCut;
 pub use gate::{MeshError, check_indices, optimize};
 pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 #[cfg(feature = "lightmap")]

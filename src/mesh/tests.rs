@@ -60,11 +60,99 @@ fn meshes_of_random_plants_are_sound() {
             optimize(&mut bark).unwrap();
             assert_eq!(problems(&bark), [""; 0]);
         }
-        for shape in [CardShape::Flat, CardShape::Folded] {
-            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), shape);
+        let cuts = cuts();
+        for shape in SHAPES {
+            let cards = Cards { shape, cuts: &cuts };
+            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), cards);
             add_tangents(&mut leaf).unwrap();
             assert_eq!(problems(&leaf), [""; 0], "leaves of {seed}");
+            let told: usize = plant.leaves().iter().filter(|l| l.size > 0.0).map(|l| cards.triangles(l)).sum();
+            assert_eq!(leaf.indices.len() / 3, told, "{shape:?}");
         }
+    }
+}
+
+const SHAPES: [CardShape; 5] =
+    [CardShape::Flat, CardShape::Folded, CardShape::Bent, CardShape::CutOut, CardShape::Trimmed];
+
+/// Outlines for the first four of six pictures: a kite and its halves.
+fn cuts() -> Vec<CardCut> {
+    let of = |points: &[(f32, f32)]| points.iter().map(|p| Vec2::new(p.0, p.1)).collect::<Vec<_>>();
+    let whole = of(&[(0.5, 0.0), (0.9, 0.6), (0.5, 1.0), (0.1, 0.6)]);
+    let left = of(&[(0.5, 0.0), (0.5, 1.0), (0.1, 0.6)]);
+    let right = of(&[(0.5, 0.0), (0.9, 0.6), (0.5, 1.0)]);
+    vec![CardCut::new(&whole, [&left, &right], &whole).unwrap(); 4]
+}
+
+/// A plant with one leaf, whose upper face looks up and whose tip points along x.
+fn one_leaf(form: crate::plant::LeafForm) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+    // The stem's own axes are the world's.
+    let orientation = Rotation::from_axes(Vec3::Z, Vec3::X, Vec3::Y);
+    builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, 0.4, 0) });
+    builder.finish().unwrap()
+}
+
+#[test]
+fn a_bent_card_is_as_long_as_a_flat_one_and_its_tip_hangs() {
+    let plant = one_leaf(crate::plant::LeafForm::Square);
+    let posed = plant.pose();
+    let bent = leaf_cards(&plant, &posed, &all_cards(&plant), CardShape::Bent);
+    assert_eq!((bent.indices.len() / 3, bent.positions.len()), (8, 9));
+    let middle: Vec<Vec3> = [1, 4, 7].map(|i| bent.positions[i]).to_vec();
+    let length = middle[0].distance(middle[1]) + middle[1].distance(middle[2]);
+    // Chords of the arc.
+    assert!(length < 0.4 && length > 0.39, "{length}");
+    assert!(middle[2].y < middle[0].y - 0.12 && middle[1].y > middle[2].y, "{middle:?}");
+    assert!(middle[2].x > middle[0].x + 0.25);
+    // Normals turn with the arc: towards the tip more of them is along the card.
+    let lean = [1, 4, 7].map(|i| bent.normals[i].x);
+    assert!(lean[0] < lean[1] && lean[1] < lean[2], "{lean:?}");
+    // One that faces down hangs too, and one that hangs already is straight.
+    let turned = |face: Vec3, tip: Vec3| {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+        builder.leaf(Leaf::new(stem, 1.0, Rotation::from_axes(tip.cross(face), tip, face), 0.4, 0));
+        let plant = builder.finish().unwrap();
+        let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), CardShape::Bent);
+        mesh.positions[7] - mesh.positions[1]
+    };
+    assert!(turned(-Vec3::Y, Vec3::X).y < -0.12);
+    assert!(turned(Vec3::X, -Vec3::Y).distance(Vec3::Y * -0.4) < 1e-5);
+}
+
+#[test]
+fn cut_cards_show_what_whole_ones_do_there_and_nothing_else() {
+    let cuts = cuts();
+    for (form, whole_shape) in
+        [(crate::plant::LeafForm::Square, CardShape::Folded), (crate::plant::LeafForm::Flat(1.5), CardShape::Flat)]
+    {
+        let plant = one_leaf(form);
+        let posed = plant.pose();
+        let of = |cards: Cards<'_>| leaf_cards(&plant, &posed, &all_cards(&plant), cards);
+        let whole = of(whole_shape.into());
+        let cut = of(Cards { shape: CardShape::CutOut, cuts: &cuts });
+        // Every corner lies on the whole card, where its picture is the same.
+        let on_card = |p: Vec3, uv: Vec2| {
+            whole.indices.as_chunks::<3>().0.iter().any(|t| {
+                let [a, b, c] = t.map(|i| whole.uvs[i as usize]);
+                let area = (b - a).perp_dot(c - a);
+                let weights = [(b - uv).perp_dot(c - uv), (c - uv).perp_dot(a - uv), (a - uv).perp_dot(b - uv)];
+                let weights = weights.map(|w| w / area);
+                let place: Vec3 = t.iter().zip(weights).map(|(i, w)| whole.positions[*i as usize] * w).sum();
+                weights.iter().all(|w| *w > -1e-4) && place.distance(p) < 1e-4
+            })
+        };
+        assert!(cut.positions.iter().zip(&cut.uvs).all(|(p, uv)| on_card(*p, *uv)));
+        let area = |mesh: &Mesh| -> f32 {
+            let corner = |i: u32| mesh.positions[i as usize];
+            let triangles = mesh.indices.as_chunks::<3>().0.iter();
+            triangles.map(|t| (corner(t[1]) - corner(t[0])).cross(corner(t[2]) - corner(t[0])).length() * 0.5).sum()
+        };
+        assert!((area(&cut) / area(&whole) - 0.4).abs() < 1e-4, "{}", area(&cut) / area(&whole));
+        // A picture without an outline is drawn whole.
+        assert_eq!(of(CardShape::CutOut.into()), whole);
     }
 }
 
@@ -144,13 +232,49 @@ fn tubes_face_outward() {
     }
 }
 
+/// Repeats of bark a metre around and along each triangle, with its area.
+fn densities(mesh: &Mesh) -> Vec<(f32, f32, f32)> {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        let [p, q, r] = t.map(|i| mesh.uvs[i as usize]);
+        let (e, f) = (b - a, c - a);
+        let normal = e.cross(f);
+        let double = normal.length();
+        // The gradient of what is dp along e and dq along f.
+        let gradient = |dp: f32, dq: f32| ((f * dp - e * dq).cross(normal) / (double * double)).length();
+        (gradient(q.x - p.x, r.x - p.x), gradient(q.y - p.y, r.y - p.y), double * 0.5)
+    };
+    mesh.indices.as_chunks::<3>().0.iter().map(of).collect()
+}
+
 #[test]
-fn bark_goes_round_a_whole_number_of_times() {
-    let plant = plant(3, false);
+fn bark_is_as_fine_on_a_twig_as_on_the_trunk_and_closes_round_the_trunk() {
+    let mut builder = PlantBuilder::new();
+    let points: Vec<Vec3> = (0..=20).map(|k| Vec3::Y * (k as f32 * 0.5)).collect();
+    let radii: Vec<f32> = (0..=20).map(|k| 0.3 - 0.013 * k as f32).collect();
+    let stem = builder.stem(Vec3::ZERO, &points, &radii);
+    for i in 0..12 {
+        let way = Seed::new(9).at(i).direction() * 2.0;
+        let branch = builder.branch(stem, 0.3 + 0.05 * i as f32, &[Vec3::ZERO, way * 0.5, way], &[0.06, 0.045, 0.03]);
+        builder.branch(branch, 0.5, &[Vec3::ZERO, Vec3::Y * 0.8], &[0.012, 0.006]);
+    }
+    let plant = builder.finish().unwrap();
     let mesh = tubes(&plant, &plant.pose(), &DETAIL);
-    let widest = mesh.uvs.iter().fold(0.0_f32, |a, uv| a.max(uv.x));
-    // 2 π 0.3 m over tiles of 0.7 m.
-    assert_eq!(widest, 3.0);
+    let mut found = densities(&mesh);
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f32 = found.iter().map(|d| d.2).sum();
+    let mut sum = 0.0;
+    let median = found.iter().find(|d| {
+        sum += d.2;
+        sum >= total * 0.5
+    });
+    let median = median.unwrap().0;
+    let near = |d: f32| (d / median - 1.0).abs() <= 0.2;
+    let good: f32 = found.iter().filter(|d| near(d.0) && near(d.1)).map(|d| d.2).sum();
+    assert!(good / total > 0.9, "{}", good / total);
+    // The trunk's lowest rings: three repeats of 0.7 m, and whole ones.
+    let of_ring = |ring: usize| mesh.uvs[ring * 13 + 12].x - mesh.uvs[ring * 13].x;
+    assert!((0..3).all(|ring| of_ring(ring) == 2.0 || of_ring(ring) == 3.0), "{}", of_ring(0));
 }
 
 #[test]
@@ -268,4 +392,21 @@ fn optimizing_keeps_every_triangle() {
     let before = corners(&mesh);
     optimize(&mut mesh).unwrap();
     assert_eq!(before, corners(&mesh));
+}
+
+#[cfg(feature = "lightmap")]
+#[test]
+fn cards_of_every_shape_can_be_unwrapped() {
+    let plant = plant(4, false);
+    let posed = plant.pose();
+    let cuts = cuts();
+    for shape in SHAPES {
+        let leaf = leaf_cards(&plant, &posed, &all_cards(&plant), Cards { shape, cuts: &cuts });
+        let triangles = leaf.indices.len();
+        let mut level = TreeMesh { bark: Mesh::default(), leaf };
+        unwrap_lightmap(&mut level, 512).unwrap();
+        let inside = |uv: &Vec2| uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all();
+        assert_eq!((level.leaf.indices.len(), level.leaf.lightmap.len()), (triangles, level.leaf.positions.len()));
+        assert!(level.leaf.lightmap.iter().all(inside), "{shape:?}");
+    }
 }

@@ -3,12 +3,12 @@
 //! Each chain is one skin of welded rings with a doubled column where the texture closes. A branch starts on its
 //! parent's axis and leaves the parent's surface through a collar a bit wider than itself, so that no gap shows and no
 //! vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground, and flares.
-//! The texture goes round a whole number of times and its scale along the branch follows the radius, within a factor of
-//! [`STRETCH`].
+//! Bark is as fine on a twig as on the trunk, within a fifth: how it closes round them is told in `bark_uv.rs`.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::bark_uv::{ABOVE, BarkScale};
 use super::rings::{Base, Ring, rings, taper};
 use super::sides::sides;
 use super::{CrownLight, Mesh};
@@ -16,8 +16,6 @@ use crate::base::{Frame, Seed, math};
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::plan::{Forks, MeshParams};
 
-/// How far the texture's scale along a branch follows its radius, as a factor of the scale on the thickest wood.
-const STRETCH: f32 = 4.0;
 /// How much wider a stem without a flare of its own gets at the ground, as a share of its radius.
 const FLARE: f32 = 0.38;
 /// How many times the error the thinnest wood may stray: it is small on the screen, and hung with leaves.
@@ -147,6 +145,7 @@ struct Scene<'a> {
     /// The radii of those, where the plant has its own.
     radii: Vec<f32>,
     detail: &'a TubeDetail,
+    bark: BarkScale,
     thickest: f32,
     thinnest: f32,
 }
@@ -156,8 +155,6 @@ struct Skin {
     rings: Vec<Ring>,
     base: Base,
     sides: u32,
-    /// Radius of its wood at the thickest.
-    widest: f32,
     /// Whether its end closes in one point.
     is_pointed: bool,
 }
@@ -192,7 +189,8 @@ impl<'a> Scene<'a> {
                 taper(posed.chain(plant, id), own, chain.parent.is_none());
             }
         }
-        Self { plant, posed, kept, radii, detail, thickest, thinnest }
+        let bark = BarkScale::of(plant, posed, detail.bark_tile);
+        Self { plant, posed, kept, radii, detail, bark, thickest, thinnest }
     }
 
     /// How bright wood of a radius is at a place: twigs have no bark yet, and are darker than the pale bark of some stems.
@@ -200,6 +198,12 @@ impl<'a> Scene<'a> {
         let (young, thin, thick) = YOUNG;
         let age = young + (1.0 - young) * math::smoothstep(thin, thick, radius);
         (f32::from(light.shade(place)) * age + 0.5) as u8
+    }
+
+    /// The radius of a stem above its flare, metres.
+    fn above_flare(&self, id: ChainId) -> f32 {
+        let radii = &self.radii[self.plant.span(id)];
+        self.posed.curve(self.plant, id).value(radii, ABOVE).min(radii[0])
     }
 
     /// Where the rings of one chain go; none for a chain without length.
@@ -226,23 +230,34 @@ impl<'a> Scene<'a> {
         let sides = sides(widest, self.thickest, self.detail.sides, self.detail.error);
         // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
         let is_pointed = tip.radius <= (self.detail.error).max(self.thinnest * 1.5);
-        Some(Skin { rings, base, sides, widest, is_pointed })
+        Some(Skin { rings, base, sides, is_pointed })
     }
 
     /// Adds one chain's skin.
     fn sweep(&self, id: ChainId, light: &CrownLight, circles: &Circles, mesh: &mut Mesh) {
         let Some(skin) = self.skin(id) else { return };
-        let Skin { ref rings, base, sides, widest, is_pointed } = skin;
+        let Skin { ref rings, base, sides, is_pointed } = skin;
         let body = skin.body();
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
         let foot = self.posed.chain(self.plant, id)[0];
         let circle = &circles.corners[sides as usize - 3];
-        let tile = self.detail.bark_tile.max(1e-3);
-        // The wood's own girth, not the collar's.
-        let around = (std::f32::consts::TAU * widest / tile + 0.5).floor().max(1.0);
+        // As wide in the mean of all views as what is round: the corners of a prism of three sides stand 21 % out. With
+        // corners on the circle it would cover 17 % too little, and twigs of coarse levels would fade.
+        let widened = std::f32::consts::PI / (sides as f32 * circles.middles[sides as usize - 3][0].0);
+        let girth = |radius: f32| std::f32::consts::TAU * radius;
+        // A stem's flare goes round as often as the wood above it.
+        let most = match base {
+            Base::Ground { .. } => self.bark.around(girth(self.above_flare(id))).ceil(),
+            Base::Fork { .. } => f32::MAX,
+        };
+        let around = |radius: f32| self.bark.around(girth(radius)).min(most);
         let mut v = Seed::new(0).child("bark").at(u64::from(id.0)).unit();
         let mut frame = if self.plant.chain(id).parent.is_some() { self.posed.frame(id, 0.0) } else { Frame::WORLD };
         frame = frame.transported(first.tangent);
+        let turn = if self.plant.chain(id).parent.is_some() { uppermost(circle, frame) } else { 0 };
+        let corner = |k: u32| circle[((k + turn) % sides) as usize];
+        let middle = |k: u32| circles.middles[sides as usize - 3][((k + turn) % sides) as usize];
+        let mut density_before = None;
         let mut last = first;
         let start = mesh.positions.len() as u32;
         let vertices = body.len() * circle.len() + sides as usize;
@@ -256,14 +271,19 @@ impl<'a> Scene<'a> {
         let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * circle.len());
         for (j, ring) in body.iter().enumerate() {
             frame = frame.transported(ring.tangent);
-            v -= along(&last, ring, around, tile);
+            let (here, girth) = (around(ring.radius), girth(ring.radius));
+            let density = here / girth.max(1e-6);
+            v -= last.centre.distance(ring.centre) * 0.5 * (density + density_before.unwrap_or(density));
+            density_before = Some(density);
             let shade = Self::shade(light, ring.centre, ring.radius);
             let slope = frame.y * ring.slope.clamp(-2.0, 2.0);
-            for (k, &(sin, cos)) in circle.iter().enumerate() {
+            for k in 0..=sides {
+                let (sin, cos) = corner(k);
                 let radial = frame.x * cos + frame.z * -sin;
-                let u = around * k as f32 / sides as f32;
+                // From the side that lies opposite the seam, so that changes of the number shear the least.
+                let u = here * (k as f32 / sides as f32 - 0.5);
                 let mut normal = (radial - slope).normalize_or(radial);
-                let place = ring.centre + radial * ring.radius;
+                let place = ring.centre + radial * (ring.radius * widened);
                 if j <= leaning {
                     own.push(normal);
                 }
@@ -291,16 +311,17 @@ impl<'a> Scene<'a> {
         }
         let apex = if is_pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
         let height = apex.distance(last.centre).max(self.thinnest);
-        let end = Ring { centre: apex, radius: 0.0, arc: last.arc + height, tangent: frame.y, slope: 0.0 };
-        v -= along(&last, &end, around, tile);
+        v -= height * density_before.unwrap_or(0.0);
         let shade = Self::shade(light, apex, last.radius);
         let rim = start + (body.len() as u32 - 1) * columns;
         let apexes = mesh.positions.len() as u32;
-        for (k, &(sin, cos)) in (0..).zip(&circles.middles[sides as usize - 3]) {
+        for k in 0..sides {
+            let (sin, cos) = middle(k);
             // Each side of the cone has a tip of its own, so that its texture is not pinched to one column.
             let radial = frame.x * cos + frame.z * -sin;
             let normal = (radial + frame.y * (last.radius / height).min(2.0)).normalize_or(radial);
-            push(mesh, apex, normal, Vec2::new(around * (k as f32 + 0.5) / sides as f32, v), shade);
+            let u = around(last.radius) * ((k as f32 + 0.5) / sides as f32 - 0.5);
+            push(mesh, apex, normal, Vec2::new(u, v), shade);
             mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
@@ -321,11 +342,10 @@ fn push(mesh: &mut Mesh, position: Vec3, normal: Vec3, uv: Vec2, shade: u8) {
     mesh.occlusion.push(shade);
 }
 
-/// How far the texture runs between two rings, in tiles.
-fn along(a: &Ring, b: &Ring, around: f32, tile: f32) -> f32 {
-    let girth = std::f32::consts::TAU * 0.5 * (a.radius + b.radius);
-    let scale = (around / girth.max(1e-6)).clamp(1.0 / (tile * STRETCH), STRETCH / tile);
-    a.centre.distance(b.centre) * scale
+/// The corner of a ring that lies uppermost.
+fn uppermost(circle: &[(f32, f32)], frame: Frame) -> u32 {
+    let up = |&k: &usize| circle[k].1 * frame.x.y - circle[k].0 * frame.z.y;
+    (0..circle.len() - 1).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0) as u32
 }
 
 /// The flare that a stem still needs: none when its own radii widen at the ground, as a scan's do.

@@ -1,13 +1,13 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
-use super::plan::{AtlasParams, Engine, Forks, Lod, WindData};
+use super::plan::{AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, Profile, TextureFormat, WindData};
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
 /// `mesh`.
 pub(super) static MESH: Record = Record {
     title: "Mesh",
-    about: "Branches at the full level of detail.",
+    about: "Branches and leaves at the full level of detail.",
     fields: &[
         Field {
             name: "sides",
@@ -26,6 +26,13 @@ pub(super) static MESH: Record = Record {
             kind: Kind::Choice(&FORKS),
             default: Default::Is("Collar"),
             about: "how a branch leaves its parent",
+        },
+        Field {
+            name: "leaves",
+            kind: Kind::Choice(&LEAVES),
+            default: Default::Is("Folded"),
+            about: "what leaves are drawn on; cards that a mesh brought along stay flat, but are cut out too. Leaves of \
+                    animations are flat",
         },
         Field {
             name: "wind",
@@ -50,6 +57,35 @@ static FORKS: Choice = Choice {
     ],
 };
 
+static LEAVES: Choice = Choice {
+    title: "Leaf cards",
+    kinds: &[
+        KindOf { name: "Flat", form: Form::Plain, about: "flat squares: two triangles" },
+        KindOf { name: "Folded", form: Form::Plain, about: "folded along the middle: four triangles" },
+        KindOf {
+            name: "Bent",
+            form: Form::Plain,
+            about: "arched to the tip, as gravity has it, and folded: eight triangles, for close-ups",
+        },
+        KindOf {
+            name: "CutOut",
+            form: Form::Fields(&CUT_OUT),
+            about: "folded and cut to the picture's outline: more triangles, fewer clear pixels to draw",
+        },
+    ],
+};
+
+static CUT_OUT: Record = Record {
+    title: "CutOut",
+    about: "The outline holds everything that the picture shows.",
+    fields: &[Field {
+        name: "corners",
+        kind: Kind::Integer { low: 8, high: 32, unit: "corners" },
+        default: Default::Is("16"),
+        about: "at most, both halves together",
+    }],
+};
+
 static WIND: Choice = Choice {
     title: "Wind",
     kinds: &[
@@ -70,10 +106,65 @@ pub(super) fn wind(fields: &Reader<'_, '_>) -> WindData {
     if asked { WindData::Attributes } else { WindData::Nothing }
 }
 
+/// What leaves are drawn on, of `mesh`.
+pub(super) fn leaves(fields: &Reader<'_, '_>) -> LeafCards {
+    let cards = fields.choice("leaves", |kind, inner| {
+        Some(match kind {
+            "Flat" => LeafCards::Flat,
+            "Bent" => LeafCards::Bent,
+            "CutOut" => LeafCards::CutOut { corners: inner.count("corners") },
+            _ => LeafCards::Folded,
+        })
+    });
+    cards.unwrap_or_default()
+}
+
 /// How branches leave their parents, of `mesh`.
 pub(super) fn forks(fields: &Reader<'_, '_>) -> Forks {
     let kind = |item: &Item<'_>| fields.kind(&FORKS, item, |kind, _| Some(kind));
     if fields.item("forks").as_ref().and_then(kind) == Some("Plain") { Forks::Plain } else { Forks::Collar }
+}
+
+/// `colliders`.
+pub(super) static COLLIDERS: Record = Record {
+    title: "Colliders",
+    about: "Simple shapes for physics and triggers: in the manifest, and under the names that each engine knows.",
+    fields: &[
+        Field {
+            name: "thick",
+            kind: Kind::Number { low: 0.001, high: 10.0, unit: "m" },
+            default: Default::Is("0.05"),
+            about: "radius of the thinnest wood that gets capsules",
+        },
+        Field {
+            name: "capsules",
+            kind: Kind::Integer { low: 0, high: 256, unit: "capsules" },
+            default: Default::Is("32"),
+            about: "at most, along the trunk and thick limbs; the thickest are kept",
+        },
+        Field {
+            name: "crown",
+            kind: Kind::Integer { low: 0, high: 16, unit: "hulls" },
+            default: Default::Is("0"),
+            about: "convex hulls that together hold the whole crown; 0 for none. Unreal takes them for solid",
+        },
+        Field {
+            name: "corners",
+            kind: Kind::Integer { low: 8, high: 255, unit: "corners" },
+            default: Default::Is("32"),
+            about: "of each hull, at most; no engine's physics take more than 255",
+        },
+    ],
+};
+
+/// What physics take a tree for.
+pub(super) fn colliders(fields: &Reader<'_, '_>) -> ColliderParams {
+    ColliderParams {
+        least_radius: fields.number("thick"),
+        most: fields.count("capsules") as usize,
+        crown: fields.count("crown") as usize,
+        corners: fields.count("corners") as usize,
+    }
 }
 
 /// `atlas`.
@@ -145,8 +236,8 @@ static IMPOSTOR: Record = Record {
     fields: &[Field {
         name: "frames",
         kind: Kind::Integer { low: 4, high: 24, unit: "views" },
-        default: Default::Is("12"),
-        about: "along an edge of the sheet; each is 40 texels wide",
+        default: Default::Is("8"),
+        about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
     }],
 };
 
@@ -156,33 +247,62 @@ pub(super) static ENGINES: Choice = Choice {
     kinds: &[
         KindOf {
             name: "Generic",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME.glb`: glTF 2.0 with MSFT_lod, for any engine that reads it",
         },
         KindOf {
             name: "Godot",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME.godot.glb`: levels side by side as `NAME_LOD0`…, colliders by `-convcolonly`",
         },
         KindOf {
             name: "Unity",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME.unity.glb`: levels side by side as `NAME_LOD0`…, colliders in a file beside it",
         },
         KindOf {
             name: "Unreal",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME_LOD0.unreal.glb`…: a file for each level, colliders as `UCX_NAME_LOD0_00`…",
         },
         KindOf {
             name: "Bevy",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME.bevy.glb`: levels side by side with `visibility_range` in their extras, colliders in a file beside it",
         },
         KindOf {
             name: "Web",
-            form: Form::Plain,
+            form: Form::Fields(&PROFILE),
             about: "`NAME.web.glb`: as Generic, quantized and packed by meshoptimizer",
+        },
+    ],
+};
+
+static PROFILE: Record = Record {
+    title: "Engine",
+    about: "`Web` alone, or as `Web(textures: Ktx2)`.",
+    fields: &[Field {
+        name: "textures",
+        kind: Kind::Choice(&TEXTURES),
+        default: Default::Is("Png"),
+        about: "what the textures that its files name are written as; formats that several engines take are written once",
+    }],
+};
+
+static TEXTURES: Choice = Choice {
+    title: "Textures",
+    kinds: &[
+        KindOf { name: "Png", form: Form::Plain, about: "read by everything" },
+        KindOf {
+            name: "Webp",
+            form: Form::Plain,
+            about: "the same texels in fewer bytes, by EXT_texture_webp: for Generic, Godot and Web",
+        },
+        KindOf {
+            name: "Ktx2",
+            form: Form::Plain,
+            about: "compressed on the graphics card too, with mips that keep leaves whole, by KHR_texture_basisu: for \
+                    Generic, Godot, Unity and Web",
         },
     ],
 };
@@ -250,29 +370,41 @@ pub(super) fn atlas(fields: &Reader<'_, '_>) -> AtlasParams {
     AtlasParams { size, gutter: fields.count("gutter") }
 }
 
-/// The engines, in the order of [`Engine`].
-pub(super) fn engines(set: &Reader<'_, '_>) -> Vec<Engine> {
-    let mut named = Vec::new();
+/// The engines, in the order of [`Engine`], with their textures.
+pub(super) fn engines(set: &Reader<'_, '_>) -> Vec<Profile> {
+    let mut profiles: Vec<Profile> = Vec::new();
     for item in set.list("engines") {
-        if let Some(engine) = set.kind(&ENGINES, &item, |engine, _| Some(engine)) {
-            if named.contains(&engine) {
-                set.report().at(item.span(), &item.path, format!("`{engine}` is in the list twice"), "leave one out");
-            }
-            named.push(engine);
+        let fault = |message: String, hint: &str| set.report().at(item.span(), &item.path, message, hint);
+        let read = set.kind(&ENGINES, &item, |name, fields| {
+            let of = |item: &Item<'_>| fields.kind(&TEXTURES, item, |kind, _| Some(kind));
+            let textures = match fields.item("textures").as_ref().and_then(of) {
+                Some("Webp") => TextureFormat::Webp,
+                Some("Ktx2") => TextureFormat::Ktx2,
+                _ => TextureFormat::Png,
+            };
+            Some((name, Profile { engine: engine(name), textures }))
+        });
+        let Some((name, profile)) = read else { continue };
+        if profiles.iter().any(|other| other.engine == profile.engine) {
+            fault(format!("`{name}` is in the list twice"), "leave one out");
+        } else if !profile.engine.reads(profile.textures) {
+            let hint = "leave `textures` out: it is written with PNG then, beside what other engines take";
+            fault(format!("{name} reads no {:?} textures in glTF files", profile.textures), hint);
         }
+        profiles.push(profile);
     }
-    let mut engines: Vec<Engine> = named
-        .into_iter()
-        .map(|name| match name {
-            "Godot" => Engine::Godot,
-            "Unity" => Engine::Unity,
-            "Unreal" => Engine::Unreal,
-            "Bevy" => Engine::Bevy,
-            "Web" => Engine::Web,
-            _ => Engine::Generic,
-        })
-        .collect();
-    engines.sort_unstable();
-    engines.dedup();
-    if engines.is_empty() { vec![Engine::Generic] } else { engines }
+    profiles.sort_unstable();
+    profiles.dedup_by_key(|profile| profile.engine);
+    if profiles.is_empty() { vec![Engine::Generic.into()] } else { profiles }
+}
+
+fn engine(name: &str) -> Engine {
+    match name {
+        "Godot" => Engine::Godot,
+        "Unity" => Engine::Unity,
+        "Unreal" => Engine::Unreal,
+        "Bevy" => Engine::Bevy,
+        "Web" => Engine::Web,
+        _ => Engine::Generic,
+    }
 }

@@ -72,9 +72,58 @@ pub struct Plan {
     pub lods: Vec<Lod>,
     /// The set's atlas.
     pub atlas: AtlasParams,
+    /// Simple shapes for physics; not written where they are the usual ones, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "ColliderParams::is_usual")]
+    pub colliders: ColliderParams,
     /// Whom the files are written for; not written where it is `Generic` alone, so that such plans keep their keys.
     #[serde(skip_serializing_if = "is_generic")]
-    pub engines: Vec<Engine>,
+    pub engines: Vec<Profile>,
+}
+
+/// An engine that files are written for, and the textures that they name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Profile {
+    /// The engine.
+    pub engine: Engine,
+    /// Its textures; not written where they are PNG, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "TextureFormat::is_png")]
+    pub textures: TextureFormat,
+}
+
+impl From<Engine> for Profile {
+    /// With PNG.
+    fn from(engine: Engine) -> Self {
+        Self { engine, textures: TextureFormat::Png }
+    }
+}
+
+/// What textures are written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum TextureFormat {
+    /// PNG, which everything reads.
+    Png,
+    /// WebP without loss: the same texels in fewer bytes.
+    Webp,
+    /// KTX2 (Basis UASTC) with mips: compressed on the graphics card too.
+    Ktx2,
+}
+
+impl TextureFormat {
+    const fn is_png(&self) -> bool {
+        matches!(self, Self::Png)
+    }
+}
+
+impl Engine {
+    /// Whether its importer of glTF reads such textures.
+    #[must_use]
+    pub const fn reads(self, textures: TextureFormat) -> bool {
+        match textures {
+            TextureFormat::Png => true,
+            TextureFormat::Webp => matches!(self, Self::Generic | Self::Godot | Self::Web),
+            TextureFormat::Ktx2 => matches!(self, Self::Generic | Self::Godot | Self::Unity | Self::Web),
+        }
+    }
 }
 
 /// An engine that files are written for.
@@ -94,6 +143,32 @@ pub enum Engine {
     Web,
 }
 
+/// What becomes a collider.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ColliderParams {
+    /// Wood thinner than this radius has no capsule, metres.
+    pub least_radius: f32,
+    /// Most capsules of a plant; the thickest are kept.
+    pub most: usize,
+    /// Convex hulls around the crown; 0 for none.
+    pub crown: usize,
+    /// Most corners of each of those, 8..=255.
+    pub corners: usize,
+}
+
+impl Default for ColliderParams {
+    /// Wood of 10 cm and more across, at most 32 capsules, no hulls.
+    fn default() -> Self {
+        Self { least_radius: 0.05, most: 32, crown: 0, corners: 32 }
+    }
+}
+
+impl ColliderParams {
+    fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// What vertices tell about wind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum WindData {
@@ -107,8 +182,8 @@ fn is_still(wind: &WindData) -> bool {
     *wind == WindData::Nothing
 }
 
-fn is_generic(engines: &[Engine]) -> bool {
-    engines == [Engine::Generic]
+fn is_generic(engines: &[Profile]) -> bool {
+    engines == [Engine::Generic.into()]
 }
 
 /// A named source.
@@ -315,6 +390,23 @@ pub enum LeafShape {
     Olive,
 }
 
+impl LeafShape {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::Oak,
+        Self::Birch,
+        Self::Beech,
+        Self::Maple,
+        Self::Willow,
+        Self::Ash,
+        Self::Pine,
+        Self::Linden,
+        Self::Poplar,
+        Self::Elm,
+        Self::Olive,
+    ];
+}
+
 /// The maps of the bark.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum BarkArt {
@@ -366,6 +458,30 @@ pub struct MeshParams {
     pub bark_tile: f32,
     /// How a branch leaves its parent.
     pub forks: Forks,
+    /// What leaves are drawn on; not written where it is the usual, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "is_folded")]
+    pub leaves: LeafCards,
+}
+
+/// What leaves are drawn on at LOD0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub enum LeafCards {
+    /// Flat squares of two triangles.
+    Flat,
+    /// Squares folded along the middle: four triangles.
+    #[default]
+    Folded,
+    /// Arched to the tip and folded: eight triangles.
+    Bent,
+    /// Folded, and cut to the outline of the picture.
+    CutOut {
+        /// Most corners of the outline, 8..=32.
+        corners: u32,
+    },
+}
+
+fn is_folded(leaves: &LeafCards) -> bool {
+    *leaves == LeafCards::Folded
 }
 
 /// How a branch leaves its parent's wood.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::blends::{BLEND, EXPLORE, MIX, PART, parts};
 use super::look::{self, BARK, FOLIAGE, path};
 use super::morphs::{GROWTH, MORPH};
-use super::output::{self, ATLAS, ENGINES, LODS, MESH};
+use super::output::{self, ATLAS, COLLIDERS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::plan::{
     Beside, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams, Obstacle, Part,
@@ -70,6 +70,12 @@ pub(super) static SET: Record = Record {
             kind: Kind::Fields(&ATLAS),
             default: BY_DEFAULTS,
             about: "the picture that leaves share",
+        },
+        Field {
+            name: "colliders",
+            kind: Kind::Fields(&COLLIDERS),
+            default: BY_DEFAULTS,
+            about: "simple shapes for physics and triggers",
         },
         Field {
             name: "engines",
@@ -329,14 +335,16 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         (
             fields.count("sides"),
             fields.number("error"),
-            (output::forks(fields), output::wind(fields)),
+            (output::forks(fields), output::leaves(fields), output::wind(fields)),
             fields.count("lightmap"),
         )
     });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
+    let colliders = set.group("colliders", output::colliders);
     let engines = output::engines(set);
-    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, (forks, wind), lightmap)) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, (forks, leaves, wind), lightmap)) =
+        (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -353,11 +361,12 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, error, bark_tile, forks },
+        mesh: MeshParams { sides, error, bark_tile, forks, leaves },
         lightmap,
         wind,
         lods,
         atlas: atlas?,
+        colliders: colliders?,
         engines,
     })
 }

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::Wear;
 use super::turntable::{self, Framing};
-use crate::bake::Picture;
+use crate::bake::{Picture, card_cuts};
 use crate::base::{Diagnostic, Key};
 use crate::build::{Cache, Focus, Limits, Studio, extent, load_edited};
-use crate::mesh::{CardShape, CrownLight, TreeMesh, TubeDetail, all_cards, leaf_cards_in, tubes_in};
+use crate::mesh::{CardCut, CardShape, Cards, CrownLight, TreeMesh, TubeDetail, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
 use crate::preset::plan::MeshParams;
 use crate::preset::{Edit, edited};
@@ -131,6 +131,8 @@ pub struct Facts {
 struct Open {
     studio: Studio,
     wear: Wear,
+    /// The outlines of its leaf pictures, where leaves are cut out.
+    cuts: Vec<CardCut>,
     /// Height and reach of what its sources take, metres.
     extent: (f32, f32),
 }
@@ -196,7 +198,7 @@ impl Workshop {
                 Arc::new(studio.sketched(index(of)?, svg.as_bytes(), height)?)
             }
         };
-        let tree = mesh(&plant, &studio.plan().mesh, draft.care);
+        let tree = mesh(&plant, &studio.plan().mesh, &open.cuts, draft.care);
         let framing = Framing::around(&tree, draft.turn.to_radians(), draft.width, draft.height);
         let framing = match &draft.show {
             // The frame stays where it is while a point moves or a crown is drawn.
@@ -259,7 +261,8 @@ impl Workshop {
         let (leaves, bark) = studio.pictures();
         let wear = Wear { leaf: leaves.iter().map(Picture::new).collect(), bark: vec![Picture::new(bark)] };
         let extent = extent(studio.sources());
-        let made = Arc::new(Open { studio, wear, extent });
+        let cuts = card_cuts(leaves, studio.plan().mesh.leaves);
+        let made = Arc::new(Open { studio, wear, cuts, extent });
         let mut open = lock();
         if open.len() >= MOST_OPEN {
             open.remove(0);
@@ -283,7 +286,7 @@ fn within(framing: Framing, (top, reach): (f32, f32), air: f32) -> Framing {
 }
 
 /// A plant's triangles.
-fn mesh(plant: &Plant, params: &MeshParams, care: Care) -> TreeMesh {
+fn mesh(plant: &Plant, params: &MeshParams, cuts: &[CardCut], care: Care) -> TreeMesh {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
     let full = TubeDetail::full(params);
@@ -291,10 +294,10 @@ fn mesh(plant: &Plant, params: &MeshParams, care: Care) -> TreeMesh {
         Care::Fine => full,
         Care::Quick => TubeDetail { sides: full.sides.min(6), error: (full.error * 3.0).max(0.01), ..full },
     };
-    let shape = if care == Care::Quick { CardShape::Flat } else { CardShape::Folded };
+    let cards = if care == Care::Quick { CardShape::Flat.into() } else { Cards::of(params.leaves, cuts) };
     let (bark, leaf) = rayon::join(
         || tubes_in(plant, &posed, &light, &detail),
-        || leaf_cards_in(plant, &posed, &light, &all_cards(plant), shape),
+        || leaf_cards_in(plant, &posed, &light, &all_cards(plant), cards),
     );
     TreeMesh { bark, leaf }
 }

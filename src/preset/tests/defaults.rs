@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::{BlendTree, Pick, Wear};
+use crate::preset::plan::{BlendTree, ColliderParams, LeafCards, Pick, Wear};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -27,9 +27,10 @@ const SPELLED_OUT: &str = r##"(
         color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
-    mesh: (sides: 12, error: 0.01, forks: Collar, wind: Nothing, lightmap: 0),
+    mesh: (sides: 12, error: 0.01, forks: Collar, leaves: Folded, wind: Nothing, lightmap: 0),
     lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
     atlas: (size: 2048, gutter: 8),
+    colliders: (thick: 0.05, capsules: 32, crown: 0, corners: 32),
     engines: [Generic],
 )"##;
 
@@ -54,6 +55,27 @@ fn what_is_left_out_has_the_documented_default() {
         })
         .collect();
     assert!(progress.iter().zip([0.5, 0.325, 0.675]).all(|(a, b)| (a - b).abs() < 1e-6), "{progress:?}");
+}
+
+#[test]
+fn leaf_cards_and_colliders_are_as_asked_and_the_usual_ones_leave_no_mark() {
+    let with = |more: &str| load_with_oak(&SHORT.replace("count: 3)],", &format!("count: 3)], {more}")));
+    let leaves = |text: &str| with(&format!("mesh: (leaves: {text})")).map(|plan| plan.mesh.leaves);
+    assert_eq!(leaves("Flat"), Ok(LeafCards::Flat));
+    assert_eq!(leaves("Bent"), Ok(LeafCards::Bent));
+    assert_eq!(leaves("CutOut"), Ok(LeafCards::CutOut { corners: 16 }));
+    assert_eq!(leaves("CutOut(corners: 9)"), Ok(LeafCards::CutOut { corners: 9 }));
+    for wrong in ["CutOut(corners: 7)", "CutOut(corners: 33)", "Round", "Flat(corners: 9)"] {
+        assert!(leaves(wrong).is_err(), "{wrong}");
+    }
+    let plan = with("colliders: (thick: 0.1, capsules: 4, crown: 3, corners: 64)").expect("loads");
+    assert_eq!(plan.colliders, ColliderParams { least_radius: 0.1, most: 4, crown: 3, corners: 64 });
+    assert!(with("colliders: (corners: 7)").is_err() && with("colliders: (crown: 17)").is_err());
+    // Keys of sets are made of this: those that do not ask for anything keep theirs.
+    let text = |plan: &Plan| serde_json::to_string(plan).expect("a plan is text");
+    let usual = text(&load_with_oak(SHORT).expect("loads"));
+    assert!(!usual.contains("colliders") && usual.contains("\"forks\":\"Collar\"}"), "{usual}");
+    assert!(text(&plan).contains("colliders"));
 }
 
 #[test]

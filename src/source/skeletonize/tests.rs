@@ -234,15 +234,22 @@ fn rings_and_contraction_agree_on_meshes_of_tubes() {
 
 #[test]
 fn a_twig_of_few_rings_that_runs_to_a_point_is_as_thick_at_its_base_by_contraction() {
-    for sides in [3, 5, 8] {
-        let path: Vec<DVec3> = (0..4).map(|k| DVec3::Y * 2.4 * f64::from(k)).collect();
-        let twig = shapes::tube(&path, &[0.24, 0.16, 0.08, 0.001], sides);
-        let found =
-            skeletonize(&wood(&[pole(DVec3::ZERO, DVec3::X * 20.0, 1.0, 0.9), twig]), &params(Method::Contraction));
-        let plant = found.unwrap().plant;
-        let radii = plant.radii(crate::plant::ChainId(1));
-        let base = radii.iter().fold(0.0_f32, |r, &n| r.max(n));
-        assert!((base - 0.24).abs() < 0.03 && radii[radii.len() - 1] < 0.05, "{sides} {radii:?}");
+    // Long of four rings; and of three rings so short that a ring is as far from the next as it is wide.
+    let twigs: [(f64, &[f64]); 3] =
+        [(7.2, &[0.24, 0.16, 0.08, 0.001]), (0.5, &[0.24, 0.135, 0.03]), (0.5, &[0.24, 0.16, 0.08])];
+    for (length, wanted) in twigs {
+        for sides in [3, 5, 8] {
+            let steps = wanted.len() - 1;
+            let path: Vec<DVec3> = (0..=steps).map(|k| DVec3::Y * length * k as f64 / steps as f64).collect();
+            let twig = shapes::tube(&path, wanted, sides);
+            let found =
+                skeletonize(&wood(&[pole(DVec3::ZERO, DVec3::X * 20.0, 1.0, 0.9), twig]), &params(Method::Contraction));
+            let plant = found.unwrap().plant;
+            let radii = plant.radii(crate::plant::ChainId(1));
+            let base = radii.iter().fold(0.0_f32, |r, &n| r.max(n));
+            assert!((base - 0.24).abs() < 0.05, "{length} {sides} {radii:?}");
+            assert!(radii[radii.len() - 1] < 0.1, "{length} {sides} {radii:?}");
+        }
     }
 }
 

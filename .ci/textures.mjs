@@ -1,0 +1,110 @@
+// Decodes every KTX2 texture below a folder with Basis' own transcoder (from three.js' package) and compares it with the PNG
+// of the same name beside it:
+//
+//     (cd .ci && npm install --no-package-lock)
+//     node .ci/textures.mjs out/engines [PSNR]
+//
+// Prints decibels over the texels that can be seen, and the
+// share of solid texels level by level. Exit code 1 when there is none, one is below PSNR (36 by default; 34 for normals,
+// whose noise no format of eight bits a texel keeps), or a level of 16 texels or more covers other than level 0 by over 2 %.
+
+import { readFile, readdir } from "node:fs/promises";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { inflateSync } from "node:zlib";
+
+const [root, least = "36"] = process.argv.slice(2);
+if (!root) {
+  console.error("usage: node textures.mjs FOLDER [PSNR]");
+  process.exit(2);
+}
+const require = createRequire(import.meta.url);
+const basis = path.join(path.dirname(require.resolve("three")), "../examples/jsm/libs/basis");
+// A plain script for browsers and CommonJS, in a package of modules.
+const script = await readFile(path.join(basis, "basis_transcoder.js"), "utf8");
+const BASIS = new Function("require", "__dirname", "__filename", `${script}; return BASIS;`)(require, basis, basis);
+const transcoder = await BASIS({ wasmBinary: await readFile(path.join(basis, "basis_transcoder.wasm")) });
+transcoder.initializeBasis();
+
+// Our own PNG: eight bits, RGB or RGBA, rows plain or less the row above.
+function readPng(bytes) {
+  const [width, height, channels] = [bytes.readUInt32BE(16), bytes.readUInt32BE(20), bytes[25] === 6 ? 4 : 3];
+  const parts = [];
+  for (let at = 8; at < bytes.length; at += bytes.readUInt32BE(at) + 12) {
+    if (bytes.toString("latin1", at + 4, at + 8) === "IDAT") parts.push(bytes.subarray(at + 8, at + 8 + bytes.readUInt32BE(at)));
+  }
+  const rows = inflateSync(Buffer.concat(parts));
+  const [texels, line] = [new Uint8Array(width * height * 4).fill(255), width * channels];
+  const above = new Uint8Array(line);
+  for (let y = 0; y < height; y++) {
+    const filter = rows[y * (line + 1)];
+    if (filter !== 0 && filter !== 2) throw new Error(`filter ${filter} is none of ours`);
+    for (let x = 0; x < line; x++) {
+      above[x] = rows[y * (line + 1) + 1 + x] + (filter === 2 ? above[x] : 0);
+      texels[(y * width + Math.floor(x / channels)) * 4 + (x % channels)] = above[x];
+    }
+  }
+  return { width, height, texels };
+}
+
+function compare(ktx, png) {
+  const file = new transcoder.KTX2File(new Uint8Array(ktx));
+  if (!file.isValid() || !file.isUASTC() || !file.startTranscoding()) throw new Error("Basis can't read it");
+  const level = (k, format) => {
+    const info = file.getImageLevelInfo(k, 0, 0);
+    const texels = new Uint8Array(file.getImageTranscodedSizeInBytes(k, 0, 0, format));
+    if (!file.transcodeImage(texels, k, 0, 0, format, 0, -1, -1)) throw new Error(`level ${k} can't be had as format ${format}`);
+    return { width: info.origWidth, height: info.origHeight, texels };
+  };
+  const RGBA = 13;
+  const { width, height, texels: wanted } = readPng(png);
+  const first = level(0, RGBA);
+  let [sum, count, solid, clear] = [0, 0, 0, 0];
+  if (first.width !== width || first.height !== height) throw new Error("has another size than the PNG");
+  for (let i = 0; i < wanted.length; i += 4) {
+    solid += wanted[i + 3] >= 128;
+    clear += wanted[i + 3] < 255;
+    if (wanted[i + 3] < 64) continue;
+    for (let c = 0; c < 3; c++) sum += (wanted[i + c] - first.texels[i + c]) ** 2;
+    count += 3;
+  }
+  const shares = [];
+  for (let k = 0; k < file.getLevels(); k++) {
+    const { texels } = level(k, RGBA);
+    let solid = 0;
+    for (let i = 3; i < texels.length; i += 4) solid += texels[i] >= 128;
+    shares.push([solid / (texels.length / 4), texels.length / 4]);
+  }
+  // ETC1, ETC2, BC1, BC3, BC7 and ASTC: what phones and cards get must be had too.
+  for (const format of [0, 1, 2, 3, 6, 10]) level(0, format);
+  file.close();
+  const psnr = 10 * Math.log10((255 * 255 * count) / Math.max(sum, 1e-9));
+  return { psnr, masked: clear > 0, shares, solid: solid / (width * height), size: [width, height] };
+}
+
+const faults = [];
+const files = (await readdir(root, { recursive: true })).filter((f) => f.endsWith(".ktx2")).sort();
+for (const name of files) {
+  const [ktx, png] = await Promise.all(["ktx2", "png"].map((end) => readFile(path.join(root, name.replace(/ktx2$/, end)))));
+  let seen;
+  try {
+    seen = compare(ktx, png);
+  } catch (error) {
+    faults.push(`${name}: ${error.message}`);
+    continue;
+  }
+  const shares = seen.masked ? `; solid ${(seen.solid * 100).toFixed(1)} % in the PNG, by level ` +
+    seen.shares.map(([share]) => (share * 100).toFixed(1)).join(" ") : "";
+  console.log(`${name}: ${seen.size.join(" x ")}, ${seen.psnr.toFixed(1)} dB${shares}`);
+  const wanted = Number(least) - (name.includes("_normal.") ? 2 : 0);
+  if (!(seen.psnr >= wanted)) faults.push(`${name}: ${seen.psnr} dB, and ${wanted} are asked for`);
+  if (seen.masked) {
+    seen.shares.forEach(([share, texels], k) => {
+      const bound = Math.max(0.02 * seen.solid, 0.51 / texels);
+      if (Math.abs(share - seen.solid) > bound) faults.push(`${name}: level ${k} covers ${share}, level 0 of the PNG ${seen.solid}`);
+    });
+  }
+}
+if (files.length === 0) faults.push("no .ktx2 file found");
+faults.forEach((fault) => console.error(fault));
+process.exit(faults.length > 0 ? 1 : 0);

@@ -1,0 +1,180 @@
+//! A material's mips, for textures that carry them.
+//!
+//! Each is the mean of the one before it: colour in linear light and by its alpha, normals brought to unit length. Of a
+//! cut-out, as many texels of each mip are solid as level 0 covers: those of the greatest alpha. The first five hardly change
+//! by that, since the atlas' alpha is made for it (`mip_coverage.rs`); from there on it is what keeps a tree from dissolving.
+//! Alpha then keeps [`MARGIN`] steps off the cut-off, also at level 0, so that what block compression rounds stays on its
+//! side. No filter is wider than the box: pictures of an atlas would run into one another.
+
+use rayon::prelude::*;
+
+use super::Maps;
+use super::mip_coverage::ALPHA_CUTOFF;
+use super::resample::shrink;
+
+/// Steps of alpha between a texel and the cut-off.
+const MARGIN: u8 = 8;
+/// The first alpha that is solid.
+const SOLID: u8 = (ALPHA_CUTOFF * 255.0 + 0.5) as u8;
+
+/// What alpha is to a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaUse {
+    /// Nothing.
+    Opaque,
+    /// A mask, cut at [`ALPHA_CUTOFF`].
+    CutOut,
+}
+
+/// All mips down to one texel, level 0 first: `maps` itself, but for the margin of a cut-out. Sides are halved and rounded
+/// down. Empty for maps without texels or whose arrays aren't of their size.
+#[must_use]
+pub fn mips(maps: &Maps, alpha: AlphaUse) -> Vec<Maps> {
+    let texels = maps.width as usize * maps.height as usize;
+    if texels == 0 || [maps.color.len(), maps.normal.len(), maps.orm.len()] != [texels; 3] {
+        return Vec::new();
+    }
+    let mut levels = vec![maps.clone()];
+    while let Some(last) = levels.last()
+        && (last.width > 1 || last.height > 1)
+    {
+        levels.push(shrink(last, (last.width / 2).max(1), (last.height / 2).max(1)));
+    }
+    if alpha == AlphaUse::CutOut {
+        let solid = maps.color.iter().filter(|c| c[3] >= SOLID).count() as u64;
+        levels.par_iter_mut().for_each(|level| {
+            let here = level.color.len() as u64;
+            keep(&mut level.color, ((solid * here + texels as u64 / 2) / texels as u64) as usize);
+        });
+    }
+    levels
+}
+
+/// Makes `count` texels solid, those of the greatest alpha, and all others clear.
+fn keep(color: &mut [[u8; 4]], count: usize) {
+    let mut histogram = [0_usize; 256];
+    color.iter().for_each(|c| histogram[usize::from(c[3])] += 1);
+    // All above `edge` are solid, and of those that are at it some.
+    let (mut edge, mut above) = (255, 0);
+    while edge > 0 && above + histogram[edge] < count {
+        above += histogram[edge];
+        edge -= 1;
+    }
+    let (at, wanted) = (histogram[edge], count - above);
+    let mut seen = 0;
+    for c in color {
+        let solid = match usize::from(c[3]).cmp(&edge) {
+            std::cmp::Ordering::Greater => true,
+            std::cmp::Ordering::Less => false,
+            std::cmp::Ordering::Equal => {
+                seen += 1;
+                // Spread evenly over all that are alike.
+                seen * wanted / at > (seen - 1) * wanted / at
+            }
+        };
+        c[3] = if solid { c[3].max(SOLID + MARGIN) } else { c[3].min(SOLID - 1 - MARGIN) };
+    }
+}
+
+/// Maps whose sides are multiples of four, as block compression wants them: shrunk by up to three texels, or, below four,
+/// with each texel repeated.
+#[must_use]
+pub fn to_blocks(maps: &Maps) -> Maps {
+    let side = |n: u32| (n & !3).max(4);
+    let (width, height) = (side(maps.width), side(maps.height));
+    if (width, height) == (maps.width, maps.height) || maps.color.is_empty() {
+        return maps.clone();
+    }
+    let (wide, high) = (maps.width.max(4), maps.height.max(4));
+    let at = |i: usize| {
+        let (x, y) = (i as u32 % wide, i as u32 / wide);
+        ((y * maps.height / high) * maps.width + x * maps.width / wide) as usize
+    };
+    let repeated = |count: usize| (0..count).map(at);
+    let count = (wide * high) as usize;
+    let larger = Maps {
+        width: wide,
+        height: high,
+        color: repeated(count).map(|i| maps.color[i]).collect(),
+        normal: repeated(count).map(|i| maps.normal[i]).collect(),
+        orm: repeated(count).map(|i| maps.orm[i]).collect(),
+    };
+    if (wide, high) == (width, height) { larger } else { shrink(&larger, width, height) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+
+    /// Soft blots.
+    fn blots(edge: u32) -> Maps {
+        let count = (edge * edge) as usize;
+        let alpha = |i: usize| {
+            let (x, y) = (i as f32 % edge as f32, (i as u32 / edge) as f32);
+            let far = |k: u64| {
+                let seed = Seed::new(k);
+                let (cx, cy) = (seed.at(0).range(0.0, edge as f32), seed.at(1).range(0.0, edge as f32));
+                ((x - cx) * (x - cx) + (y - cy) * (y - cy)).sqrt()
+            };
+            let near = (0..60).map(far).fold(f32::MAX, f32::min);
+            ((6.0 - near) * 60.0 + 128.0).clamp(0.0, 255.0) as u8
+        };
+        let color = (0..count).map(|i| [90, (i % 97) as u8, 60, alpha(i)]).collect();
+        Maps { width: edge, height: edge, color, normal: vec![[128, 128, 255]; count], orm: vec![[255, 200, 0]; count] }
+    }
+
+    #[test]
+    fn every_mip_covers_what_level_0_does_and_keeps_off_the_cut_off() {
+        let maps = blots(128);
+        let levels = mips(&maps, AlphaUse::CutOut);
+        assert_eq!(levels.iter().map(|l| l.width).collect::<Vec<_>>(), [128, 64, 32, 16, 8, 4, 2, 1]);
+        let share = |m: &Maps| m.color.iter().filter(|c| c[3] >= 128).count() as f32 / m.color.len() as f32;
+        let wanted = share(&maps);
+        assert!((0.2..0.8).contains(&wanted));
+        for level in &levels {
+            assert!((share(level) - wanted).abs() <= 0.51 / level.color.len() as f32, "{}", level.width);
+            assert!(level.color.iter().all(|c| !(120..136).contains(&c[3])));
+        }
+        // Without it the coarse ones are something else.
+        let plain = mips(&maps, AlphaUse::Opaque);
+        assert_eq!(plain[0], maps);
+        assert!(plain[1..6].iter().any(|level| (share(level) - wanted).abs() > 0.05));
+    }
+
+    #[test]
+    fn colour_is_averaged_in_linear_light_and_normals_stay_units() {
+        let maps = Maps {
+            width: 2,
+            height: 1,
+            color: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
+            normal: vec![[218, 128, 218], [38, 128, 218]],
+            orm: vec![[0, 100, 0], [100, 200, 0]],
+        };
+        let last = mips(&maps, AlphaUse::Opaque).pop().unwrap();
+        assert_eq!((last.color[0], last.normal[0], last.orm[0]), ([188, 188, 188, 255], [128, 128, 255], [50, 150, 0]));
+    }
+
+    #[test]
+    fn sides_become_multiples_of_four() {
+        for (width, height, wanted) in
+            [(8, 4, (8, 4)), (13, 6, (12, 4)), (1, 3, (4, 4)), (2, 9, (4, 8)), (4, 5, (4, 4))]
+        {
+            let count = (width * height) as usize;
+            let maps = Maps {
+                width,
+                height,
+                color: (0..count).map(|i| [i as u8; 4]).collect(),
+                normal: vec![[128, 128, 255]; count],
+                orm: vec![[1, 2, 3]; count],
+            };
+            let blocks = to_blocks(&maps);
+            assert_eq!((blocks.width, blocks.height), wanted);
+            let texels = (wanted.0 * wanted.1) as usize;
+            assert_eq!([blocks.color.len(), blocks.normal.len(), blocks.orm.len()], [texels; 3]);
+            assert_eq!(blocks.orm[texels - 1], [1, 2, 3]);
+        }
+        let none = Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] };
+        assert!(mips(&none, AlphaUse::CutOut).is_empty());
+    }
+}
