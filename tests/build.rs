@@ -195,6 +195,27 @@ fn leaves_on_cards_of_every_shape_become_sets_and_hulls_are_listed() {
 }
 
 #[test]
+fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let told = |size: &str, lods: &str| {
+        let text = SMALL.replace("size: 512", size).replace("[Full, CrossedQuads]", lods);
+        fs::write(&preset, text).unwrap();
+        let out = project.path().join("out");
+        let made = treewright(&[&"build", &preset, &"--out", &out]);
+        assert!(made.status.success(), "{}", errors(&made));
+        let text = fs::read_to_string(out.join("small/small.manifest.json")).unwrap();
+        let notes = serde_json::from_str::<serde_json::Value>(&text).unwrap()["notes"].clone();
+        notes.as_array().unwrap().iter().filter_map(|n| n.as_str()).find(|n| n.starts_with("atlas")).map(str::to_owned)
+    };
+    let cloud = "[Full, BillboardCloud(cards: 48)]";
+    let note = told("size: 512", cloud).expect("48 cards of 64 texels do not fit 512");
+    assert!(note.contains("at 512 texels") && note.contains("`atlas: (size: 1024)`"), "{note}");
+    assert_eq!(told("size: 1024", cloud), None);
+    assert_eq!(told("size: 512", "[Full, CrossedQuads]"), None);
+}
+
+#[test]
 fn what_a_preset_no_longer_makes_is_removed_and_nothing_else() {
     let project = small_project();
     let out = project.path().join("out");

@@ -30,7 +30,7 @@ const ATLAS: Stage = Stage("atlas", 3);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
-const SHEET: Stage = Stage("sheet", 2);
+const SHEET: Stage = Stage("sheet", 3);
 const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.
@@ -397,8 +397,8 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     let shared: Vec<Picture> =
         if is_drawn.contains(&true) { leaves.iter().chain([bark]).map(Picture::new).collect() } else { Vec::new() };
     let dressed = |row: usize, leaves: &[Picture]| -> Vec<Picture> {
-        let own = parts.trees[row].ladder.tiles.iter().map(|tile| Picture::new(&tile.uncolored()));
-        leaves.iter().cloned().chain(own).collect()
+        let own = lod::packed(&parts.trees[row].ladder.tiles);
+        leaves.iter().cloned().chain(own.iter().map(|tile| Picture::new(&tile.uncolored()))).collect()
     };
     let worn: Vec<Vec<Picture>> = (0..rows.len())
         .into_par_iter()

@@ -21,7 +21,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 11;
+pub(super) const VERSION: u32 = 12;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -263,11 +263,12 @@ fn trees(
     places.par_iter().map(one).collect()
 }
 
-/// What was mended in the sources, rejected and removed.
+/// What was mended in the sources, rejected and removed, and what an atlas has no room for.
 fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
     let mut notes = stages::source_notes(plan, &prepared.sources);
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());
+    notes.extend(super::trees::small_atlas(plan, &prepared.wardrobe.pictures));
     notes
 }
 

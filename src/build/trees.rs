@@ -7,22 +7,24 @@ use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
-use crate::base::{Key, KeyBuilder, Seed};
+use crate::base::{Key, KeyBuilder, Note, Seed};
 use crate::lod::{self, Ladder, Piece, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{Lod, Variant};
+use crate::preset::plan::{AtlasParams, Lod, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 9);
+const LADDER: Stage = Stage("ladder", 10);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 4);
+const LEVEL: Stage = Stage("level", 5);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
+/// Largest edge of an atlas.
+const LARGEST: u32 = 8192;
 
 /// A tree of a set.
 #[derive(Clone, Debug)]
@@ -103,6 +105,30 @@ pub(super) fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
     }
     let made = make();
     cell.get_or_init(|| made)
+}
+
+/// Says so where an atlas is so small that cards lose more than a quarter of their texels along an edge: that costs more of
+/// a cloud's silhouette than anything else.
+pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
+    let has_cards = plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. }));
+    let size = plan.atlas.size;
+    let at = |size: u32| {
+        let atlas = AtlasParams { size, ..plan.atlas.clone() };
+        texels(&Plan { atlas, ..plan.clone() }, pictures)
+    };
+    let (own, usual) = (at(size), lod::CARD_TEXELS);
+    let is_enough = |texels: u32| texels * 4 >= usual * 3;
+    if !has_cards || is_enough(own) {
+        return None;
+    }
+    let mut larger = std::iter::successors(Some(size), |size| Some(size * 2)).take_while(|&size| size <= LARGEST);
+    let better = larger.find(|&size| is_enough(at(size)))?;
+    let message = format!(
+        "at {size} texels an edge, cards have {own} of {usual} texels along theirs; `atlas: (size: {better})` would give \
+         them {}",
+        at(better)
+    );
+    Some(Note { about: "atlas".to_owned(), message })
 }
 
 /// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn

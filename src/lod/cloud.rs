@@ -7,7 +7,8 @@
 //! coverage with the full level's, by secant steps.
 //!
 //! Measured on two oaks at equal sizes, mean IoU: flat cards 0.841, carved 0.861, and bent with planes that face as their
-//! leaves do 0.868. Twice the rounds of carving, or steps of four times the size, change nothing.
+//! leaves do 0.868. What hangs most on is the texels: 24 instead of 64 along a card's edge cost 0.06 to 0.1 in sets of airy
+//! crowns, 96 and 128 bring less than 0.01. Long steps of carving leave texels at their bounds, among which no gain chooses.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -40,9 +41,9 @@ const VISIBLE: f32 = 0.0025;
 const LONGEST: u32 = 4;
 /// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), the first one's step, and
 /// how far pixels are drawn from a half.
-const CARVINGS: usize = 4;
+const CARVINGS: usize = 5;
 const SUBSETS: usize = 2;
-const STEP: f32 = 4.0;
+const STEP: f32 = 1.5;
 const CONTRAST: f32 = 1.5;
 /// Rounds in search of the alpha's gain, and steps by cards that are packed.
 const ROUNDS: usize = 4;

@@ -460,9 +460,9 @@ fn share(lines: u32, size: usize) -> f32 {
 fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
     let all: &[usize] = match lod {
         Lod::Full => &[1],
-        Lod::Thinned { .. } => &[2, 3, 4, 5, 6],
-        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8],
-        Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13],
+        Lod::Thinned { .. } => &[2, 3, 4, 5, 6, 7, 8, 9],
+        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12],
+        Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13, 15, 17, 19],
     };
     let lines = lines(lod);
     let below: Vec<usize> = all.iter().copied().filter(|&size| share(lines, size) < above * 0.9).collect();

@@ -28,4 +28,5 @@ pub use ladder::{
     palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};
+pub(crate) use packed::packed;
 pub use tile::Tile;

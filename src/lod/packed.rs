@@ -6,6 +6,7 @@
 //! included; each picture by itself, as was tried before, misses by 1 to 4 % for cards, and the frames of an impostor each
 //! by itself by 5 to 10 %.
 
+use super::tile::Tile;
 use crate::bake::{Layout, move_alpha};
 use crate::preset::plan::AtlasParams;
 
@@ -13,6 +14,14 @@ use crate::preset::plan::AtlasParams;
 const GUTTER: u32 = 4;
 /// Smallest and largest edge of the atlas.
 const EDGES: (u32, u32) = (128, 8192);
+
+/// A tree's pictures as an atlas keeps them: what is to be seen of them, where there is no atlas yet.
+pub(crate) fn packed(tiles: &[Tile]) -> Vec<Tile> {
+    let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
+    let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
+    let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
+    tiles.iter().zip(as_packed(&alphas, &sizes)).map(with).collect()
+}
 
 /// The alphas of pictures of some sizes as an atlas keeps them. Pictures that no atlas holds are given back as they are.
 pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)]) -> Vec<Vec<u8>> {
