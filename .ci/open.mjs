@@ -10,11 +10,9 @@
 // pictures of one variant differ by more than `tolerance`.
 
 import { execFileSync } from "node:child_process";
-import { createServer } from "node:http";
 import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
-import { createRequire } from "node:module";
 import path from "node:path";
-import { chromium as browsers } from "playwright-core";
+import { open } from "./three.mjs";
 
 // Mean difference of the channels over the tree, 0 to 1: quantized normals shade a little differently, and blocks round.
 const tolerance = 0.03;
@@ -23,17 +21,14 @@ const tolerance = 0.03;
 const away = 5;
 const left = [0.65, 1.15];
 
-const [root, shots, chromium = "/usr/bin/chromium"] = process.argv.slice(2);
+const [root, shots, chromium] = process.argv.slice(2);
 if (!root || !shots) {
   console.error("usage: node open.mjs FOLDER SHOTS [CHROMIUM]");
   process.exit(2);
 }
-const three = path.join(path.dirname(createRequire(import.meta.url).resolve("three")), "..");
 const folder = path.resolve(root);
 
-const page = `<!doctype html><style>body{margin:0}</style>
-<script type="importmap">{"imports": {"three": "/three/build/three.module.js", "three/addons/": "/three/examples/jsm/"}}</script>
-<script type="module">
+const { tab, faults, close } = await open(folder, `
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { KTX2Loader } from "three/addons/loaders/KTX2Loader.js";
@@ -73,36 +68,7 @@ window.open_ = async (file, far) => {
   gltf.scene.traverse((o) => o.geometry?.dispose());
   return { counts, size: size.toArray(), textures };
 };
-window.ready = true;
-</script>`;
-
-const types = { ".wasm": "application/wasm", ".webp": "image/webp", ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png" };
-const server = createServer(async (request, response) => {
-  const url = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
-  if (url === "/") return response.writeHead(200, { "content-type": "text/html" }).end(page);
-  if (url === "/favicon.ico") return response.writeHead(204).end();
-  const base = url.startsWith("/three/") ? three : url.startsWith("/files/") ? folder : null;
-  const file = base && path.join(base, path.normalize(url.replace(/^\/\w+\//, "/")));
-  try {
-    if (!file?.startsWith(base)) throw new Error();
-    const bytes = await readFile(file);
-    response.writeHead(200, { "content-type": types[path.extname(file)] ?? "application/octet-stream" }).end(bytes);
-  } catch {
-    response.writeHead(404).end();
-  }
-});
-await new Promise((done) => server.listen(0, "127.0.0.1", done));
-const browser = await browsers.launch({
-  executablePath: chromium,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
-const tab = await browser.newPage();
-const faults = [];
-tab.on("pageerror", (error) => faults.push(String(error)));
-tab.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-await tab.setViewportSize({ width: 512, height: 512 });
-await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-await tab.waitForFunction("window.ready", undefined, { timeout: 120000 }).catch((error) => faults.push(String(error)));
+`, { edge: 512, chromium });
 await mkdir(shots, { recursive: true });
 
 // What the file itself says, primitive by primitive.
@@ -217,7 +183,6 @@ for (const [file, views] of pictures) {
 }
 if (!assimp) console.log("assimp is not installed: not asked");
 if (files.length === 0) faults.push("no .glb file found");
-await browser.close();
-server.close();
+await close();
 faults.forEach((fault) => console.error(fault));
 process.exit(faults.length > 0 ? 1 : 0);

@@ -6,23 +6,18 @@
 // Exit code 1 when the page reports an error, when no animation is found,
 // or when two of the screenshots are the same.
 
-import { createServer } from "node:http";
-import { mkdir, readFile, writeFile } from "node:fs/promises";
-import { createRequire } from "node:module";
+import { mkdir, writeFile } from "node:fs/promises";
 import path from "node:path";
-import { chromium as browsers } from "playwright-core";
+import { open } from "./three.mjs";
 
-const [clip, shots, chromium = "/usr/bin/chromium"] = process.argv.slice(2);
+const [clip, shots, chromium] = process.argv.slice(2);
 if (!clip || !shots) {
   console.error("usage: node play.mjs CLIP.glb FOLDER [CHROMIUM]");
   process.exit(2);
 }
-const three = path.join(path.dirname(createRequire(import.meta.url).resolve("three")), "..");
 const folder = path.dirname(path.resolve(clip));
 
-const page = `<!doctype html><style>body{margin:0}</style>
-<script type="importmap">{"imports": {"three": "/three/build/three.module.js", "three/addons/": "/three/examples/jsm/"}}</script>
-<script type="module">
+const { tab, faults, close } = await open(folder, `
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
@@ -51,36 +46,7 @@ window.at = (time) => {
   mixer.setTime(time);
   renderer.render(scene, camera);
 };
-window.ready = true;
-</script>`;
-
-const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png" };
-const server = createServer(async (request, response) => {
-  const url = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
-  if (url === "/") return response.writeHead(200, { "content-type": "text/html" }).end(page);
-  if (url === "/favicon.ico") return response.writeHead(204).end();
-  const root = url.startsWith("/three/") ? three : url.startsWith("/files/") ? folder : null;
-  const file = root && path.join(root, path.normalize(url.replace(/^\/\w+\//, "/")));
-  try {
-    if (!file?.startsWith(root)) throw new Error();
-    const bytes = await readFile(file);
-    response.writeHead(200, { "content-type": types[path.extname(file)] ?? "application/octet-stream" }).end(bytes);
-  } catch {
-    response.writeHead(404).end();
-  }
-});
-await new Promise((done) => server.listen(0, "127.0.0.1", done));
-const browser = await browsers.launch({
-  executablePath: chromium,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
-const tab = await browser.newPage();
-const faults = [];
-tab.on("pageerror", (error) => faults.push(String(error)));
-tab.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-await tab.setViewportSize({ width: 720, height: 720 });
-await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-await tab.waitForFunction("window.ready", undefined, { timeout: 240000 }).catch((error) => faults.push(String(error)));
+`, { edge: 720, chromium, patience: 240000 });
 await mkdir(shots, { recursive: true });
 const taken = [];
 if (faults.length === 0) {
@@ -93,7 +59,6 @@ if (faults.length === 0) {
   }
   console.log(`${await tab.evaluate("window.animations")} animations, ${seconds} s, ${new Set(taken).size} different pictures`);
 }
-await browser.close();
-server.close();
+await close();
 faults.forEach((fault) => console.error(fault));
 process.exit(faults.length > 0 || new Set(taken).size < 3 ? 1 : 0);

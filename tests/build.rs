@@ -195,6 +195,22 @@ fn leaves_on_cards_of_every_shape_become_sets_and_hulls_are_listed() {
 }
 
 #[test]
+fn the_gallery_keeps_what_it_says_of_sets_of_other_folders() {
+    let out = tempfile::tempdir().unwrap();
+    for (name, words) in [("first", "Shrubs & <others>."), ("second", "More of them.")] {
+        let project = small_project();
+        fs::remove_file(project.path().join("small.ron")).unwrap();
+        fs::write(project.path().join(format!("{name}.ron")), format!("// {words}\n{SMALL}")).unwrap();
+        let made = treewright(&[&"build", &project.path(), &"--out", &out.path()]);
+        assert!(made.status.success(), "{}", errors(&made));
+    }
+    let page = fs::read_to_string(out.path().join("gallery.html")).unwrap();
+    for words in ["<p>Shrubs &amp; &lt;others&gt;.</p>", "<p>More of them.</p>"] {
+        assert_eq!(page.matches(words).count(), 1, "{words}");
+    }
+}
+
+#[test]
 fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
     let project = small_project();
     let preset = project.path().join("small.ron");

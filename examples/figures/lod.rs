@@ -31,7 +31,7 @@ struct Kind {
 }
 
 /// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, asset, set, batch, meshing,
-/// textures.
+/// three, textures.
 pub(crate) fn wants(part: &str) -> bool {
     std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))
 }
@@ -50,6 +50,9 @@ pub(crate) fn print() {
         crate::lod_leaf::print();
     }
     crate::lod_speed::print();
+    if wants("three") {
+        crate::lod_three::print();
+    }
     if wants("textures") {
         crate::lod_textures::print();
     }

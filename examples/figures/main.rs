@@ -24,6 +24,7 @@ mod lod_leaf;
 mod lod_mesh;
 mod lod_speed;
 mod lod_textures;
+mod lod_three;
 mod morph;
 mod page;
 mod plausibility;

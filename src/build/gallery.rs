@@ -35,14 +35,16 @@ img{max-width:100%;height:auto;border-radius:.5rem;border:1px solid #8884}\
 /// When `out` can't be read or written.
 pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     let page = out.join(GALLERY);
-    if fs::read(&page).is_ok_and(|old| !old.starts_with(MARK.as_bytes())) {
-        return Ok(false);
-    }
+    let old = match fs::read(&page) {
+        Ok(old) if !old.starts_with(MARK.as_bytes()) => return Ok(false),
+        Ok(old) => String::from_utf8_lossy(&old).into_owned(),
+        Err(_) => String::new(),
+    };
     let about: BTreeMap<String, String> = presets
         .iter()
         .filter_map(|preset| {
             let text = fs::read_to_string(preset).ok()?;
-            Some((preset.file_stem()?.to_string_lossy().into_owned(), first_comment(&text)))
+            Some((preset.file_stem()?.to_string_lossy().into_owned(), escaped(&first_comment(&text))))
         })
         .collect();
     let mut sets = Vec::new();
@@ -60,7 +62,8 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
         sets.len()
     );
     for set in &sets {
-        section(&mut html, set, about.get(&set.set).map_or("", String::as_str));
+        // Sets of other presets were made into this folder earlier.
+        section(&mut html, set, about.get(&set.set).map_or_else(|| said_of(&old, &set.set), String::as_str));
     }
     let species = specimens(out);
     if !species.is_empty() {
@@ -83,6 +86,16 @@ pub(super) fn first_comment(text: &str) -> String {
     comment.collect::<Vec<_>>().join(" ")
 }
 
+/// What a page says of a set, as HTML; empty where it says nothing.
+fn said_of<'a>(page: &'a str, set: &str) -> &'a str {
+    let name = escaped(set);
+    let head = format!("<section id=\"{name}\">\n<h2>{name}</h2>\n<p>");
+    // The last paragraph is that of its variants.
+    let Some((said, rest)) = page.split_once(&head).and_then(|(_, rest)| rest.split_once("</p>\n")) else { return "" };
+    if rest.starts_with("<p>") { said } else { "" }
+}
+
+/// `about` is HTML.
 fn section(html: &mut String, set: &Manifest, about: &str) {
     let name = escaped(&set.set);
     let triangles: Vec<u64> = set.variants.iter().filter_map(|v| v.levels.first()).map(|l| l.triangles).collect();
@@ -93,7 +106,7 @@ fn section(html: &mut String, set: &Manifest, about: &str) {
         1 => "1 variant".to_owned(),
         count => format!("{count} variants"),
     };
-    let about = if about.is_empty() { String::new() } else { format!("<p>{}</p>\n", escaped(about)) };
+    let about = if about.is_empty() { String::new() } else { format!("<p>{about}</p>\n") };
     let _ = write!(
         html,
         "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} levels of detail, {triangles} \

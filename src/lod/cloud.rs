@@ -73,7 +73,7 @@ pub(super) struct Scene<'a> {
     pub(super) light: &'a CrownLight,
 }
 
-/// A cloud: its mesh, its cards, and the gain of their alpha.
+/// A cloud, or crossed quads: its mesh, its cards, and the gain of their alpha.
 pub(super) struct Cloud {
     /// Tiles counted from the first on.
     pub(super) tree: TreeMesh,
@@ -93,14 +93,19 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
     let contents = sort_out(scene, &planes, &homes, &unit_of, min_radius);
     let cards = bake(scene, (&planes, &contents), (&units, &homes), params, wardrobe);
-    let mut leaf = Mesh::default();
-    for (k, card) in cards.iter().enumerate() {
-        append(&mut leaf, &card.mesh, first_tile + k as u32);
-    }
-    Cloud { tree: TreeMesh { bark, leaf }, cards, gain: 1.0 }
+    Cloud::new(bark, cards, first_tile)
 }
 
 impl Cloud {
+    /// Cards beside some wood.
+    pub(super) fn new(bark: Mesh, cards: Vec<Card>, first_tile: u32) -> Self {
+        let mut leaf = Mesh::default();
+        for (k, card) in cards.iter().enumerate() {
+            append(&mut leaf, &card.mesh, first_tile + k as u32);
+        }
+        Self { tree: TreeMesh { bark, leaf }, cards, gain: 1.0 }
+    }
+
     /// Moves alpha to where the full tree is seen from all views and away from where it is not.
     pub(super) fn carve(&mut self, outlines: &Outlines, worn: &[&Cutout]) {
         let wanted = outlines.wanted(CONTRAST);

@@ -6,27 +6,18 @@ use rayon::prelude::*;
 
 use super::bake_card::{Card, Place};
 use super::bent::Bend;
-use super::cloud::Scene;
+use super::cloud::{Cloud, Scene};
 use super::measure::Wardrobe;
-use super::thin::append;
-use super::tile::Tile;
-use crate::mesh::{Mesh, TreeMesh};
+use crate::mesh::Mesh;
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
 pub(super) const EDGE: u32 = 2;
 /// Distance of a quad's two sides from its plane, as a share of its height: a third of a pixel at the size at which quads
 /// take over, and more than depth buffers confuse there.
 const APART: f32 = 0.008;
-/// The whole tree's silhouette is what counts: no gain.
-const GAIN: f32 = 1.0;
 
-/// Two cards as a level's mesh, tiles counted from `first_tile` on, and their pictures. Their wood is on the cards.
-pub(super) fn crossed_quads(
-    scene: &Scene<'_>,
-    texels: u32,
-    wardrobe: &Wardrobe,
-    first_tile: u32,
-) -> (TreeMesh, Vec<Tile>) {
+/// A cloud of two cards, tiles counted from `first_tile` on, its alpha yet to be settled. Their wood is on the cards.
+pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe, first_tile: u32) -> Cloud {
     let full = scene.full;
     // The axis: the foot of the first stem.
     let foot = scene.posed.positions().first().copied().unwrap_or(Vec3::ZERO);
@@ -44,9 +35,5 @@ pub(super) fn crossed_quads(
             Some(card)
         })
         .collect();
-    let mut leaf = Mesh::default();
-    for (k, card) in cards.iter().enumerate() {
-        append(&mut leaf, &card.mesh, first_tile + k as u32);
-    }
-    (TreeMesh { bark: Mesh::default(), leaf }, cards.iter().map(|c| c.finish(GAIN)).collect())
+    Cloud::new(Mesh::default(), cards, first_tile)
 }

@@ -243,10 +243,6 @@ fn cells(lod: &Lod, triangles_above: usize) -> usize {
     super::bent::cells(cards, u32::try_from(own).unwrap_or(u32::MAX))
 }
 
-fn cutout(tile: &Tile) -> Cutout {
-    Cutout::new(tile.width, tile.height, tile.alpha.clone())
-}
-
 /// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
 /// made while somebody waits; a few milliseconds a tree. Without pictures no leaf is cut out: those are on whole cards, if
 /// [`mesh_levels_on`] is not told their outlines.
@@ -338,27 +334,22 @@ impl<'a> Bench<'a> {
                 let measured = self.colors(&made, &[], found);
                 (made, Vec::new(), measured)
             }
-            Lod::BillboardCloud { cards } => {
-                let params = CloudParams { cards, texels, cells: rung.cells };
-                let mut made = cloud(scene, params, wardrobe, first_tile, seed.child("cloud"));
-                let drawn = self.settle(lod, |outlines, worn| {
-                    made.carve(outlines, worn);
-                    made.settle(outlines, worn)
-                });
+            Lod::BillboardCloud { .. } | Lod::CrossedQuads => {
+                let mut made = match *lod {
+                    Lod::BillboardCloud { cards } => {
+                        let params = CloudParams { cards, texels, cells: rung.cells };
+                        cloud(scene, params, wardrobe, first_tile, seed.child("cloud"))
+                    }
+                    _ => crossed_quads(scene, texels, wardrobe, first_tile),
+                };
+                let worn = self.cutouts.clone();
+                let outlines = self.outlines(lines(lod));
+                made.carve(outlines, &worn);
+                let drawn = made.settle(outlines, &worn);
                 let found = self.takes_over(lod, sizes, &drawn);
                 let own = made.tiles();
                 let measured = self.colors(&made.tree, &own, found);
                 (made.tree, own, measured)
-            }
-            Lod::CrossedQuads => {
-                let (made, own) = crossed_quads(scene, texels, wardrobe, first_tile);
-                let cutouts: Vec<Cutout> = own.iter().map(cutout).collect();
-                let drawn = self.settle(lod, |outlines, worn| {
-                    outlines.draw(&made, &worn.iter().copied().chain(&cutouts).collect::<Vec<_>>())
-                });
-                let found = self.takes_over(lod, sizes, &drawn);
-                let measured = self.colors(&made, &own, found);
-                (made, own, measured)
             }
             Lod::Impostor { frames } => {
                 let views = super::impostor::impostor(scene, (frames, texels), wardrobe, first_tile);
@@ -384,12 +375,6 @@ impl<'a> Bench<'a> {
     fn draw(&mut self, lines: u32, tree: &TreeMesh) -> Vec<Silhouette> {
         let cutouts = self.cutouts.clone();
         self.outlines(lines).draw(tree, &cutouts)
-    }
-
-    /// Draws a level by the full tree's outlines and the cutouts of the leaf pictures.
-    fn settle<T>(&mut self, lod: &Lod, draw: impl FnOnce(&Outlines, &[&Cutout]) -> T) -> T {
-        let worn = self.cutouts.clone();
-        draw(self.outlines(lines(lod)), &worn)
     }
 
     /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they

@@ -1,0 +1,141 @@
+// Draws the levels of a set's variants in three.js in Chromium, from the views and at the sizes at which the manifest says
+// how they agree with the full level, and checks that three.js finds the same.
+//
+//     (cd .ci && npm install --no-package-lock)
+//     node .ci/agree.mjs out/avenue [VARIANTS] [CHROMIUM]
+//
+// Silhouettes are compared as `src/lod/measure.rs` does: orthographic views on a golden spiral from level to 45 degrees,
+// samples of a pixel counted, a pixel drawn where half of them are covered. Impostors are left out: without their shader
+// they are something else. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
+
+import { readFile } from "node:fs/promises";
+import path from "node:path";
+import { open } from "./three.mjs";
+
+// Of the mean IoU, and of the covered area.
+const tolerance = 0.02;
+// Samples along the tree's height, about: so many that leaves are seen by the five mips that keep what they cover. By 270,
+// three.js draws the leaves of an elm by the eighth, and the full level itself falls apart.
+const lines = 1080;
+
+const [root, most = "2", chromium] = process.argv.slice(2);
+if (!root) {
+  console.error("usage: node agree.mjs FOLDER [VARIANTS] [CHROMIUM]");
+  process.exit(2);
+}
+const folder = path.resolve(root);
+const set = JSON.parse(await readFile(path.join(folder, `${path.basename(folder)}.manifest.json`)));
+
+const { tab, faults, close } = await open(folder, `
+import * as THREE from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+const renderer = new THREE.WebGLRenderer({ antialias: false });
+renderer.setClearColor(0x000000, 0);
+
+// The views of a tree that is so many pixels high, and the size of their pictures.
+function views(box, pixels, count) {
+  const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5), centre = box.getCenter(new THREE.Vector3());
+  const radius = Math.hypot(half.x, half.z), steepest = Math.SQRT1_2;
+  const perMetre = pixels / (2 * half.y);
+  const width = Math.ceil(2 * radius * 1.1 * perMetre);
+  const height = Math.ceil(2 * Math.max(half.y + radius * steepest, half.y) * 1.1 * perMetre);
+  const far = 4 * (half.y + radius);
+  const cameras = Array.from({ length: count }, (_, i) => {
+    const sin = steepest * (i + 0.5) / count, cos = Math.sqrt(1 - sin * sin);
+    const azimuth = Math.PI * (3 - Math.sqrt(5)) * (i + 0.27);
+    const [w, h] = [width / 2 / perMetre, height / 2 / perMetre];
+    const camera = new THREE.OrthographicCamera(-w, w, h, -h, 0, 2 * far);
+    const towards = new THREE.Vector3(Math.sin(azimuth) * cos, sin, Math.cos(azimuth) * cos);
+    camera.position.copy(centre).addScaledVector(towards, far);
+    camera.lookAt(centre);
+    camera.updateMatrixWorld();
+    return camera;
+  });
+  return { cameras, width, height };
+}
+
+// Covered share of every pixel, view by view.
+function drawn(level, { cameras, width, height }, samples) {
+  const target = new THREE.WebGLRenderTarget(width * samples, height * samples);
+  const scene = new THREE.Scene();
+  scene.add(level);
+  const bytes = new Uint8Array(width * samples * height * samples * 4);
+  const pictures = cameras.map((camera) => {
+    renderer.setRenderTarget(target);
+    renderer.clear();
+    renderer.render(scene, camera);
+    renderer.readRenderTargetPixels(target, 0, 0, width * samples, height * samples, bytes);
+    const pixels = new Float64Array(width * height);
+    for (let y = 0, at = 3; y < height * samples; y++) {
+      for (let x = 0; x < width * samples; x++, at += 4) {
+        if (bytes[at] > 0) pixels[Math.floor(y / samples) * width + Math.floor(x / samples)] += 1 / (samples * samples);
+      }
+    }
+    return pixels;
+  });
+  target.dispose();
+  return pictures;
+}
+
+window.compare = async (file, levels, lines) => {
+  const gltf = await new GLTFLoader().loadAsync("/files/" + encodeURIComponent(file));
+  const names = gltf.parser.json.meshes.map((mesh) => mesh.name);
+  const mesh = async (name) => {
+    const level = (await gltf.parser.getDependency("mesh", names.indexOf(name))).clone();
+    level.traverse((o) => {
+      if (!o.material) return;
+      const { map, alphaTest, side } = o.material;
+      o.material = new THREE.MeshBasicMaterial({ map: alphaTest > 0 ? map : null, alphaTest, side });
+    });
+    return level;
+  };
+  const full = await mesh(levels[0].mesh);
+  const box = new THREE.Box3().setFromObject(full);
+  const found = [];
+  for (const { mesh: name, pixels, count } of levels.slice(1)) {
+    const from = views(box, pixels, count);
+    const samples = Math.min(40, Math.max(2, Math.ceil(lines / pixels)));
+    const [a, b] = [drawn(full, from, samples), drawn(await mesh(name), from, samples)];
+    let [iou, coverage] = [0, 0];
+    a.forEach((pixels, view) => {
+      let [both, either, area, other] = [0, 0, 0, 0];
+      pixels.forEach((covered, i) => {
+        const [p, q] = [covered >= 0.5, b[view][i] >= 0.5];
+        both += p && q;
+        either += p || q;
+        area += covered;
+        other += b[view][i];
+      });
+      iou += both / Math.max(either, 1) / count;
+      coverage += other / area / count;
+    });
+    found.push({ iou, coverage });
+  }
+  return found;
+};`, { edge: 64, chromium });
+
+let compared = 0;
+const worst = [0, 0];
+for (const variant of set.variants.slice(0, Number(most))) {
+  const told = variant.levels.filter((level) => level.measured && ["Thinned", "BillboardCloud"].includes(level.kind));
+  const asked = told.map(({ mesh, measured }) => ({ mesh, pixels: measured.pixels, count: measured.views }));
+  const found = await tab
+    .evaluate(([file, levels, lines]) => window.compare(file, levels, lines), [variant.file, [variant.levels[0], ...asked], lines])
+    .catch((error) => faults.push(`${variant.file}: ${error}`));
+  if (!Array.isArray(found)) continue;
+  found.forEach(({ iou, coverage }, i) => {
+    const { mesh, measured } = told[i];
+    const off = Math.max(Math.abs(iou - measured.iou_mean), Math.abs(coverage - measured.coverage));
+    console.log(`${off <= tolerance ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels: IoU ${iou.toFixed(4)}, the manifest ` +
+      `${measured.iou_mean.toFixed(4)}; coverage ${coverage.toFixed(4)}, the manifest ${measured.coverage.toFixed(4)}`);
+    if (!(off <= tolerance)) faults.push(`${mesh}: three.js sees another tree, off by ${off.toFixed(4)}`);
+    compared += 1;
+    worst[0] = Math.max(worst[0], Math.abs(iou - measured.iou_mean));
+    worst[1] = Math.max(worst[1], Math.abs(coverage - measured.coverage));
+  });
+}
+if (compared === 0) faults.push("no level was compared");
+console.log(`${compared} levels: IoU off by ${worst[0].toFixed(4)} at most, coverage by ${worst[1].toFixed(4)}`);
+await close();
+faults.forEach((fault) => console.error(fault));
+process.exit(faults.length > 0 ? 1 : 0);
