@@ -10,7 +10,7 @@ use crate::{Figure, root};
 /// Some sets, two variants each. Says so where Node.js, the packages of `.ci` or Chromium are missing.
 pub(crate) fn print() {
     if !root().join(".ci/node_modules").is_dir() {
-        eprintln!("three.js is not asked: (cd .ci && npm install --no-package-lock)");
+        println!("three.js is not asked: (cd .ci && npm install --no-package-lock)");
         return;
     }
     let mut worst = (0.0_f64, 0.0_f64);
@@ -28,7 +28,7 @@ pub(crate) fn print() {
         }
         let said = Command::new("node").current_dir(root()).arg(".ci/agree.mjs").arg(&folder).arg("2").output();
         let Ok(said) = said else {
-            eprintln!("three.js is not asked: there is no Node.js");
+            println!("three.js is not asked: there is no Node.js");
             return;
         };
         let text = String::from_utf8_lossy(&said.stdout);
@@ -41,7 +41,7 @@ pub(crate) fn print() {
             .flat_map(|line| line.split([' ', ',']).filter_map(|word| word.parse().ok()))
             .collect();
         let [count, iou, coverage] = numbers[..] else {
-            eprintln!("three.js is not asked: {}", String::from_utf8_lossy(&said.stderr));
+            println!("three.js is not asked: {}", String::from_utf8_lossy(&said.stderr));
             return;
         };
         (levels, worst) = (levels + count, (worst.0.max(iou), worst.1.max(coverage)));
