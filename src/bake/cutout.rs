@@ -33,6 +33,39 @@ const PARTS: usize = 4;
 /// Units of places that are whole numbers: taking floats to whole numbers costs more than the look at a texel.
 pub(super) const TEXEL: i64 = 1 << 16;
 
+/// Places along a row of samples, in units of [`TEXEL`]: the first, the steps between them, and how many, at most 64.
+#[derive(Clone, Copy)]
+pub(super) struct Run {
+    pub(super) x: i64,
+    pub(super) y: i64,
+    pub(super) dx: i64,
+    pub(super) dy: i64,
+    pub(super) count: u32,
+}
+
+impl Run {
+    /// A bit for each place that is covered; places are clamped to `0..=last`.
+    #[inline]
+    fn covered(self, last: (i64, i64), covers: impl Fn(i64, i64) -> bool) -> u64 {
+        let Self { mut x, mut y, dx, dy, count } = self;
+        let far = i64::from(count.saturating_sub(1));
+        let inside = |v: i64, last: i64| (0..=last).contains(&v);
+        let mut bits = 0;
+        if inside(x, last.0) && inside(y, last.1) && inside(x + dx * far, last.0) && inside(y + dy * far, last.1) {
+            for k in 0..count {
+                bits |= u64::from(covers(x, y)) << k;
+                (x, y) = (x + dx, y + dy);
+            }
+            return bits;
+        }
+        for k in 0..count {
+            bits |= u64::from(covers(x.clamp(0, last.0), y.clamp(0, last.1))) << k;
+            (x, y) = (x + dx, y + dy);
+        }
+        bits
+    }
+}
+
 impl Level {
     /// The full picture.
     fn full(width: u32, height: u32, alpha: Vec<u8>) -> Self {
@@ -80,23 +113,30 @@ impl Level {
         upper + (lower - upper) * fy >= f32::from(self.threshold)
     }
 
-    /// As [`covers`](Self::covers), of a place in units of [`TEXEL`].
+    /// As [`covers`](Self::covers) for each place of a run, one bit each.
     #[inline]
-    pub(super) fn covers_at(&self, x: i64, y: i64) -> bool {
-        let x = (x / TEXEL).clamp(0, i64::from(self.width) - 1);
-        let y = (y / TEXEL).clamp(0, i64::from(self.height) - 1);
-        self.alpha[y as usize * self.width as usize + x as usize] >= self.threshold
+    pub(super) fn run(&self, run: Run) -> u64 {
+        let wide = self.width as usize;
+        let covers = |x: i64, y: i64| {
+            let at = (y >> TEXEL.ilog2()) as usize * wide + (x >> TEXEL.ilog2()) as usize;
+            self.alpha.get(at).is_some_and(|alpha| *alpha >= self.threshold)
+        };
+        run.covered((i64::from(self.width) * TEXEL - 1, i64::from(self.height) * TEXEL - 1), covers)
     }
 
-    /// As [`covers_between`](Self::covers_between) to a quarter of a texel and without a branch, of a place in units of
-    /// [`TEXEL`]. Of a level that is not the full picture, nothing.
+    /// As [`covers_between`](Self::covers_between) to a quarter of a texel, for each place of a run, one bit each. Of a level
+    /// that is not the full picture, nothing.
     #[inline]
-    pub(super) fn covers_about(&self, x: i64, y: i64) -> bool {
-        const PART: i64 = TEXEL / PARTS as i64;
-        let inside = |v: i64, size: u32| (v - TEXEL / 2).clamp(0, (i64::from(size) - 1) * TEXEL) / PART;
-        let (x, y) = (inside(x, self.width) as usize, inside(y, self.height) as usize);
-        let of = self.between.get(y / PARTS * self.width as usize + x / PARTS).copied().unwrap_or(0);
-        of >> (y % PARTS * PARTS + x % PARTS) & 1 != 0
+    pub(super) fn run_about(&self, run: Run) -> u64 {
+        const PART: u32 = TEXEL.ilog2() - PARTS.ilog2();
+        let wide = self.width as usize;
+        let covers = |x: i64, y: i64| {
+            let (x, y) = ((x >> PART) as usize, (y >> PART) as usize);
+            let of = self.between.get(y / PARTS * wide + x / PARTS).copied().unwrap_or(0);
+            of >> (y % PARTS * PARTS + x % PARTS) & 1 != 0
+        };
+        let run = Run { x: run.x - TEXEL / 2, y: run.y - TEXEL / 2, ..run };
+        run.covered(((i64::from(self.width) - 1) * TEXEL, (i64::from(self.height) - 1) * TEXEL), covers)
     }
 
     /// A place counted from the middle of the first texel to that of the last.
@@ -295,8 +335,10 @@ mod tests {
                 let seed = Seed::new(6).at(i);
                 let (x, y) = (seed.at(0).range(-2.0, 40.0), seed.at(1).range(-2.0, 40.0));
                 let middle = |v: f32| (((v - 0.5).clamp(0.0, 36.0) * 4.0).floor() + 0.5) / 4.0 + 0.5;
-                let about = picture.levels[0].covers_about((x * 65536.0) as i64, (y * 65536.0) as i64);
-                assert_eq!(about, slow.covers_between(middle(x), middle(y)), "{x} {y}");
+                let run = Run { x: (x * 65536.0) as i64, y: (y * 65536.0) as i64, dx: 0, dy: 0, count: 2 };
+                let about = picture.levels[0].run_about(run);
+                assert!(about == 0 || about == 3);
+                assert_eq!(about == 3, slow.covers_between(middle(x), middle(y)), "{x} {y}");
                 off += u32::from(picture.levels[0].covers_between(x, y) != slow.covers_between(x, y));
             }
             // A part of a square so small that none of its sixteenths is half in it.

@@ -50,7 +50,7 @@ pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize, survey};
 pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};
-pub use silhouette::{Shape, Silhouette};
+pub use silhouette::{Areas, Shape, Silhouette};
 pub use spray::spray_span;
 #[cfg(feature = "preview")]
 pub(crate) use srgb::encode as srgb_byte;

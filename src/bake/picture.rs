@@ -145,11 +145,21 @@ impl Picture {
         all
     }
 
-    /// Bilinear sample; edges clamped or repeated.
-    pub(super) fn sample(&self, level: usize, u: f32, v: f32, repeat: Repeat) -> Texel {
+    /// The nearest texel, or, where they are magnified, those around by their alpha; edges clamped or repeated.
+    pub(super) fn sample(&self, level: usize, magnified: bool, (u, v): (f32, f32), repeat: Repeat) -> Texel {
         let level = &self.levels[level.min(self.levels.len() - 1)];
         let (x0, x1, fx) = neighbours(u, level.width, repeat);
         let (y0, y1, fy) = neighbours(v, level.height, repeat);
+        if !magnified {
+            let (x, y) = (if fx < 0.5 { x0 } else { x1 }, if fy < 0.5 { y0 } else { y1 });
+            let i = (y * level.width + x) as usize;
+            let ([r, g, b, _], [x, y, z, open]) = (level.color[i].map(f32::from), level.shape[i].map(f32::from));
+            return Texel {
+                color: Vec3::new(r, g, b) / 65535.0,
+                normal: (Vec3::new(x, y, z) - 128.0) / 127.0,
+                occlusion: open / 255.0,
+            };
+        }
         let mut sum = [0.0_f32; 7];
         let mut total = 0.0_f32;
         for (x, y, w) in
@@ -281,7 +291,7 @@ mod tests {
         let picture =
             Picture::new(&maps(64, 64, |x, y| if (x + y) % 2 == 0 { [0, 255, 0, 255] } else { [255, 0, 0, 0] }));
         for level in 0..7 {
-            let c = picture.sample(level, 0.3, 0.7, Repeat::Cutout).color;
+            let c = picture.sample(level, true, (0.3, 0.7), Repeat::Cutout).color;
             assert!(c.x < 1e-3 && c.y > 0.999, "level {level}: {c}");
         }
     }
@@ -291,7 +301,7 @@ mod tests {
         let empty = Picture::new(&Maps { width: 9, height: 9, color: vec![], normal: vec![], orm: vec![] });
         assert!(empty.cutout().covers(5, true, f32::NAN, f32::INFINITY));
         for repeat in [Repeat::Tiled, Repeat::Cutout] {
-            let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, f32::NAN, -1e30, repeat);
+            let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, true, (f32::NAN, -1e30), repeat);
             assert!(texel.color.is_finite());
         }
     }

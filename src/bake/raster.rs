@@ -21,7 +21,7 @@ use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
 use super::samples::{
-    Extent, Grid, Point, SMALL, SUBSAMPLE, corner_points, edge, extent, holds_any, project, span, top_left,
+    Extent, Grid, Plane, Point, SMALL, SUBSAMPLE, corner_points, edge, extent, holds_any, project, scan,
 };
 use super::shade::{Fragment, Light, Shading};
 use crate::base::Frame;
@@ -334,7 +334,7 @@ impl<'a> Scene<'a> {
         let corners = self.surfaces[surface].mesh.indices[triangle * 3..].first_chunk::<3>()?;
         let points = corner_points(&self.projected[surface], *corners)?;
         let (x, y) = extent(points, self.grid)?;
-        ((x.1 - x.0 + 1) * (y.1 - y.0 + 1) > FEW || holds_any(points, x, y)).then_some((x, y))
+        ((x.1 - x.0 + 1) * (y.1 - y.0 + 1) > FEW || holds_any(points, self.grid)).then_some((x, y))
     }
 
     fn fill(&self, name: u32, first: usize, buffer: &mut [Sample]) {
@@ -364,14 +364,15 @@ impl<'a> Scene<'a> {
         buffer: &mut [Sample],
     ) {
         let Some(points) = corner_points(points, corners) else { return };
-        let Some((x, y)) = extent(points, self.grid) else { return };
-        if (x.1 - x.0 + 1) * (y.1 - y.0 + 1) <= FEW && !holds_any(points, x, y) {
-            return;
-        }
-        let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
-        if let Some(setup) = Setup::new(surface, points, corners, textured) {
-            setup.fill(surface, name, self.grid, (x, y), first, buffer, &self.range);
-        }
+        let rows = first..first + buffer.len() / self.grid.columns;
+        let mut setup: Option<Option<Setup>> = None;
+        scan(points, self.grid, rows, |row, left, right| {
+            let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
+            if let Some(setup) = setup.get_or_insert_with(|| Setup::new(surface, points, corners, textured)) {
+                let line = &mut buffer[(row - first) * self.grid.columns..][left..right];
+                setup.fill(surface, name, (left, row), line, &self.range);
+            }
+        });
     }
 }
 
@@ -448,9 +449,11 @@ impl Bands {
 struct Setup {
     corners: [u32; 3],
     points: [Point; 3],
-    /// Twice the area, positive, in squared units.
+    /// Twice the area, in squared units; positive of a back.
     area: i64,
     uv: [Vec2; 3],
+    /// Coordinates and depth.
+    plane: Plane,
     picture: Option<usize>,
     level: usize,
     /// A texel is larger than a sample.
@@ -463,84 +466,58 @@ impl Setup {
     #[inline]
     fn new(
         surface: &Surface<'_>,
-        mut points: [Point; 3],
-        mut corners: [u32; 3],
+        points: [Point; 3],
+        corners: [u32; 3],
         textured: Option<f32>,
     ) -> Option<Self> {
         let mesh = surface.mesh;
-        let mut area = edge(points[0], points[1], points[2].x, points[2].y);
-        // Rows count downwards, so that a front turns clockwise here.
-        let back = area > 0;
-        if area < 0 {
-            corners.swap(1, 2);
-            points.swap(1, 2);
-            area = -area;
-        }
+        let area = edge(points[0], points[1], points[2].x, points[2].y);
         if area == 0 {
             return None;
         }
-        let mut made =
-            Self { corners, points, area, uv: [Vec2::ZERO; 3], picture: None, level: 0, magnified: false, back };
-        let Some(samples) = textured else { return Some(made) };
+        // Rows count downwards, so that a front turns clockwise here.
+        let back = area > 0;
         let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
+        let [a, b, c] = [0, 1, 2].map(|k| uv[k].extend(points[k].depth));
+        let plane = Plane::new(points, [a, b, c]);
+        let mut made = Self { corners, points, area, uv, plane, picture: None, level: 0, magnified: false, back };
+        let Some(samples) = textured else { return Some(made) };
         let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
         let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
         let (level, magnified) = picture.map_or((0, false), |t| {
             let (e1, e2) = (uv[1] - uv[0], uv[2] - uv[0]);
             let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
-            let share = samples * texels / (area as f32 / (SUBSAMPLE * SUBSAMPLE));
+            let share = samples * texels / (area.abs() as f32 / (SUBSAMPLE * SUBSAMPLE));
             (surface.pictures[t].level(share), share < 1.0)
         });
-        (made.uv, made.picture, made.level, made.magnified) = (uv, picture, level, magnified);
+        (made.picture, made.level, made.magnified) = (picture, level, magnified);
         Some(made)
     }
 
-    /// Puts the triangle into the rows from `first` that `buffer` holds, where it is nearer than what is there.
-    #[expect(clippy::too_many_arguments, reason = "where and what, known to the caller already")]
+    /// Puts the triangle into a run of samples from (column, row) on, where it is nearer than what is there.
+    #[inline]
     fn fill(
         &self,
         surface: &Surface<'_>,
         name: u32,
-        grid: Grid,
-        (columns, rows): Extent,
-        first: usize,
-        buffer: &mut [Sample],
+        (column, row): (usize, usize),
+        line: &mut [Sample],
         range: &Range,
     ) {
-        let rows = (rows.0.max(first), rows.1.min(first + buffer.len() / grid.columns - 1));
-        let [a, b, c] = self.points;
-        let inverse = 1.0 / self.area as f32;
-        let (db, dc) = (b.depth - a.depth, c.depth - a.depth);
-        let (ub, uc) = (self.uv[1] - self.uv[0], self.uv[2] - self.uv[0]);
         let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| surface.pictures[t].cutout());
-        // Edge functions, opposite to a, b and c; their steps from one sample to the next.
-        let edges = [(b, c), (c, a), (a, b)];
-        let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
-        let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
-        let down = edges.map(|(p, q)| i64::from(q.x - p.x) * 256);
-        let mut below = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, rows.0 as i32 * 256 + 128));
-        for row in rows.0..=rows.1 {
-            let e = below;
-            below = [e[0] + down[0], e[1] + down[1], e[2] + down[2]];
-            let Some((left, right)) = span(e, step, bias, columns) else { continue };
-            let ahead = (left - columns.0) as i64;
-            let (mut eb, mut ec) = (e[1] + step[1] * ahead, e[2] + step[2] * ahead);
-            for sample in &mut buffer[(row - first) * grid.columns..][left..=right] {
-                let (wb, wc) = (eb as f32 * inverse, ec as f32 * inverse);
-                eb += step[1];
-                ec += step[2];
-                let depth = a.depth + wb * db + wc * dc;
-                let kept = range.first_stays && sample.triangle != NONE;
-                if kept || !(depth > sample.depth && depth <= range.near && depth >= range.far) {
-                    continue;
-                }
-                let shown = cutout.is_none_or(|cutout| {
-                    let uv = self.uv[0] + ub * wb + uc * wc;
-                    cutout.covers(self.level, self.magnified, uv.x, uv.y)
-                });
-                if shown {
-                    *sample = Sample { depth, triangle: name };
-                }
+        let (start, across) = (self.plane.at(column, row).as_vec3(), self.plane.across.as_vec3());
+        for (k, sample) in line.iter_mut().enumerate() {
+            let depth = start.z + across.z * k as f32;
+            let kept = range.first_stays && sample.triangle != NONE;
+            if kept || !(depth > sample.depth && depth <= range.near && depth >= range.far) {
+                continue;
+            }
+            let shown = cutout.is_none_or(|cutout| {
+                let uv = start + across * k as f32;
+                cutout.covers(self.level, self.magnified, uv.x, uv.y)
+            });
+            if shown {
+                *sample = Sample { depth, triangle: name };
             }
         }
     }
@@ -575,7 +552,7 @@ impl Setup {
         let (mut color, mut occlusion, mut place) = (Vec3::ONE, 1.0, NONE);
         if let Some(t) = self.picture {
             let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
-            let texel = surface.pictures[t].sample(self.level, uv.x, uv.y, surface.repeat);
+            let texel = surface.pictures[t].sample(self.level, self.magnified, (uv.x, uv.y), surface.repeat);
             color = texel.color;
             occlusion = texel.occlusion;
             place = Palette::place(t as u32, uv, surface.repeat);

@@ -1,9 +1,12 @@
-//! Where triangles lie among the samples of a picture: projection, snapping, boxes, edges and the runs of rows within them.
+//! Where triangles lie among the samples of a picture: projection, snapping, boxes and the runs of rows within them.
 //!
-//! Vertices are snapped to 1/256 of a sample and edges tested in integers with the top-left rule, so that triangles which
-//! share an edge neither overlap nor leave a gap.
+//! Vertices are snapped to 1/256 of a sample. An edge is followed from row to row in whole numbers, from its upper end or
+//! the first row that is asked for, the same way for the triangles on both sides of it: they neither overlap nor leave a
+//! gap. Most triangles of a tree cover a row or two, and then an edge or two are all that is looked at.
 
-use glam::{Vec2, Vec3};
+use std::ops::Range;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::raster::View;
@@ -13,8 +16,6 @@ use crate::mesh::Mesh;
 pub(super) const SUBSAMPLE: f32 = 256.0;
 /// Farthest snapped coordinate that is drawn; keeps products of edges within 64 bits.
 const FARTHEST: f32 = 200_000.0 * SUBSAMPLE;
-/// Columns that are stepped through rather than divided for.
-const NARROW: i64 = 10;
 /// Samples of a picture that one task fills.
 pub(super) const SMALL: usize = 1 << 16;
 /// First and last column, first and last row.
@@ -105,86 +106,116 @@ pub(super) fn extent(p: [Point; 3], grid: Grid) -> Option<Extent> {
     Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
 }
 
-/// Whether the triangle covers one of the samples of its box.
-pub(super) fn holds_any(mut p: [Point; 3], x: (usize, usize), y: (usize, usize)) -> bool {
-    if edge(p[0], p[1], p[2].x, p[2].y) < 0 {
-        p.swap(1, 2);
-    }
-    let edges = [(p[1], p[2]), (p[2], p[0]), (p[0], p[1])];
-    let inside = |x: usize, y: usize| {
-        let (x, y) = (x as i32 * 256 + 128, y as i32 * 256 + 128);
-        edges.iter().all(|&(p, q)| edge(p, q, x, y) >= i64::from(!top_left(p, q)))
-    };
-    (y.0..=y.1).any(|y| (x.0..=x.1).any(|x| inside(x, y)))
+/// Whether the triangle covers a sample.
+pub(super) fn holds_any(p: [Point; 3], grid: Grid) -> bool {
+    let mut any = false;
+    scan(p, grid, 0..grid.rows, |_, _, _| any = true);
+    any
 }
 
-/// The columns of a row that lie within all edges. `e` are the edges' values at the first of `columns`, each growing by
-/// `step` a column and inside where at least `bias`.
-///
-/// Quotients of whole numbers below 2^53 round to the right side of every whole number in double precision, which
-/// divides four times as fast.
+/// Calls `put` with the row and the first and the end of the columns of each run of samples that a triangle covers within
+/// some rows. Samples on an upper or left edge belong to it, those on a lower or right one don't.
 #[inline]
-pub(super) fn span(e: [i64; 3], step: [i64; 3], bias: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
-    let count = (columns.1 - columns.0) as i64;
-    if count < NARROW {
-        return narrow_span([e[0] - bias[0], e[1] - bias[1], e[2] - bias[2]], step, columns);
+pub(super) fn scan(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: impl FnMut(usize, usize, usize)) {
+    if extent(p, grid).is_none() {
+        return;
     }
-    let (mut low, mut high) = (0, count);
-    for k in 0..3 {
-        let short = bias[k] - e[k];
-        if step[k] > 0 {
-            if short > 0 {
-                low = low.max(up(short as f64 / step[k] as f64));
+    let [top, middle, bottom] = by_height(p);
+    let row_from = |y: i32| ((y + 127) >> 8).clamp(rows.start as i32, rows.end as i32) as usize;
+    let (first, turn, end) = (row_from(top.y), row_from(middle.y), row_from(bottom.y));
+    // Where the middle corner lies of the edge between the others; negative on its right.
+    let bulge = edge(top, bottom, middle.x, middle.y);
+    if first == end || bulge == 0 {
+        return;
+    }
+    let mut long = Side::new(top, bottom, first);
+    for (from, to, rows) in [(top, middle, first..turn), (middle, bottom, turn..end)] {
+        if rows.is_empty() {
+            continue;
+        }
+        let mut short = Side::new(from, to, rows.start);
+        for row in rows {
+            let (a, b) = (long.next(grid), short.next(grid));
+            let (left, right) = if bulge < 0 { (a, b) } else { (b, a) };
+            if left < right {
+                put(row, left, right);
             }
-        } else if step[k] < 0 {
-            if short > 0 {
-                return None;
-            }
-            high = high.min((short as f64 / step[k] as f64) as i64);
-        } else if short > 0 {
-            return None;
         }
     }
-    (low <= high).then(|| (columns.0 + low as usize, columns.0 + high as usize))
 }
 
-/// As [`span`] of few columns, most of what trees are made of: stepping through them costs less than dividing. `e` is not
-/// negative inside.
+/// Corners from the top down.
 #[inline]
-fn narrow_span(mut e: [i64; 3], step: [i64; 3], columns: (usize, usize)) -> Option<(usize, usize)> {
-    let mut column = columns.0;
-    // The sign of all three at once.
-    while e[0] | e[1] | e[2] < 0 {
-        if column == columns.1 {
-            return None;
-        }
-        column += 1;
-        e = [e[0] + step[0], e[1] + step[1], e[2] + step[2]];
+fn by_height([mut a, mut b, mut c]: [Point; 3]) -> [Point; 3] {
+    if b.y < a.y {
+        std::mem::swap(&mut a, &mut b);
     }
-    let first = column;
-    while column < columns.1 {
-        e = [e[0] + step[0], e[1] + step[1], e[2] + step[2]];
-        if e[0] | e[1] | e[2] < 0 {
-            break;
-        }
-        column += 1;
+    if c.y < b.y {
+        std::mem::swap(&mut b, &mut c);
     }
-    Some((first, column))
+    if b.y < a.y {
+        std::mem::swap(&mut a, &mut b);
+    }
+    [a, b, c]
 }
 
-/// The next whole number of a value that is not negative.
-#[inline]
-fn up(v: f64) -> i64 {
-    let cut = v as i64;
-    cut + i64::from((cut as f64) < v)
+/// An edge of a triangle, row by row: triangles on both sides of it have the same.
+struct Side {
+    /// Where it crosses the middle of the row, in units times 2^16.
+    x: i64,
+    /// To the next row.
+    step: i64,
+}
+
+impl Side {
+    /// From the upper to the lower end, from the middle of `row` on.
+    #[inline]
+    fn new(upper: Point, lower: Point, row: usize) -> Self {
+        // Rows have the height of 256 units, and so has the lower end at least one below the upper.
+        let slope = f64::from(lower.x - upper.x) / f64::from(lower.y - upper.y) * 65536.0;
+        let down = row as i64 * 256 + 128 - i64::from(upper.y);
+        Self { x: (i64::from(upper.x) << 16) + (slope * down as f64) as i64, step: (slope * 256.0) as i64 }
+    }
+
+    /// The first column whose middle is not left of it; then it goes on to the next row.
+    #[inline]
+    fn next(&mut self, grid: Grid) -> usize {
+        let column = (self.x + (127 << 16) + 0xffff) >> 24;
+        self.x += self.step;
+        column.clamp(0, grid.columns as i64) as usize
+    }
+}
+
+/// What three corners have, at all samples: affine, since views are orthographic. In double precision, because slivers have
+/// steep slopes.
+#[derive(Clone, Copy)]
+pub(super) struct Plane {
+    /// At the middle of the first sample of all, to the next column and to the next row.
+    origin: DVec3,
+    pub(super) across: DVec3,
+    down: DVec3,
+}
+
+impl Plane {
+    /// Nothing sensible where the corners have no area.
+    pub(super) fn new(p: [Point; 3], values: [Vec3; 3]) -> Self {
+        let [a, b, c] = p.map(|p| DVec2::new(f64::from(p.x), f64::from(p.y)) / f64::from(SUBSAMPLE));
+        let [va, vb, vc] = values.map(Vec3::as_dvec3);
+        let (ab, ac) = (b - a, c - a);
+        let inverse = 1.0 / ab.perp_dot(ac);
+        let (vb, vc) = ((vb - va) * inverse, (vc - va) * inverse);
+        let (across, down) = (vb * ac.y - vc * ab.y, vc * ab.x - vb * ac.x);
+        Self { origin: va + across * (0.5 - a.x) + down * (0.5 - a.y), across, down }
+    }
+
+    /// At the middle of a sample.
+    #[inline]
+    pub(super) fn at(&self, column: usize, row: usize) -> DVec3 {
+        self.origin + self.across * column as f64 + self.down * row as f64
+    }
 }
 
 /// Twice the signed area of the triangle (p, q, (x, y)).
 pub(super) fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
     i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
-}
-
-/// Whether samples on the edge belong to the triangle: one of each pair of opposite directions.
-pub(super) fn top_left(p: Point, q: Point) -> bool {
-    q.y < p.y || (q.y == p.y && q.x > p.x)
 }

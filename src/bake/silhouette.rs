@@ -7,13 +7,13 @@
 //!
 //! One picture is drawn by one thread: views are what callers spread.
 
-use glam::Vec2;
+use glam::{DVec3, Vec2};
 
 use super::Cutout;
-use super::cutout::{Level, TEXEL};
+use super::cutout::{Level, Run, TEXEL};
 use super::picture::Repeat;
 use super::raster::View;
-use super::samples::{Grid, Point, corner_points, edge, extent, project_into, span, top_left};
+use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, project_into, scan};
 use crate::mesh::Mesh;
 
 /// Most samples along an edge.
@@ -49,6 +49,42 @@ pub struct Silhouette {
     /// 64-bit words a row.
     words: usize,
     bits: Vec<u64>,
+}
+
+/// A summed-area table (Crow 1984) of the samples that are covered.
+#[derive(Clone, Debug)]
+pub struct Areas {
+    columns: usize,
+    rows: usize,
+    /// Covered samples above and left of each corner.
+    sums: Vec<u32>,
+}
+
+impl Areas {
+    /// All covered samples.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.sums.last().copied().unwrap_or(0)
+    }
+
+    /// Covered samples of each pixel of `size` by `size` samples; what is left over at the right and below is dropped.
+    #[must_use]
+    pub fn pixels(&self, size: usize) -> Vec<u32> {
+        let size = size.max(1);
+        let stride = self.columns + 1;
+        let (width, height) = (self.columns / size, self.rows / size);
+        let mut counts = vec![0; width * height];
+        for (row, line) in counts.chunks_exact_mut(width.max(1)).enumerate() {
+            let [upper, lower] = [row, row + 1].map(|row| &self.sums[row * size * stride..][..stride]);
+            let mut left = 0;
+            for (k, count) in (1..).zip(line) {
+                let right = lower[k * size] - upper[k * size];
+                *count = right - left;
+                left = right;
+            }
+        }
+        counts
+    }
 }
 
 impl Silhouette {
@@ -103,107 +139,96 @@ impl Silhouette {
         counts
     }
 
-    fn add(&mut self, shape: &Shape<'_>, mut corners: [u32; 3], points: &[Point], grid: Grid) {
-        let Some(mut p) = corner_points(points, corners) else { return };
-        let Some((columns, rows)) = extent(p, grid) else { return };
-        let mut area = edge(p[0], p[1], p[2].x, p[2].y);
-        if area < 0 {
-            corners.swap(1, 2);
-            p.swap(1, 2);
-            area = -area;
+    /// Its samples summed up, for pixels of many sizes.
+    #[must_use]
+    pub fn areas(&self) -> Areas {
+        let stride = self.columns + 1;
+        let mut sums = vec![0_u32; stride * (self.rows + 1)];
+        for (row, words) in self.bits.chunks_exact(self.words).enumerate() {
+            let (above, line) = sums[row * stride..][..2 * stride].split_at_mut(stride);
+            let mut sum = 0;
+            for ((above, line), word) in above[1..].chunks(64).zip(line[1..].chunks_mut(64)).zip(words) {
+                for (bit, (above, line)) in above.iter().zip(line).enumerate() {
+                    sum += (word >> bit & 1) as u32;
+                    *line = above + sum;
+                }
+            }
         }
-        if area == 0 {
-            return;
-        }
-        let [a, b, c] = p;
-        let edges = [(b, c), (c, a), (a, b)];
-        let bias = edges.map(|(p, q)| i64::from(!top_left(p, q)));
-        let step = edges.map(|(p, q)| -i64::from(q.y - p.y) * 256);
-        let mut cut: Option<Cut<'_>> = None;
-        let down = edges.map(|(p, q)| i64::from(q.x - p.x) * 256);
-        let mut below = edges.map(|(p, q)| edge(p, q, columns.0 as i32 * 256 + 128, rows.0 as i32 * 256 + 128));
-        for row in rows.0..=rows.1 {
-            let e = below;
-            below = [e[0] + down[0], e[1] + down[1], e[2] + down[2]];
+        Areas { columns: self.columns, rows: self.rows, sums }
+    }
+
+    fn add(&mut self, shape: &Shape<'_>, corners: [u32; 3], points: &[Point], grid: Grid) {
+        let Some(p) = corner_points(points, corners) else { return };
+        let mut cut: Option<Option<Cut<'_>>> = None;
+        scan(p, grid, 0..grid.rows, |row, left, right| {
             let line = &mut self.bits[row * self.words..][..self.words];
-            if is_full(line, columns) {
-                continue;
+            if is_full(line, (left, right - 1)) {
+                return;
             }
-            let Some((left, right)) = span(e, step, bias, columns) else { continue };
-            let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, area, step));
-            let (start, by) = (cut.uv(e[1], e[2]), cut.by);
-            for (word, bits) in line.iter_mut().enumerate().take(right / 64 + 1).skip(left / 64) {
+            let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, p)).as_ref();
+            let start = cut.map(|cut| cut.at(left, row));
+            for (word, bits) in line.iter_mut().enumerate().take((right - 1) / 64 + 1).skip(left / 64) {
                 let from = if word == left / 64 { u64::MAX << (left % 64) } else { u64::MAX };
-                let to = if word == right / 64 { u64::MAX >> (63 - right % 64) } else { u64::MAX };
-                let mut open = from & to & !*bits;
-                if cut.level.is_none() {
-                    *bits |= open;
-                    continue;
-                }
-                let mut covered = 0;
-                while open != 0 {
-                    let bit = open.trailing_zeros();
-                    open &= open - 1;
-                    let column = (word * 64 + bit as usize - columns.0) as i64;
-                    covered |= u64::from(cut.covers([start[0] + by[0] * column, start[1] + by[1] * column])) << bit;
-                }
-                *bits |= covered;
+                let to = if word == (right - 1) / 64 { u64::MAX >> (63 - (right - 1) % 64) } else { u64::MAX };
+                let open = from & to & !*bits;
+                *bits |= match (cut, start) {
+                    (Some(cut), Some(start)) if open != 0 => {
+                        cut.covered(start, (word * 64) as i64 - left as i64, open)
+                    }
+                    _ => open,
+                };
             }
-        }
+        });
     }
 }
 
 /// How a triangle is cut out.
 struct Cut<'a> {
-    /// None for what is solid.
-    level: Option<&'a Level>,
+    level: &'a Level,
     magnified: bool,
-    /// Texels at the first corner, and towards the others.
-    uv: [Vec2; 3],
-    inverse: f32,
+    /// Texels.
+    plane: Plane,
     /// To the next column, in units of [`TEXEL`].
-    by: [i64; 2],
+    step: [i64; 2],
 }
 
 impl<'a> Cut<'a> {
-    fn new(shape: &Shape<'a>, corners: [u32; 3], area: i64, step: [i64; 3]) -> Self {
+    /// None for what is solid.
+    fn new(shape: &Shape<'a>, corners: [u32; 3], p: [Point; 3]) -> Option<Self> {
         let mesh = shape.mesh;
-        let inverse = 1.0 / area as f32;
-        let mut cut = Self { level: None, magnified: false, uv: [Vec2::ZERO; 3], inverse, by: [0; 2] };
         if shape.repeat == Repeat::Tiled {
-            return cut;
+            return None;
         }
         let tile = if mesh.tiles.is_empty() { Some(0) } else { mesh.tiles.get(corners[0] as usize).copied() };
-        let Some(&picture) = tile.and_then(|t| shape.cutouts.get(t as usize)) else { return cut };
+        let &picture = tile.and_then(|t| shape.cutouts.get(t as usize))?;
         let [a, b, c] = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
-        let (ub, uc) = (b - a, c - a);
-        let texels = (ub.x * uc.y - ub.y * uc.x).abs() * picture.texels();
-        let share = texels * inverse * (256.0 * 256.0);
+        let area = edge(p[0], p[1], p[2].x, p[2].y) as f32 / (SUBSAMPLE * SUBSAMPLE);
+        let share = ((b - a).perp_dot(c - a) * picture.texels() / area).abs();
         let level = picture.at(picture.level(share));
-        cut.uv = [a, ub, uc].map(|uv| uv * level.size());
-        cut.by = units((cut.uv[1] * step[1] as f32 + cut.uv[2] * step[2] as f32) * inverse);
-        (cut.level, cut.magnified) = (Some(level), share < 1.0);
-        cut
+        let plane = Plane::new(p, [a, b, c].map(|uv| (uv * level.size()).extend(0.0)));
+        Some(Self { level, magnified: share < 1.0, plane, step: units(plane.across) })
     }
 
-    /// Where the edges opposite to the second and third corner have these values, in units of [`TEXEL`].
-    fn uv(&self, b: i64, c: i64) -> [i64; 2] {
-        units(self.uv[0] + (self.uv[1] * b as f32 + self.uv[2] * c as f32) * self.inverse)
-    }
-
+    /// At the middle of a sample, in units of [`TEXEL`].
     #[inline]
-    fn covers(&self, [x, y]: [i64; 2]) -> bool {
-        match self.level {
-            None => true,
-            Some(level) if self.magnified => level.covers_about(x, y),
-            Some(level) => level.covers_at(x, y),
-        }
+    fn at(&self, column: usize, row: usize) -> [i64; 2] {
+        units(self.plane.at(column, row))
+    }
+
+    /// What is covered of the samples `open`, the first of which lies `ahead` columns from `start`.
+    #[inline]
+    fn covered(&self, [x, y]: [i64; 2], ahead: i64, open: u64) -> u64 {
+        let (first, last) = (i64::from(open.trailing_zeros()), 63 - i64::from(open.leading_zeros()));
+        let [dx, dy] = self.step;
+        let ahead = ahead + first;
+        let run = Run { x: x + dx * ahead, y: y + dy * ahead, dx, dy, count: (last - first + 1) as u32 };
+        open & (if self.magnified { self.level.run_about(run) } else { self.level.run(run) } << first)
     }
 }
 
 /// Texels in units of [`TEXEL`], so far from none that steps along a row stay numbers. `as` takes NaN to 0.
-fn units(texels: Vec2) -> [i64; 2] {
-    [texels.x, texels.y].map(|v| (v * TEXEL as f32).clamp(-1e15, 1e15) as i64)
+fn units(texels: DVec3) -> [i64; 2] {
+    [texels.x, texels.y].map(|v| (v * TEXEL as f64).clamp(-1e15, 1e15) as i64)
 }
 
 /// Whether all bits of a range of columns, ends included, are set.
@@ -278,6 +303,7 @@ mod tests {
         for size in [1, 2, 3, 5, 10, 15, 30] {
             let sum: u64 = drawn.pixels(size).iter().map(|c| u64::from(*c)).sum();
             assert_eq!(sum, drawn.count(), "{size}");
+            assert!(drawn.areas().pixels(size).into_iter().eq(drawn.pixels(size).into_iter().map(u32::from)), "{size}");
         }
         assert_eq!(drawn.pixels(64).len(), 2);
     }

@@ -3,11 +3,13 @@
 //! The full tree is drawn once from all views, a bit a sample, and so is a level; pixels of two, three or more samples an
 //! edge are then counted from the same bits. Colours play no part, so that a new tint changes no threshold.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::lacks::{Lacks, Wanted};
 use super::measure::{Measured, views};
-use crate::bake::{Cutout, Repeat, Shape, Silhouette, View};
+use crate::bake::{Areas, Cutout, Repeat, Shape, Silhouette, View};
 use crate::mesh::TreeMesh;
 
 /// Every which view is looked at in searches.
@@ -25,6 +27,7 @@ pub(super) struct Outlines {
     /// Samples along the tree's height.
     lines: u32,
     drawn: Vec<Silhouette>,
+    areas: OnceLock<Vec<Areas>>,
 }
 
 impl Outlines {
@@ -38,7 +41,7 @@ impl Outlines {
             (view.half_width, view.half_height) = (view.half_width * grown(columns), view.half_height * grown(rows));
         }
         let (columns, rows) = (whole(columns), whole(rows));
-        let mut made = Self { views, columns, rows, lines, drawn: Vec::new() };
+        let mut made = Self { views, columns, rows, lines, drawn: Vec::new(), areas: OnceLock::new() };
         made.drawn = made.draw(tree, cutouts);
         made
     }
@@ -70,9 +73,9 @@ impl Outlines {
         wanted.lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
     }
 
-    /// Covered area over the full tree's of a level that is drawn roughly, mean of every third view.
-    pub(super) fn rough_ratio(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
-        let views: Vec<usize> = (1..self.views.len()).step_by(SOME).collect();
+    /// Covered area over the full tree's of a level that is drawn roughly, mean of every `step`-th view.
+    pub(super) fn rough_ratio(&self, tree: &TreeMesh, cutouts: &[&Cutout], step: usize) -> f32 {
+        let views: Vec<usize> = (step / 2..self.views.len()).step_by(step).collect();
         let ratio = |&view: &usize| {
             let drawn = self.rough(&self.views[view], tree, cutouts).count() * (ROUGH * ROUGH) as u64;
             over(self.drawn[view].count(), drawn)
@@ -107,12 +110,17 @@ impl Outlines {
         self.drawn.iter().zip(drawn).map(ratio).sum::<f32>() / self.drawn.len().max(1) as f32
     }
 
+    /// The full tree's, summed up for many sizes.
+    fn areas(&self) -> &[Areas] {
+        self.areas.get_or_init(|| areas(&self.drawn))
+    }
+
     /// How a level agrees at pixels of `size` samples an edge; colours are not looked at.
-    pub(super) fn agreement(&self, drawn: &[Silhouette], size: usize) -> Measured {
+    pub(super) fn agreement(&self, level: &[Areas], size: usize) -> Measured {
         let pixels = (self.lines as f32 / size.max(1) as f32 + 0.5) as u32;
         let count = self.drawn.len().max(1) as f32;
-        let of: Vec<(f32, f32)> =
-            self.drawn.par_iter().zip(drawn).map(|(a, b)| (iou(a, b, size), ratio(a, b))).collect();
+        let of = |(a, b): (&Areas, &Areas)| (iou(a, b, size), over(u64::from(a.count()), u64::from(b.count())));
+        let of: Vec<(f32, f32)> = self.areas().par_iter().zip(level).map(of).collect();
         let mut sum = Measured { views: of.len() as u32, iou: 0.0, coverage: 0.0, ..Measured::same(pixels) };
         for (iou, ratio) in of {
             sum.iou += iou / count;
@@ -121,6 +129,11 @@ impl Outlines {
         }
         sum
     }
+}
+
+/// Drawings summed up for many sizes.
+pub(super) fn areas(drawn: &[Silhouette]) -> Vec<Areas> {
+    drawn.par_iter().map(Silhouette::areas).collect()
 }
 
 fn outline(tree: &TreeMesh, cutouts: &[&Cutout], view: &View, (columns, rows): (usize, usize)) -> Silhouette {
@@ -139,8 +152,8 @@ fn over(area: u64, other: u64) -> f32 {
 }
 
 /// Of the pixels that are half covered or more.
-fn iou(a: &Silhouette, b: &Silhouette, size: usize) -> f32 {
-    let half = (size * size).div_ceil(2) as u16;
+fn iou(a: &Areas, b: &Areas, size: usize) -> f32 {
+    let half = (size * size).div_ceil(2) as u32;
     let (mut both, mut either) = (0_u32, 0_u32);
     for (a, b) in a.pixels(size).into_iter().zip(b.pixels(size)) {
         let (a, b) = (a >= half, b >= half);

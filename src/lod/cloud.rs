@@ -45,9 +45,12 @@ const CARVINGS: usize = 5;
 const SUBSETS: usize = 2;
 const STEP: f32 = 1.5;
 const CONTRAST: f32 = 1.5;
-/// Rounds in search of the alpha's gain, and steps by cards that are packed.
+/// Rounds in search of the alpha's gain by cards as they are, from every which view, and by cards that are packed; how
+/// far coverage may be off.
 const ROUNDS: usize = 4;
-const PACKINGS: usize = 4;
+const SOME: usize = 3;
+const PACKINGS: usize = 5;
+const CLOSE: f32 = 0.012;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +131,7 @@ impl Cloud {
         for _ in 0..ROUNDS {
             let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(self.gain)).collect();
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let coverage = outlines.rough_ratio(&self.tree, &worn);
+            let coverage = outlines.rough_ratio(&self.tree, &worn, SOME);
             if let Some((g, c)) = before.filter(|b| (self.gain - b.0).abs() > 1e-3) {
                 slope = ((coverage - c) / (self.gain - g)).clamp(0.1, 2.0);
             }
@@ -138,34 +141,33 @@ impl Cloud {
             before = Some((self.gain, coverage));
             self.gain = (self.gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
         }
-        // What packing takes or gives is met beforehand; all views know better than some.
-        let own = Card::cutouts(&self.cards, self.gain);
-        let some = outlines.rough_ratio(&self.tree, &worn.iter().copied().chain(&own).collect::<Vec<_>>());
-        let mut gain = (self.gain - (some - 1.0) / slope).clamp(0.3, 4.0);
-        let mut best = (f32::INFINITY, Vec::new());
+        // Cards as they are packed: roughly from all views, and exactly once that says they agree.
+        let mut bias = 1.0;
+        let mut best = (f32::INFINITY, self.gain, Vec::new());
         let mut before: Option<(f32, f32)> = None;
-        for _ in 0..PACKINGS {
-            let drawn = self.packed(gain, outlines, worn);
-            let off = outlines.ratio(&drawn) - 1.0;
-            if off.abs() < best.0 {
-                (best, self.gain) = ((off.abs(), drawn), gain);
+        for round in 1..=PACKINGS {
+            let own = Card::cutouts(&self.cards, self.gain);
+            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+            let mut off = outlines.rough_ratio(&self.tree, &worn, 1) * bias - 1.0;
+            if off.abs() < CLOSE || round == PACKINGS || self.cards.is_empty() {
+                let drawn = outlines.draw(&self.tree, &worn);
+                let exact = outlines.ratio(&drawn) - 1.0;
+                (bias, off) = (bias * (1.0 + exact) / (1.0 + off).max(0.1), exact);
+                if off.abs() < best.0 {
+                    best = (off.abs(), self.gain, drawn);
+                }
+                if off.abs() < CLOSE || self.cards.is_empty() {
+                    break;
+                }
             }
-            if best.0 < 0.015 || self.cards.is_empty() {
-                break;
+            if let Some((g, o)) = before.filter(|b| (self.gain - b.0).abs() > 1e-3) {
+                slope = ((off - o) / (self.gain - g)).clamp(0.1, 2.0);
             }
-            if let Some((g, o)) = before.filter(|b| (gain - b.0).abs() > 1e-3) {
-                slope = ((off - o) / (gain - g)).clamp(0.1, 2.0);
-            }
-            before = Some((gain, off));
-            gain = (gain - off / slope).clamp(0.3, 4.0);
+            before = Some((self.gain, off));
+            self.gain = (self.gain - off / slope).clamp(0.3, 4.0);
         }
-        best.1
-    }
-
-    /// From all views, its cards as an atlas keeps them.
-    fn packed(&self, gain: f32, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = Card::cutouts(&self.cards, gain);
-        outlines.draw(&self.tree, &worn.iter().copied().chain(&own).collect::<Vec<_>>())
+        self.gain = best.1;
+        best.2
     }
 
     /// The finished pictures.

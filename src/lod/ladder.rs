@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::agree::Outlines;
+use super::agree::{Outlines, areas};
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Views};
@@ -381,9 +381,10 @@ impl<'a> Bench<'a> {
     /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
     fn takes_over(&mut self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
         let outlines = self.outlines(lines(lod));
+        let drawn = areas(drawn);
         let mut best: Option<(f32, f32, Measured)> = None;
         for &size in sizes {
-            let measured = outlines.agreement(drawn, size);
+            let measured = outlines.agreement(&drawn, size);
             let better = agrees(lod, &measured);
             if best.is_none_or(|b| better > b.0) {
                 best = Some((better, share(lines(lod), size), measured));
