@@ -365,12 +365,18 @@ impl<'a> Scene<'a> {
     ) {
         let Some(points) = corner_points(points, corners) else { return };
         let rows = first..first + buffer.len() / self.grid.columns;
-        let mut setup: Option<Option<Setup>> = None;
+        let mut setup: Option<Option<(Setup, Plane)>> = None;
         scan(points, self.grid, rows, |row, left, right| {
-            let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
-            if let Some(setup) = setup.get_or_insert_with(|| Setup::new(surface, points, corners, textured)) {
+            let made = || {
+                let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
+                let setup = Setup::new(surface, points, corners, textured)?;
+                let values = std::array::from_fn(|k| setup.uv[k].extend(points[k].depth));
+                Some((setup, Plane::new(points, values)))
+            };
+            if let Some((setup, plane)) = setup.get_or_insert_with(made) {
+                let (start, across) = (plane.at(left, row).as_vec3(), plane.across.as_vec3());
                 let line = &mut buffer[(row - first) * self.grid.columns..][left..right];
-                setup.fill(surface, name, (left, row), line, &self.range);
+                setup.fill(surface, name, (start, across), line, &self.range);
             }
         });
     }
@@ -452,8 +458,6 @@ struct Setup {
     /// Twice the area, in squared units; positive of a back.
     area: i64,
     uv: [Vec2; 3],
-    /// Coordinates and depth.
-    plane: Plane,
     picture: Option<usize>,
     level: usize,
     /// A texel is larger than a sample.
@@ -478,9 +482,7 @@ impl Setup {
         // Rows count downwards, so that a front turns clockwise here.
         let back = area > 0;
         let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
-        let [a, b, c] = [0, 1, 2].map(|k| uv[k].extend(points[k].depth));
-        let plane = Plane::new(points, [a, b, c]);
-        let mut made = Self { corners, points, area, uv, plane, picture: None, level: 0, magnified: false, back };
+        let mut made = Self { corners, points, area, uv, picture: None, level: 0, magnified: false, back };
         let Some(samples) = textured else { return Some(made) };
         let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
         let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
@@ -494,18 +496,18 @@ impl Setup {
         Some(made)
     }
 
-    /// Puts the triangle into a run of samples from (column, row) on, where it is nearer than what is there.
+    /// Puts the triangle into a run of samples where it is nearer than what is there; `start` and `across` are its
+    /// coordinates and depth at the first of them and to the next.
     #[inline]
     fn fill(
         &self,
         surface: &Surface<'_>,
         name: u32,
-        (column, row): (usize, usize),
+        (start, across): (Vec3, Vec3),
         line: &mut [Sample],
         range: &Range,
     ) {
         let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| surface.pictures[t].cutout());
-        let (start, across) = (self.plane.at(column, row).as_vec3(), self.plane.across.as_vec3());
         for (k, sample) in line.iter_mut().enumerate() {
             let depth = start.z + across.z * k as f32;
             let kept = range.first_stays && sample.triangle != NONE;

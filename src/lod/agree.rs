@@ -73,17 +73,6 @@ impl Outlines {
         wanted.lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
     }
 
-    /// Covered area over the full tree's of a level that is drawn roughly, mean of every `step`-th view.
-    pub(super) fn rough_ratio(&self, tree: &TreeMesh, cutouts: &[&Cutout], step: usize) -> f32 {
-        let views: Vec<usize> = (step / 2..self.views.len()).step_by(step).collect();
-        let ratio = |&view: &usize| {
-            let drawn = self.rough(&self.views[view], tree, cutouts).count() * (ROUGH * ROUGH) as u64;
-            over(self.drawn[view].count(), drawn)
-        };
-        let ratios: Vec<f32> = views.par_iter().map(ratio).collect();
-        ratios.iter().sum::<f32>() / ratios.len().max(1) as f32
-    }
-
     fn rough(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
         outline(tree, cutouts, view, (self.columns / ROUGH, self.rows / ROUGH))
     }
@@ -91,6 +80,19 @@ impl Outlines {
     /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
     pub(super) fn some(&self, draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync)) -> Vec<Silhouette> {
         self.views.par_iter().skip(1).step_by(SOME).map(|view| draw(self, view)).collect()
+    }
+
+    /// All views, of which [`some`](Self::some) are drawn already.
+    pub(super) fn others(
+        &self,
+        some: Vec<Silhouette>,
+        draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync),
+    ) -> Vec<Silhouette> {
+        let is_some = |i: usize| i % SOME == 1;
+        let others: Vec<&View> = self.views.iter().enumerate().filter(|v| !is_some(v.0)).map(|v| v.1).collect();
+        let mut others = others.into_par_iter().map(|view| draw(self, view)).collect::<Vec<_>>().into_iter();
+        let mut some = some.into_iter();
+        (0..self.views.len()).filter_map(|i| if is_some(i) { some.next() } else { others.next() }).collect()
     }
 
     /// Covered area over the full tree's, mean of every third view.

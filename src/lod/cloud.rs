@@ -45,11 +45,8 @@ const CARVINGS: usize = 5;
 const SUBSETS: usize = 2;
 const STEP: f32 = 1.5;
 const CONTRAST: f32 = 1.5;
-/// Rounds in search of the alpha's gain by cards as they are, from every which view, and by cards that are packed; how
-/// far coverage may be off.
-const ROUNDS: usize = 4;
-const SOME: usize = 3;
-const PACKINGS: usize = 5;
+/// Rounds in search of the alpha's gain, and how far coverage may be off.
+const ROUNDS: usize = 6;
 const CLOSE: f32 = 0.012;
 
 /// Parameters of a cloud.
@@ -121,38 +118,22 @@ impl Cloud {
         }
     }
 
-    /// Sets the gain so that the whole tree covers what the full one does: secant steps by rough drawings of cards as they
-    /// are, then a step by how much it is off once they are packed. `worn` are the cutouts of all tiles before its own.
-    /// Gives back its outlines.
+    /// Sets the gain so that the whole tree covers what the full one does once its cards are packed, by secant steps: from
+    /// some of the views until those say it does, then from all. `worn` are the cutouts of all tiles before its own. Gives
+    /// back its outlines.
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
         // Cards hide each other, so the first guess of the slope is less than one.
         let mut slope = 0.5;
-        let mut before: Option<(f32, f32)> = None;
-        for _ in 0..ROUNDS {
-            let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(self.gain)).collect();
-            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let coverage = outlines.rough_ratio(&self.tree, &worn, SOME);
-            if let Some((g, c)) = before.filter(|b| (self.gain - b.0).abs() > 1e-3) {
-                slope = ((coverage - c) / (self.gain - g)).clamp(0.1, 2.0);
-            }
-            if (coverage - 1.0).abs() < 0.01 || self.cards.is_empty() {
-                break;
-            }
-            before = Some((self.gain, coverage));
-            self.gain = (self.gain + (1.0 - coverage) / slope).clamp(0.3, 4.0);
-        }
-        // Cards as they are packed: roughly from all views, and exactly once that says they agree.
-        let mut bias = 1.0;
         let mut best = (f32::INFINITY, self.gain, Vec::new());
         let mut before: Option<(f32, f32)> = None;
-        for round in 1..=PACKINGS {
+        for round in 1..=ROUNDS {
             let own = Card::cutouts(&self.cards, self.gain);
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let mut off = outlines.rough_ratio(&self.tree, &worn, 1) * bias - 1.0;
-            if off.abs() < CLOSE || round == PACKINGS || self.cards.is_empty() {
-                let drawn = outlines.draw(&self.tree, &worn);
-                let exact = outlines.ratio(&drawn) - 1.0;
-                (bias, off) = (bias * (1.0 + exact) / (1.0 + off).max(0.1), exact);
+            let some = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
+            let mut off = outlines.ratio_of_some(&some) - 1.0;
+            if off.abs() < CLOSE || round == ROUNDS || self.cards.is_empty() {
+                let drawn = outlines.others(some, &|outlines, view| outlines.one(view, &self.tree, &worn));
+                off = outlines.ratio(&drawn) - 1.0;
                 if off.abs() < best.0 {
                     best = (off.abs(), self.gain, drawn);
                 }

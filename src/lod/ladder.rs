@@ -11,6 +11,7 @@
 use std::sync::Arc;
 
 use glam::Vec2;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::agree::{Outlines, areas};
@@ -85,10 +86,14 @@ impl Stock {
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
         let plain = |maps: &Maps, [r, g, b]: [u8; 3]| Maps {
             color: maps.color.iter().map(|c| [r, g, b, c[3]]).collect(),
-            ..maps.clone()
+            normal: maps.normal.clone(),
+            orm: maps.orm.clone(),
+            ..*maps
         };
-        let leaves: Vec<Maps> = leaf_art.iter().map(|maps| plain(maps, [96, 118, 58])).collect();
-        let bark = plain(bark, [112, 98, 84]);
+        let (leaves, bark): (Vec<Maps>, Maps) = rayon::join(
+            || leaf_art.par_iter().map(|maps| plain(maps, [96, 118, 58])).collect(),
+            || plain(bark, [112, 98, 84]),
+        );
         let palette = Palette::new(std::iter::once(&bark).chain(&leaves));
         Self { wardrobe: Wardrobe::new(&leaves, &bark), palette, cuts: Vec::new() }
     }

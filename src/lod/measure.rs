@@ -38,7 +38,8 @@ impl Wardrobe {
     /// Makes the mips of leaf pictures and bark.
     #[must_use]
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
-        Self { leaves: leaf_art.iter().map(Picture::new).collect(), bark: Arc::new(vec![Picture::new(bark)]) }
+        let (leaves, bark) = rayon::join(|| leaf_art.par_iter().map(Picture::new).collect(), || Picture::new(bark));
+        Self { leaves, bark: Arc::new(vec![bark]) }
     }
 
     /// What a level shows.
