@@ -265,7 +265,16 @@ fn extent(rows: &[SheetRow<'_>]) -> (f32, f32) {
         reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
         top = top.max(p.y);
     }
-    (reach.min(1e6) * 1.03, top.min(1e6) * 1.03)
+    (rounded(reach.min(1e6) * 1.03), rounded(top.min(1e6) * 1.03))
+}
+
+/// Up to a sixteenth more of a length: one more tree seldom changes the scale of all.
+fn rounded(length: f32) -> f32 {
+    let mut step = 1.0 / 1024.0;
+    while step * 32.0 < length {
+        step *= 2.0;
+    }
+    (length / step).ceil() * step
 }
 
 struct Canvas {

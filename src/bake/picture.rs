@@ -87,37 +87,36 @@ impl Picture {
         level_of(area, self.levels.len())
     }
 
-    /// The texels of a level that show at a place, counted through all levels, and their shares: the nearest one, or, where
-    /// they are magnified, the four around by their alpha.
-    pub(super) fn addresses(
-        &self,
-        level: usize,
-        magnified: bool,
-        (u, v): (f32, f32),
-        repeat: Repeat,
-    ) -> [(u32, f32); 4] {
+    /// The texel of a level that shows at a place, counted through all levels: the nearest one, or, where they are magnified,
+    /// the one of those around that counts most by its alpha.
+    pub(super) fn address(&self, level: usize, magnified: bool, (u, v): (f32, f32), repeat: Repeat) -> u32 {
         let level = level.min(self.levels.len() - 1);
         let before: usize = self.levels[..level].iter().map(|l| l.color.len()).sum();
         let level = &self.levels[level];
         let (x0, x1, fx) = neighbours(u, level.width, repeat);
         let (y0, y1, fy) = neighbours(v, level.height, repeat);
         let at = |x: u32, y: u32| y * level.width + x;
-        if !magnified {
-            let (x, y) = (if fx < 0.5 { x0 } else { x1 }, if fy < 0.5 { y0 } else { y1 });
-            return [(before as u32 + at(x, y), 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+        let (x, y) = (if fx < 0.5 { x0 } else { x1 }, if fy < 0.5 { y0 } else { y1 });
+        let mut found = at(x, y);
+        if magnified {
+            let corners = [
+                (x0, y0, (1.0 - fx) * (1.0 - fy)),
+                (x1, y0, fx * (1.0 - fy)),
+                (x0, y1, (1.0 - fx) * fy),
+                (x1, y1, fx * fy),
+            ];
+            let mut most = 0.0;
+            for (x, y, w) in corners {
+                let w = w * (f32::from(level.color[at(x, y) as usize][3]) + 1.0);
+                if w > most {
+                    (found, most) = (at(x, y), w);
+                }
+            }
         }
-        let corners = [
-            (x0, y0, (1.0 - fx) * (1.0 - fy)),
-            (x1, y0, fx * (1.0 - fy)),
-            (x0, y1, (1.0 - fx) * fy),
-            (x1, y1, fx * fy),
-        ];
-        let weighed = corners.map(|(x, y, w)| (at(x, y), w * (f32::from(level.color[at(x, y) as usize][3]) + 1.0)));
-        let all: f32 = weighed.iter().map(|w| w.1).sum();
-        weighed.map(|(texel, w)| (before as u32 + texel, w / all.max(1e-20)))
+        before as u32 + found
     }
 
-    /// The colours of all levels, as [`addresses`](Self::addresses) counts them; much cheaper than a picture.
+    /// The colours of all levels, as [`address`](Self::address) counts them; much cheaper than a picture.
     pub(super) fn colors((width, height): (u32, u32), color: &[[u8; 4]]) -> Vec<[u16; 4]> {
         let (mut width, mut height) = (width as usize, height as usize);
         if width * height == 0 || color.len() < width * height {

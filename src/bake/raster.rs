@@ -256,9 +256,7 @@ fn draw(
                             Noted::Light(starts) => {
                                 let picture = starts[shader.surface] as usize + shader.picture();
                                 let light = fragment.light * (part.count as f32 / area);
-                                for (texel, share) in shader.texels(part) {
-                                    notes.draft.add(picture, texel, light * share);
-                                }
+                                notes.draft.add(picture, shader.texel(part), light);
                             }
                         }
                         sum.add(fragment, part.count as f32);
@@ -468,12 +466,7 @@ struct Setup {
 impl Setup {
     /// With coordinates for its picture where `textured` says for how many samples a texel is looked up.
     #[inline]
-    fn new(
-        surface: &Surface<'_>,
-        points: [Point; 3],
-        corners: [u32; 3],
-        textured: Option<f32>,
-    ) -> Option<Self> {
+    fn new(surface: &Surface<'_>, points: [Point; 3], corners: [u32; 3], textured: Option<f32>) -> Option<Self> {
         let mesh = surface.mesh;
         let area = edge(points[0], points[1], points[2].x, points[2].y);
         if area == 0 {
@@ -586,16 +579,14 @@ impl Shader<'_> {
         self.setup.as_ref().and_then(|setup| setup.picture).unwrap_or(0)
     }
 
-    /// The texels that the part last shaded shows, with their shares: the nearest one, or four where they are larger than
-    /// a sample; `u32::MAX` for white.
-    fn texels(&self, part: &Shown) -> impl Iterator<Item = (u32, f32)> {
+    /// The texel that the part last shaded shows; `u32::MAX` for white.
+    fn texel(&self, part: &Shown) -> u32 {
         let surface = &self.scene.surfaces[self.surface];
         let picture = self.setup.as_ref().and_then(|s| Some((s, &surface.pictures[s.picture?])));
-        let found = picture.map_or([(NONE, 1.0), (NONE, 0.0), (NONE, 0.0), (NONE, 0.0)], |(setup, picture)| {
+        picture.map_or(NONE, |(setup, picture)| {
             let uv = setup.uv_at(part.middle());
-            picture.addresses(setup.level, setup.magnified, (uv.x, uv.y), surface.repeat)
-        });
-        found.into_iter().filter(|f| f.1 > 0.0)
+            picture.address(setup.level, setup.magnified, (uv.x, uv.y), surface.repeat)
+        })
     }
 
     fn shade(&mut self, part: &Shown) -> Fragment {

@@ -172,9 +172,7 @@ impl Silhouette {
                 let to = if word == (right - 1) / 64 { u64::MAX >> (63 - (right - 1) % 64) } else { u64::MAX };
                 let open = from & to & !*bits;
                 *bits |= match (cut, start) {
-                    (Some(cut), Some(start)) if open != 0 => {
-                        cut.covered(start, (word * 64) as i64 - left as i64, open)
-                    }
+                    (Some(cut), Some(start)) if open != 0 => cut.covered(start, (word * 64) as i64 - left as i64, open),
                     _ => open,
                 };
             }

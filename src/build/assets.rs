@@ -30,7 +30,7 @@ const ATLAS: Stage = Stage("atlas", 3);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
-const SHEET: Stage = Stage("sheet", 3);
+const SHEET: Stage = Stage("sheet", 4);
 const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.
@@ -385,10 +385,10 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     let layout = SheetLayout::new(&rows);
     let shapes = parts.pictures.shapes();
     let key = |&(row, column): &(usize, usize)| {
-        let tree = parts.trees[row].key;
-        SHEET.key().input(shapes).input(tree).number(column as u64).params(&layout.scale()).finish()
+        let shown = shown(&parts.trees[row], column);
+        SHEET.key().input(shapes).input(shown).number(column as u64).params(&layout.scale()).finish()
     };
-    let keys: Vec<Key> = layout.cells().iter().map(key).collect();
+    let keys: Vec<Key> = layout.cells().par_iter().map(key).collect();
     // Pictures are wanted of those trees only that are drawn.
     let mut is_drawn = vec![false; rows.len()];
     for ((row, _), key) in layout.cells().iter().zip(&keys) {
@@ -434,6 +434,27 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     let sheet = layout.paint(&drawn, &of_maps(bark), &worn);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|e| vec![Diagnostic::new("", e.to_string())])
+}
+
+/// The key of what a level shows: another budget of one level leaves the drawings of the others as they are.
+fn shown(tree: &Tree, column: usize) -> Key {
+    let level = &tree.ladder.levels[column];
+    let mut key = Key::stage("shown", 1).input(tree.of).params(&level.kind);
+    if level.kind == Lod::Full {
+        return key.finish();
+    }
+    for mesh in [&level.mesh.bark, &level.mesh.leaf] {
+        let positions: Vec<u8> = mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
+        key = key.number(mesh.indices.len() as u64).input(Key::of_bytes(&positions));
+    }
+    if !matches!(level.kind, Lod::Thinned { .. }) {
+        // It wears pictures of its own, and those change each other's alpha.
+        for tile in &tree.ladder.tiles {
+            let relief = [tile.normal.as_flattened(), tile.orm.as_flattened()].map(Key::of_bytes);
+            key = relief.into_iter().fold(key.input(Key::of_bytes(&tile.alpha)), |key, part| key.input(part));
+        }
+    }
+    key.finish()
 }
 
 /// A level's kind as the manifest and the contact sheet name it.

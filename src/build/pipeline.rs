@@ -256,9 +256,9 @@ fn trees(
         let bare = blends::variant(plan, variant, &wardrobe.plants, blended, selected, morphs);
         let plant = trees.shaped(variant, trees.dressed(variant, bare, seed.child("dress")));
         step("dressing");
-        let (ladder, key) = trees.ladder(&plant, seed.child("lod"));
+        let tree = trees.levels(plant, seed.child("lod"));
         step("levels of detail");
-        Tree { plant, ladder, key }
+        tree
     };
     places.par_iter().map(one).collect()
 }

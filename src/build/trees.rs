@@ -35,6 +35,8 @@ pub(super) struct Tree {
     pub(super) ladder: Arc<Ladder>,
     /// The key of those.
     pub(super) key: Key,
+    /// The key of all that they are made from, whatever levels are asked for.
+    pub(super) of: Key,
 }
 
 /// What all trees of a set share.
@@ -70,10 +72,10 @@ impl<'a> Trees<'a> {
         self.made(SKETCH, key, || drawn.sketched(&dressed).map_or_else(|| (*dressed).clone(), |s| s.at(1.0)))
     }
 
-    /// Every level of a variant with leaves.
-    pub(super) fn ladder(&self, plant: &Plant, seed: Seed) -> (Arc<Ladder>, Key) {
+    /// A variant with leaves, and every level of it.
+    pub(super) fn levels(&self, plant: Arc<Plant>, seed: Seed) -> Tree {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
-        let content = content(plant);
+        let content = content(&*plant);
         let (shapes, edge) =
             *once(&self.looks, || (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
         let tree = |stage: KeyBuilder| stage.input(content).input(shapes).params(mesh);
@@ -82,13 +84,13 @@ impl<'a> Trees<'a> {
         let made = self.made(LADDER, key, || {
             let Pictures { leaves, bark } = &self.wardrobe.pictures;
             let stock = || once(&self.stock, || Stock::new(leaves, bark).cut(leaves, mesh.leaves));
-            lod::ladder_by(plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
+            lod::ladder_by(&plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
                 let key = LEVEL.key().input(of_tree).params(rung).finish();
                 let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
                 made.expect("what is made of sound parts never fails")
             })
         });
-        (made, key)
+        Tree { plant, ladder: made, key, of: of_tree }
     }
 
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
