@@ -252,7 +252,11 @@ type Laid = (u32, u32, Vec<[u8; 3]>);
 impl Drawing {
     /// Its pixels over the sky; the ground begins below the trees.
     fn paint(&self, colors: &[&[[u16; 4]]]) -> Vec<[u8; 3]> {
-        let over = |(light, cover): (Vec3, &f32)| (light + SKY * (1.0 - cover)).to_array().map(encode);
+        // What is bare is not laid.
+        let over = |(light, cover): (Vec3, &f32)| match *cover {
+            0.0 => [0; 3],
+            cover => (light + SKY * (1.0 - cover)).to_array().map(encode),
+        };
         self.draft.paint(colors).into_iter().zip(&self.coverage).map(over).collect()
     }
 }

@@ -4,6 +4,8 @@
 //! leaf. What passes the alpha test is asked of a [`Cutout`]. Linear light is held as 16-bit integers; sums of these are
 //! exact, so nothing depends on their order.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -32,11 +34,11 @@ struct Level {
     shape: Vec<[u8; 4]>,
 }
 
-/// Maps with a chain of mips, for [`rasterize`](super::rasterize).
+/// Maps with a chain of mips, for [`rasterize`](super::rasterize). Clones share them.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    levels: Vec<Level>,
-    cutout: Cutout,
+    levels: Arc<Vec<Level>>,
+    cutout: Arc<Cutout>,
 }
 
 impl Picture {
@@ -68,7 +70,13 @@ impl Picture {
         while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
             levels.push(half(last));
         }
-        Self { levels, cutout }
+        Self { levels: Arc::new(levels), cutout: Arc::new(cutout) }
+    }
+
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.levels.iter().map(|level| level.color.len() * 15).sum()
     }
 
     /// What of it passes the alpha test.

@@ -1,6 +1,6 @@
 //! The last stages: one atlas for all variants, then the files of the set.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -390,29 +390,18 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     };
     let keys: Vec<Key> = layout.cells().par_iter().map(key).collect();
     // Pictures are wanted of those trees only that are drawn.
-    let mut is_drawn = vec![false; rows.len()];
-    for ((row, _), key) in layout.cells().iter().zip(&keys) {
-        is_drawn[*row] |= !parts.cache.knows(*key);
-    }
-    let shared: Vec<Picture> =
-        if is_drawn.contains(&true) { leaves.iter().chain([bark]).map(Picture::new).collect() } else { Vec::new() };
-    let dressed = |row: usize, leaves: &[Picture]| -> Vec<Picture> {
+    let stock = OnceLock::new();
+    let stock = || trees::once(&stock, || trees::stock(parts.plan, parts.pictures, parts.cache)).wardrobe();
+    let worn: Vec<OnceLock<Vec<Picture>>> = rows.iter().map(|_| OnceLock::new()).collect();
+    let dressed = |row: usize| -> Vec<Picture> {
         let own = lod::packed(&parts.trees[row].ladder.tiles);
-        leaves.iter().cloned().chain(own.iter().map(|tile| Picture::new(&tile.uncolored()))).collect()
+        let own = own.par_iter().map(|tile| Picture::new(&tile.uncolored()));
+        stock().leaves.par_iter().cloned().chain(own).collect()
     };
-    let worn: Vec<Vec<Picture>> = (0..rows.len())
-        .into_par_iter()
-        .map(|row| if is_drawn[row] { dressed(row, &shared[..leaves.len()]) } else { Vec::new() })
-        .collect();
     let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
         parts.cache.remember_here(*key, SheetCell::weight, || {
-            let mesh = rows[row].columns[column].mesh;
-            if is_drawn[row] {
-                return Ok(layout.scale().draw(column, mesh, &shared[leaves.len()], &worn[row]));
-            }
-            // It was forgotten in the meantime.
-            let leaves: Vec<Picture> = leaves.iter().map(Picture::new).collect();
-            Ok(layout.scale().draw(column, mesh, &Picture::new(bark), &dressed(row, &leaves)))
+            let worn = trees::once(&worn[row], || dressed(row));
+            Ok(layout.scale().draw(column, rows[row].columns[column].mesh, &stock().bark[0], worn))
         })
     };
     let drawn = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;

@@ -20,6 +20,8 @@ const SKETCH: Stage = Stage("sketch", 2);
 const LADDER: Stage = Stage("ladder", 10);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 5);
+/// Pictures that are ready to be drawn; kept in memory only.
+const STOCK: Stage = Stage("stock", 1);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
@@ -46,7 +48,7 @@ pub(super) struct Trees<'a> {
     /// All of the wardrobe's pictures but their colours, and the mean edge of cards' pictures, once somebody asks.
     looks: OnceLock<(Key, u32)>,
     /// The same, ready to be drawn; made when a ladder is.
-    stock: OnceLock<Stock>,
+    stock: OnceLock<Arc<Stock>>,
     cache: &'a Cache,
     sketches: &'a [Drawn],
 }
@@ -82,8 +84,7 @@ impl<'a> Trees<'a> {
         let key = tree(LADDER.key()).params(lods).number(u64::from(edge)).number(seed.bits()).finish();
         let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
-            let Pictures { leaves, bark } = &self.wardrobe.pictures;
-            let stock = || once(&self.stock, || Stock::new(leaves, bark).cut(leaves, mesh.leaves));
+            let stock = || &**once(&self.stock, || stock(self.plan, &self.wardrobe.pictures, self.cache));
             lod::ladder_by(&plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
                 let key = LEVEL.key().input(of_tree).params(rung).finish();
                 let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
@@ -97,6 +98,14 @@ impl<'a> Trees<'a> {
         let made = self.cache.remember(stage, key, || Ok(make()));
         made.expect("what is made of sound parts never fails")
     }
+}
+
+/// A set's pictures but their colours, ready to be drawn.
+pub(super) fn stock(plan: &Plan, pictures: &Pictures, cache: &Cache) -> Arc<Stock> {
+    let Pictures { leaves, bark } = pictures;
+    let key = STOCK.key().input(pictures.shapes()).params(&plan.mesh.leaves).finish();
+    let made = cache.remember_here(key, Stock::weight, || Ok(Stock::new(leaves, bark).cut(leaves, plan.mesh.leaves)));
+    made.expect("what is made of sound parts never fails")
 }
 
 /// What a cell holds, made where it holds nothing yet, by all who come at the same time. `get_or_init` would hang: a thread

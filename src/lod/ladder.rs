@@ -98,6 +98,18 @@ impl Stock {
         Self { wardrobe: Wardrobe::new(&leaves, &bark), palette, cuts: Vec::new() }
     }
 
+    /// The same pictures, as surfaces wear them.
+    #[must_use]
+    pub fn wardrobe(&self) -> &Wardrobe {
+        &self.wardrobe
+    }
+
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.wardrobe.leaves.iter().chain(&*self.wardrobe.bark).map(Picture::weight).sum()
+    }
+
     /// With the outlines of the leaf pictures, where leaves are to be cut out.
     #[must_use]
     pub fn cut(self, leaf_art: &[Maps], leaves: LeafCards) -> Self {

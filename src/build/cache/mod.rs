@@ -181,11 +181,6 @@ impl Cache {
         }
     }
 
-    /// Whether something is in memory; it may be gone a moment later.
-    pub(super) fn knows(&self, key: Key) -> bool {
-        self.memory().get(key).is_some()
-    }
-
     fn recent<T: Send + Sync + 'static>(&self, key: Key) -> Option<Arc<T>> {
         self.memory().get(key)?.downcast().ok()
     }
