@@ -150,7 +150,7 @@ impl SheetColors {
 }
 
 impl SheetLayout {
-    /// Lays out a sheet. The largest tree is 280 pixels high, less where the sheet would be wider or higher than 8192
+    /// Lays out a sheet. The largest tree is 280 pixels high, or 210, 140, 105, … where the sheet would be wider or higher than 8192
     /// pixels.
     #[must_use]
     pub fn new(rows: &[SheetRow<'_>]) -> Self {
@@ -160,7 +160,9 @@ impl SheetLayout {
         // Text must fit, and so must the whole sheet.
         let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
         let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
-        let tall = (TREE.min(room) as f32).min(wide * top / (2.0 * reach)).max(1.0);
+        // By steps: one more row seldom changes the scale of all.
+        let step = (0..).map(|k| (TREE >> (k / 2)) * if k % 2 == 0 { 4 } else { 3 } / 4).find(|&tall| tall <= room);
+        let tall = (step.unwrap_or(1) as f32).min(wide * top / (2.0 * reach)).max(1.0);
         let per_metre = tall / top;
         let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
         let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
@@ -290,7 +292,9 @@ struct Canvas {
 impl Canvas {
     fn new(width: u32, height: u32) -> Self {
         let sky = [encode(SKY.x), encode(SKY.y), encode(SKY.z)];
-        Self { width, height, pixels: vec![sky; width as usize * height as usize] }
+        // A row is filled and the others are copied, which is quicker than by threes.
+        let row = vec![sky; width as usize];
+        Self { width, height, pixels: row.repeat(height as usize) }
     }
 
     /// Ground from one row to another.
