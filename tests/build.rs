@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use treewright::build::{BuildOptions, Builder};
 use treewright::source::glb::read_glb;
 
 fn root() -> PathBuf {
@@ -229,6 +230,30 @@ fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
     assert!(note.contains("at 512 texels") && note.contains("`atlas: (size: 1024)`"), "{note}");
     assert_eq!(told("size: 1024", cloud), None);
     assert_eq!(told("size: 512", "[Full, CrossedQuads]"), None);
+}
+
+#[test]
+fn edits_in_one_process_end_in_the_bytes_of_a_fresh_build() {
+    let folder = small_project();
+    let preset = folder.path().join("small.ron");
+    let lods = "lods: [Full, Thinned(triangles: 0.5), BillboardCloud(cards: 6), CrossedQuads]";
+    let two = "\"b\": Grow(species: \"species/shrub.ron\", seed: 2),\n    },\n    variants";
+    let first = SMALL.replace("lods: [Full, CrossedQuads]", lods).replace("},\n    variants", two);
+    let edits = [
+        first.clone(),
+        first.replace("cards: 6", "cards: 9"),
+        first.replace("density: 0.3", "density: 0.3, color: \"#a06a20\""),
+        first.replace("[Source(\"a\")]", "[Source(\"a\"), Source(\"b\")]"),
+        first.replace("triangles: 0.5", "triangles: 0.3"),
+    ];
+    let builder = Builder::new(BuildOptions::new(folder.path().join("warm")));
+    for (i, text) in edits.iter().enumerate() {
+        fs::write(&preset, text).unwrap();
+        builder.build(std::slice::from_ref(&preset), &|_| {}).unwrap();
+        let fresh = folder.path().join(format!("fresh{i}"));
+        Builder::new(BuildOptions::new(fresh.clone())).build(std::slice::from_ref(&preset), &|_| {}).unwrap();
+        assert!(files(&folder.path().join("warm/small")) == files(&fresh.join("small")), "edit {i}");
+    }
 }
 
 #[test]
