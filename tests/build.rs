@@ -245,8 +245,8 @@ fn edits_in_one_process_end_in_the_bytes_of_a_fresh_build() {
         first.replace("density: 0.3", "density: 0.3, color: \"#a06a20\""),
         first.replace("[Source(\"a\")]", "[Source(\"a\"), Source(\"b\")]"),
         first.replace("triangles: 0.5", "triangles: 0.3"),
-        // Cards of fewer texels.
-        first.replace("size: 512", "size: 256"),
+        // Cards of more texels.
+        first.replace("size: 512", "size: 1024"),
     ];
     let builder = Builder::new(BuildOptions::new(folder.path().join("warm")));
     for (i, text) in edits.iter().enumerate() {
