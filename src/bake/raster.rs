@@ -134,12 +134,20 @@ pub fn rasterize(
     draw(surfaces, view, (width, height, samples), shading, Noted::Nothing).0
 }
 
-/// As [`rasterize`] for [`Shading::Albedo`], with what each pixel's colour is mixed from: a picture that is seldom drawn
-/// can be painted as often as colours change. The palette counts the pictures of all surfaces, one after the other.
+/// As [`rasterize`] for [`Shading::Albedo`] or [`Shading::Seen`], with what each pixel's colour is mixed from: a picture
+/// that is seldom drawn can be painted as often as colours change. The palette counts the pictures of all surfaces, one
+/// after the other.
 #[must_use]
-pub fn survey(surfaces: &[Surface<'_>], view: &View, width: u32, height: u32, samples: u32) -> (Target, Recipe) {
+pub fn survey(
+    surfaces: &[Surface<'_>],
+    view: &View,
+    width: u32,
+    height: u32,
+    samples: u32,
+    shading: &Shading,
+) -> (Target, Recipe) {
     let starts = first_pictures(surfaces);
-    let (target, notes) = draw(surfaces, view, (width, height, samples), &Shading::Albedo, Noted::Palette(&starts));
+    let (target, notes) = draw(surfaces, view, (width, height, samples), shading, Noted::Palette(&starts));
     (target, notes.recipe)
 }
 

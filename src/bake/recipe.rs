@@ -176,7 +176,7 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::{Picture, Surface, View, survey};
+    use crate::bake::{Picture, Shading, Surface, View, survey};
     use crate::base::Frame;
     use crate::mesh::Mesh;
 
@@ -217,7 +217,7 @@ mod tests {
         // Six columns of two pixels a square, but for five, which mix.
         let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout };
         for columns in [6, 5] {
-            let (target, recipe) = survey(&[surface], &view, columns, 2, 4);
+            let (target, recipe) = survey(&[surface], &view, columns, 2, 4, &Shading::Albedo);
             assert!(recipe.is_of(2 * columns as usize) && !recipe.is_of(7));
             let painted = recipe.paint(&Palette::new(maps.iter()));
             for (painted, drawn) in painted.iter().zip(&target.color) {

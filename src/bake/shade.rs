@@ -45,6 +45,9 @@ pub enum Shading {
     /// The base colour: that of the picture times the vertex's ambient occlusion (glTF's `COLOR_0`); normals as they are
     /// on the front, also where the back is seen. For baking.
     Albedo,
+    /// The base colour as for [`Albedo`](Self::Albedo), normals turned towards the viewer's side, as an engine turns those of
+    /// leaves. For baking what is seen from one side only.
+    Seen,
     /// The base colour in the light, normals turned towards the viewer's side. For looking at.
     Lit(Light),
 }
@@ -77,10 +80,10 @@ impl Light {
 
 impl Shading {
     pub(super) fn apply(&self, mut fragment: Fragment, repeat: Repeat) -> Fragment {
+        if matches!(self, Self::Lit(_) | Self::Seen) && fragment.back && repeat == Repeat::Cutout {
+            fragment.normal = -fragment.normal;
+        }
         if let Self::Lit(light) = self {
-            if fragment.back && repeat == Repeat::Cutout {
-                fragment.normal = -fragment.normal;
-            }
             let facing = light.sun_direction.dot(fragment.normal);
             let passed = if repeat == Repeat::Cutout { light.translucency } else { 0.0 };
             let sun = light.sun * (facing.max(0.0) + (-facing).max(0.0) * passed);

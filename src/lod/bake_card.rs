@@ -103,7 +103,8 @@ impl Card {
         wardrobe: &Wardrobe,
         light: &CrownLight,
     ) -> Option<Self> {
-        let (drawn, recipe) = survey(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES);
+        let (drawn, recipe) =
+            survey(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES, &Shading::Albedo);
         let mesh =
             if *bend == Bend::FLAT { polygon(&drawn, place, light)? } else { sheet(&drawn, (place, bend), light)? };
         // The polygon drawn like its content gives the normals that a texel's normal is relative to.

@@ -3,8 +3,8 @@
 //!
 //! The whole tree is drawn from `frames × frames` directions of the upper half sphere, laid out in a square sheet: frame
 //! (i, j), counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
-//! `2 (i, j) / (frames − 1) − 1`. Colour has alpha, normals are relative to the frame (x right, y up, z to the viewer),
-//! and the blue channel of the occlusion-roughness map holds depth: 255 is the near side of the bounding sphere, 0 its far
+//! `2 (i, j) / (frames − 1) − 1`. Colour has alpha, normals are relative to the frame (x right, y up, z to the viewer)
+//! and those that are seen there, with backs of leaves turned round, and the blue channel of the occlusion-roughness map holds depth: 255 is the near side of the bounding sphere, 0 its far
 //! side (the leaf material's metallic factor is zero, so that nothing shines).
 //!
 //! Frames are as wide as the upright cylinder around the tree, and as high as it is from where they look: with squares
@@ -24,7 +24,7 @@ use super::cloud::{CARD_TEXELS, Scene};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
 use super::tile::Tile;
-use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Target, View, survey};
+use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Shading, Target, View, survey};
 use crate::base::Frame;
 use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
 use crate::preset::plan::Forks;
@@ -35,8 +35,6 @@ const SHEET: u32 = 480;
 const SAMPLES: u32 = 3;
 /// Room around the cylinder, so that neighbouring frames do not mix in the first mip.
 const ROOM: f32 = 1.05;
-/// How far baked normals are drawn to the frame's own, as on cards.
-const FACING: f32 = 0.6;
 /// Distance of a rectangle from its plane, as a share of the sphere's radius.
 const APART: f32 = 0.01;
 /// Roughness of leaves, of 255.
@@ -256,7 +254,7 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
             let frame = (i % frames, i / frames);
             let (axes, extent) = (layout.axes(frame), layout.extent(frame));
             let view = View::new(axes, centre, extent.x, extent.y);
-            let (mut target, recipe) = survey(&surfaces, &view, texels, texels, SAMPLES);
+            let (mut target, recipe) = survey(&surfaces, &view, texels, texels, SAMPLES, &Shading::Seen);
             if scene.plant.leaves().is_empty() {
                 sharpen(&mut target.coverage, texels as usize);
             }
@@ -307,7 +305,7 @@ fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
 impl Drawn {
     fn new(target: Target, recipe: Recipe, axes: Frame) -> Self {
         let normal = |n: &Vec3| {
-            let n = axes.to_local(*n) + Vec3::Z * FACING;
+            let n = axes.to_local(*n);
             let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
             [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8)
         };
