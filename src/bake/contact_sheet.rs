@@ -150,8 +150,8 @@ impl SheetColors {
 }
 
 impl SheetLayout {
-    /// Lays out a sheet. The largest tree is 280 pixels high, or 210, 140, 105, … where the sheet would be wider or higher than 8192
-    /// pixels.
+    /// Lays out a sheet. The largest tree is 280 pixels high, or 210, 140, 105, … where the sheet would be higher than 8192
+    /// pixels, and less where it would be wider.
     #[must_use]
     pub fn new(rows: &[SheetRow<'_>]) -> Self {
         let columns = (rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32).clamp(1, LARGEST / 64);

@@ -1,8 +1,8 @@
 //! What a lit picture shows, before colours: a picture that is drawn again for every tint is drawn once and painted.
 //!
 //! Of each pixel the texels that it shows are noted, in the mips of the surfaces' pictures, one a triangle, each with the
-//! light that falls on it, shade and share included. Four a triangle where texels are larger than samples took most of a
-//! watcher's memory, and could not be told from one.
+//! light that falls on it, shade and share included. Of magnified texels the four around
+//! would be smoother, and take up to four times the memory.
 
 use glam::Vec3;
 
