@@ -219,3 +219,33 @@ impl Plane {
 pub(super) fn edge(p: Point, q: Point, x: i32, y: i32) -> i64 {
     i64::from(q.x - p.x) * i64::from(y - p.y) - i64::from(q.y - p.y) * i64::from(x - p.x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Seed;
+
+    #[test]
+    fn a_triangle_covers_the_samples_within_it_and_no_others() {
+        let grid = Grid { columns: 40, rows: 40 };
+        let mut seen = 0;
+        for i in 0..300 {
+            let at = |k: u64| Seed::new(3).at(i).at(k).range(-2000.0, 12_000.0) as i32;
+            let p = [0, 2, 4].map(|k| Point { x: at(k), y: at(k + 1), depth: 0.0 });
+            let mut covered = [[false; 40]; 40];
+            scan(p, grid, 0..40, |row, left, right| covered[row][left..right].fill(true));
+            for (y, row) in covered.iter().enumerate() {
+                for (x, covered) in row.iter().enumerate() {
+                    let (x, y) = (x as i32 * 256 + 128, y as i32 * 256 + 128);
+                    let sides = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| edge(p[a], p[b], x, y).signum());
+                    // What lies on an edge belongs to one of two neighbours.
+                    if !sides.contains(&0) {
+                        assert_eq!(*covered, sides[0] == sides[1] && sides[1] == sides[2], "{i}: {x} {y}");
+                    }
+                    seen += u32::from(*covered);
+                }
+            }
+        }
+        assert!(seen > 10_000, "{seen}");
+    }
+}
