@@ -1,6 +1,6 @@
 //! The foliage that leafy trees of benchmarks and figures wear.
 
-use treewright::preset::plan::DressParams;
+use treewright::preset::plan::{DressParams, Phyllotaxis};
 
 /// Foliage of so many leaves at most.
 pub(crate) fn foliage(leaves: u32) -> DressParams {
@@ -11,6 +11,7 @@ pub(crate) fn foliage(leaves: u32) -> DressParams {
         leaf_spread: 0.2,
         leaf_angle: 0.9,
         twig_length: 0.35,
+        phyllotaxis: Phyllotaxis::Spiral,
         droop: 0.2,
         pictures: 2,
     }

@@ -9,8 +9,8 @@ use crate::{Figure, seconds};
 
 /// Sprays of all shapes, packed as a set's are.
 fn atlas() -> Maps {
-    use LeafShape::{Ash, Beech, Birch, Elm, Linden, Maple, Oak, Olive, Pine, Poplar, Willow};
-    let shapes = [Oak, Birch, Beech, Maple, Willow, Ash, Pine, Linden, Poplar, Elm, Olive];
+    use LeafShape::{Ash, Beech, Birch, Elm, Linden, Maple, Oak, Olive, Palm, Pine, Poplar, Willow};
+    let shapes = [Oak, Birch, Beech, Maple, Willow, Ash, Pine, Linden, Poplar, Elm, Olive, Palm];
     let pictures: Vec<Maps> = (0..60)
         .map(|i| leaf_maps(shapes[i % shapes.len()], [0.08, 0.16, 0.04], 0.3, 240, i as u32, Seed::new(7)))
         .collect();

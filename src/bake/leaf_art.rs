@@ -61,13 +61,15 @@ pub fn leaf_maps(shape: LeafShape, color: [f32; 3], variation: f32, size: u32, p
 /// steeply as needed to reach the picture's top.
 fn filled_spray(shape: LeafShape, seed: Seed) -> Spray {
     let mut growth = Growth { enlarge: 1.0, spread: 1.0 };
+    // Leaflets of a frond stand apart.
+    let wanted = if shape == LeafShape::Palm { 0.85 * COVERAGE } else { COVERAGE };
     let mut best = spray(shape, seed, growth);
     let mut least = f32::MAX;
     for _ in 0..7 {
         let scene = spray(shape, seed, growth);
         let covered = coverage(&scene);
-        let miss = (covered - COVERAGE).abs() + 0.15 * (1.0 - scene.filled);
-        growth.enlarge = (growth.enlarge * (COVERAGE / covered.max(0.05)).clamp(0.7, 1.4)).clamp(0.5, 2.2);
+        let miss = (covered - wanted).abs() + 0.15 * (1.0 - scene.filled);
+        growth.enlarge = (growth.enlarge * (wanted / covered.max(0.05)).clamp(0.7, 1.4)).clamp(0.5, 2.2);
         growth.spread = (growth.spread * scene.filled.clamp(0.75, 1.0)).max(0.35);
         if miss < least {
             least = miss;
@@ -239,7 +241,7 @@ impl Brush {
         let base = match self.shape {
             LeafShape::Linden | LeafShape::Elm => Vec3::new(0.090, 0.060, 0.045),
             LeafShape::Poplar | LeafShape::Olive => Vec3::new(0.120, 0.105, 0.075),
-            LeafShape::Oak | LeafShape::Ash => Vec3::new(0.105, 0.090, 0.062),
+            LeafShape::Oak | LeafShape::Ash | LeafShape::Palm => Vec3::new(0.105, 0.090, 0.062),
             LeafShape::Birch => Vec3::new(0.075, 0.042, 0.028),
             LeafShape::Beech => Vec3::new(0.085, 0.063, 0.045),
             LeafShape::Maple => Vec3::new(0.095, 0.058, 0.036),
@@ -351,7 +353,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841abc40505f67b41799"
+            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841abc40505f67b41799aba87b1b"
         );
     }
 

@@ -69,6 +69,7 @@ pub(super) fn pinnate(shape: LeafShape) -> Pinnate {
             form(0.31, 0.55, 0.8, 12.0, 0.9, 0.1, Margin::Serrate { coarse: 0.026, small: 0.012, fine: 2.0 })
         }
         LeafShape::Olive => form(0.11, 0.75, 0.8, 7.0, 0.6, 0.6, Margin::Entire(0.002)),
+        LeafShape::Palm => form(0.05, 0.4, 0.8, 6.0, 6.0, 0.0, Margin::Entire(0.0)),
         LeafShape::Beech | LeafShape::Maple | LeafShape::Pine => {
             form(0.3, 0.62, 0.75, 8.0, 0.8, 0.25, Margin::Entire(0.008))
         }
@@ -108,6 +109,7 @@ const fn side_points(shape: LeafShape) -> usize {
     match shape {
         LeafShape::Birch | LeafShape::Elm => 150,
         LeafShape::Willow | LeafShape::Ash => 60,
+        LeafShape::Palm => 24,
         _ => 96,
     }
 }
@@ -226,7 +228,7 @@ mod tests {
                 twice += p.x * q.y - q.x * p.y;
             }
             let area = 0.5 * twice;
-            let low = if [LeafShape::Willow, LeafShape::Olive].contains(&shape) { 0.06 } else { 0.18 };
+            let low = if [LeafShape::Willow, LeafShape::Olive, LeafShape::Palm].contains(&shape) { 0.06 } else { 0.18 };
             assert!(area > low && area < 0.75, "{shape:?}: {area}");
         }
     }

@@ -142,12 +142,12 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Poplar => form(8, 1, 2.6, 0.16, [1.1, 0.6], 0.55, 0.9, 2),
         LeafShape::Elm => form(10, 1, 2.6, 0.14, [1.2, 0.7], 0.06, 0.8, 4),
         LeafShape::Olive => form(12, 2, 2.3, 0.08, [1.0, 0.6], 0.08, 0.9, 8),
-        LeafShape::Pine => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
+        LeafShape::Pine | LeafShape::Palm => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
 
 /// Leaf lengths that the height of a spray's picture spans, about: a card of height `leaf_size * spray_span(shape)`
-/// shows leaves of their true size. 1 for ash and pine, whose `leaf_size` is that of the whole picture. Means over six
+/// shows leaves of their true size. 1 for ash, pine and palm, whose `leaf_size` is that of the whole picture. Means over six
 /// pictures; single ones differ by up to a fifth, since blades are enlarged until the picture is filled.
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
@@ -159,17 +159,21 @@ pub fn spray_span(shape: LeafShape) -> f32 {
         LeafShape::Willow => 2.4,
         LeafShape::Linden | LeafShape::Poplar | LeafShape::Elm => 3.3,
         LeafShape::Olive => 3.0,
-        LeafShape::Ash | LeafShape::Pine => 1.0,
+        LeafShape::Ash | LeafShape::Pine | LeafShape::Palm => 1.0,
     }
 }
 
 /// Share of the picture's edge that stays free all around.
 const MARGIN: f32 = 0.012;
 
+/// Leaflets in a picture of a palm's frond.
+const LEAFLETS: usize = 9;
+
 /// Builds the scene of one picture.
 pub(super) fn spray(shape: LeafShape, seed: Seed, growth: Growth) -> Spray {
     let mut parts = match shape {
         LeafShape::Pine => tuft(seed, growth),
+        LeafShape::Palm => leaflets(seed, growth),
         _ => leafy_twig(shape, seed, growth),
     };
     let filled = fit(&mut parts);
@@ -359,6 +363,30 @@ fn compound(parts: &mut Vec<Part>, at: Seat, sign: f32, size: f32, enlarge: f32)
         seat(end, angle + 2.0 * bend, depth + 0.02, seed.child("end")),
         enlarge * size * 0.38,
     ));
+}
+
+/// Leaflets of a frond, which bears them on one side at the picture's lower edge: side by side, and a little fanned out.
+fn leaflets(seed: Seed, growth: Growth) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for i in 0..LEAFLETS {
+        let seed = seed.child("leaflet").at(i as u64);
+        // -1 to 1 across the picture.
+        let across = (2.0 * i as f32 + 1.0) / LEAFLETS as f32 - 1.0;
+        let angle = growth.spread * (0.36 * across + seed.child("angle").range(-0.04, 0.04));
+        let length = 1.0 - 0.12 * across * across - 0.1 * seed.child("length").unit();
+        let depth = 0.3 + 0.4 * seed.child("depth").unit();
+        let mut part = blade(LeafShape::Palm, seat(Vec2::new(across * 0.24, 0.0), angle, depth, seed), length);
+        // Only the widths follow: leaflets keep their length.
+        let place = part.place;
+        for p in &mut part.outline {
+            let q = place.to_part(*p);
+            *p = place.to_picture(Vec2::new(q.x * growth.enlarge, q.y));
+        }
+        part.place.shorten[1] *= growth.enlarge;
+        part.place.shorten[2] *= growth.enlarge;
+        parts.push(part);
+    }
+    parts
 }
 
 /// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.

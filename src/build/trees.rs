@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 12);
+const LADDER: Stage = Stage("ladder", 13);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 7);
+const LEVEL: Stage = Stage("level", 8);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 
@@ -144,7 +144,8 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
 
 /// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn
 /// smaller are sharper than those that are scaled when they are packed. In eighths of the usual, so that one more variant
-/// seldom changes the others.
+/// seldom changes the others. Up to twice the usual where impostors are all that wants room: thin twigs need it, and cards
+/// gain nothing.
 fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
     let cell = |edge: f64| {
         let edge = edge + f64::from(plan.atlas.gutter) + 4.0;
@@ -165,7 +166,9 @@ fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
         plan.lods.iter().map(of).sum()
     };
     let room = f64::from(plan.atlas.size) * f64::from(plan.atlas.size) * FILLED - art;
-    let steps = (2..=8).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
+    let finest =
+        if plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. } | Lod::CrossedQuads)) { 8 } else { 16 };
+    let steps = (2..=finest).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
     let fits =
         |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room && squares_fit(plan, pictures, *texels);
     steps.clone().find(fits).unwrap_or(lod::CARD_TEXELS / 4)

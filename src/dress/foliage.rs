@@ -1,6 +1,6 @@
 //! Leaves along the twigs.
 //!
-//! Sites follow each other along a twig by the golden angle, with one at its end. Each site has a place in one fixed,
+//! Sites follow each other along a twig by the golden angle or in two rows, with one at its end. Each site has a place in one fixed,
 //! seeded order, and the density says how far down the order leaves are put. In the order the sites of a twig stand
 //! close together and those of outer twigs early: so a thin crown has fewer leafy twigs with gaps between them, as a
 //! real one has, and not the same twigs with fewer leaves, which looks like confetti. Twigs left bare are dropped.
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::twig::Wood;
 use crate::base::{Frame, Rotation, Seed, math};
 use crate::plant::{ChainId, Leaf, Plant, Posed};
-use crate::preset::plan::DressParams;
+use crate::preset::plan::{DressParams, Phyllotaxis};
 
 /// Card area over shadow area at density 1.
 const INDEX: f32 = 8.0;
@@ -24,6 +24,12 @@ const INDEX: f32 = 8.0;
 const GOLDEN: f32 = 2.399_963;
 /// Largest factor by which leaves are enlarged when there may not be enough of them.
 const LARGEST: f32 = 2.0;
+/// Sites in a row, for each of those that follow a spiral: leaflets of a frond stand close.
+const ROW: f32 = 2.4;
+/// How much smaller leaves in rows are at the end of a twig.
+const TAPER: f32 = 0.55;
+/// Their mean area, over that of the largest.
+const TAPERED: f32 = 0.62;
 
 struct Site {
     chain: ChainId,
@@ -40,7 +46,8 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     // Frames are wanted of the few twigs only that bear leaves in the end.
     let mut posed = Posed::of_bearers(&plant);
     let sites = sites(bare, &plant, &posed, wood, params);
-    let card = wood.leaf * wood.leaf;
+    let rows = params.phyllotaxis == Phyllotaxis::Distichous;
+    let card = wood.leaf * wood.leaf * if rows { TAPERED } else { 1.0 };
     let area = params.density * INDEX * shadow(&posed, wood);
     let want = (area / card.max(1e-8)).min(4e6);
     let allowed = want.min(params.most_leaves as f32).min(sites.len() as f32).max(1.0);
@@ -107,7 +114,8 @@ fn address(seed: Seed, site: &Site) -> Seed {
 
 /// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
 fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
-    let gap = (wood.leaf * 0.3).max(wood.step * 0.2);
+    let rows = params.phyllotaxis == Phyllotaxis::Distichous;
+    let gap = (wood.leaf * 0.3).max(wood.step * 0.2) / if rows { ROW } else { 1.0 };
     let near = params.twig_length * 1.2;
     let mut sites = Vec::new();
     for id in plant.chain_ids() {
@@ -123,6 +131,8 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
         {
             continue;
         }
+        // Without twigs the plant's own branches bear all leaves.
+        let near = if params.twig_length > 0.0 { near } else { length };
         let leafy = if own { near.max(length * 0.5).min(length * 0.8) } else { length - (gap * 0.4).min(length * 0.4) };
         let count = (leafy / gap) as u32;
         sites.push(Site { chain: id, location: 1.0, number: 0, terminal: true, inward: 0.0 });
@@ -171,10 +181,17 @@ fn leaf(
     let s = address(seed, site);
     let pose = posed.at(plant, site.chain, site.location);
     let axis = pose.frame.y;
+    let rows = params.phyllotaxis == Phyllotaxis::Distichous;
     let turn = s.child("turn").range(-0.35, 0.35);
     let around = site.number as f32 * GOLDEN + seed.at(u64::from(site.chain.0)).child("start").unit() * TAU + turn;
     let (sin, cos) = math::sin_cos(around);
-    let radial = pose.frame.x * cos + pose.frame.z * sin;
+    let radial = if rows {
+        // Level, and to both sides in turn.
+        let side = axis.cross(Vec3::Y).try_normalize().unwrap_or(pose.frame.x);
+        if site.number.is_multiple_of(2) { side } else { -side }
+    } else {
+        pose.frame.x * cos + pose.frame.z * sin
+    };
     let angle = if site.terminal {
         s.child("angle").range(0.0, 0.25)
     } else {
@@ -187,13 +204,19 @@ fn leaf(
     // The upper face looks out of the crown and a little up, with some disorder: a card is looked at from the ground,
     // and one that lies flat shows an edge, or its unlit back.
     let out = (pose.position - middle).normalize_or(Vec3::Y);
-    let face = Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5;
+    let face = if rows {
+        // The upper side of the twig, as both rows are a blade's halves.
+        radial.cross(axis).dot(Vec3::Y).signum() * radial.cross(axis) + s.child("face").direction() * 0.3
+    } else {
+        Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5
+    };
     let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
     let x = y.cross(z);
     let local = |v| pose.frame.to_local(v);
     let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let spread = params.leaf_spread.clamp(0.0, 0.9);
-    let size = wood.leaf * scale * (1.0 + spread * s.child("size").range(-1.0, 1.0));
+    let taper = if rows { 1.0 - TAPER * site.location * site.location } else { 1.0 };
+    let size = wood.leaf * scale * taper * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
     Leaf::new(site.chain, site.location, orientation, size, slot)
 }

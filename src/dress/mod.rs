@@ -28,6 +28,9 @@ pub fn dress(plant: &Plant, params: &DressParams, seed: Seed) -> Plant {
     }
     let posed = plant.pose();
     let Some(wood) = twig::Wood::of(plant, &posed, params) else { return plant.clone() };
+    if params.twig_length <= 0.0 {
+        return foliage::add(plant, plant.clone(), &wood, params, seed.child("leaves"));
+    }
     let points = attract::leaf_points(&wood, seed.child("points"));
     let shoots = colonize::colonize(&wood, &points, seed.child("twigs"));
     let twiggy = twig::add(plant, &posed, &wood, &shoots);
@@ -40,6 +43,7 @@ mod tests {
 
     use super::*;
     use crate::plant::{PlantBuilder, dump};
+    use crate::preset::plan::Phyllotaxis;
 
     fn params() -> DressParams {
         DressParams {
@@ -49,6 +53,7 @@ mod tests {
             leaf_spread: 0.2,
             leaf_angle: 0.9,
             twig_length: 0.5,
+            phyllotaxis: Phyllotaxis::Spiral,
             droop: 0.2,
             pictures: 3,
         }
@@ -145,6 +150,38 @@ mod tests {
             assert!(nearest < 3.0, "{nearest}");
             assert!(p.y > 8.0 * 0.2);
         }
+    }
+
+    #[test]
+    fn without_twigs_the_limbs_bear_leaves_in_two_level_rows() {
+        let bare = tree(8.0, 12);
+        let frond = DressParams {
+            twig_length: 0.0,
+            phyllotaxis: Phyllotaxis::Distichous,
+            droop: 0.0,
+            density: 4.0,
+            ..params()
+        };
+        let plant = dress(&bare, &frond, Seed::new(1));
+        assert_eq!(plant.chains().len(), bare.chains().len());
+        let posed = plant.pose();
+        let (mut left, mut right) = (0, 0);
+        for leaf in plant.leaves().iter().filter(|leaf| leaf.location < 1.0) {
+            let axis = posed.at(&plant, leaf.chain, leaf.location).frame.y;
+            let side = axis.cross(Vec3::Y);
+            if side.length() < 0.5 {
+                continue;
+            }
+            let frame = posed.leaf(&plant, leaf).frame;
+            // Between twig and level, nothing up or down; its face up.
+            let across = frame.y.dot(side.normalize());
+            let off = frame.y - axis * frame.y.dot(axis) - side.normalize() * across;
+            assert!(off.length() < 1e-3 && across.abs() > 0.5, "{off} {across}");
+            assert!(frame.z.y > 0.3, "{}", frame.z);
+            *if across > 0.0 { &mut right } else { &mut left } += 1;
+        }
+        assert!(left > 50 && right > 50 && left * 5 > right * 4 && right * 5 > left * 4, "{left} {right}");
+        assert!(plant.leaves().iter().all(|l| l.size <= 0.6 * 1.2));
     }
 
     #[test]

@@ -35,6 +35,7 @@ mod tests {
     use super::*;
     use crate::base::Rotation;
     use crate::plant::PlantBuilder;
+    use crate::preset::plan::Phyllotaxis;
 
     fn leafy(count: u16) -> Plant {
         let mut builder = PlantBuilder::new();
@@ -54,6 +55,7 @@ mod tests {
             leaf_spread: 0.2,
             leaf_angle: 0.9,
             twig_length: 0.5,
+            phyllotaxis: Phyllotaxis::Spiral,
             droop: 0.2,
             pictures: 1,
         }

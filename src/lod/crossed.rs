@@ -1,4 +1,4 @@
-//! The last level: two crossed upright cards through the trunk, each baked from the whole tree and shown as two
+//! The last level: two crossed cards through the line of the trunk, each baked from the whole tree and shown as two
 //! rectangles back to back, so that both cards are lit alike from every side.
 
 use glam::Vec3;
@@ -8,6 +8,7 @@ use super::bake_card::{Card, Place};
 use super::bent::Bend;
 use super::cloud::{Cloud, Scene};
 use super::measure::Wardrobe;
+use super::trunk::Trunk;
 use crate::mesh::Mesh;
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
@@ -19,11 +20,12 @@ const APART: f32 = 0.008;
 /// A cloud of two cards, tiles counted from `first_tile` on, its alpha yet to be settled. Their wood is on the cards.
 pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe, first_tile: u32) -> Cloud {
     let full = scene.full;
-    // The axis: the foot of the first stem.
-    let foot = scene.posed.positions().first().copied().unwrap_or(Vec3::ZERO);
+    let trunk = Trunk::of(scene.plant, scene.posed);
+    let (foot, along) = (trunk.at(0.0), trunk.along());
     let cards: Vec<Card> = [Vec3::Z, Vec3::X]
         .into_par_iter()
         .filter_map(|z| {
+            let z = (z - along * along.dot(z)).normalize();
             let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
             let place = Place::around(z, foot, points)?;
             let longest = (texels.clamp(8, 1024) * EDGE) as f32;

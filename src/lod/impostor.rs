@@ -24,6 +24,7 @@ use super::cloud::{CARD_TEXELS, Scene};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
 use super::tile::Tile;
+use super::trunk::Trunk;
 use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Shading, Target, View, survey};
 use crate::base::Frame;
 use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
@@ -138,14 +139,14 @@ impl Impostor {
     }
 
     /// Adds a part of a frame, `low` to `high` of -1..=1, as a rectangle.
-    fn add(&self, frame: (u32, u32), low: Vec2, high: Vec2, apart: f32, tile: u32, mesh: &mut Mesh) {
+    fn add(&self, frame: (u32, u32), (low, high): (Vec2, Vec2), trunk: &Trunk, tile: u32, mesh: &mut Mesh) {
         let (axes, extent, (corner, edge)) = (self.axes(frame), self.extent(frame), self.rect(frame));
         let first = mesh.positions.len() as u32;
-        // The rectangles cross where the trunk stands: elsewhere each would show a trunk of its own.
-        let deep = apart * self.radius - axes.z.dot(self.centre * Vec3::new(1.0, 0.0, 1.0));
         for at in [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)] {
-            let on = axes.x * (at.x * extent.x) + axes.y * (at.y * extent.y) + axes.z * deep;
-            mesh.positions.push(self.centre + on);
+            let on = self.centre + axes.x * (at.x * extent.x) + axes.y * (at.y * extent.y);
+            // The rectangles cross in the trunk's line.
+            let deep = APART * self.radius + axes.z.dot(trunk.at(on.y) - self.centre);
+            mesh.positions.push(on + axes.z * deep);
             mesh.normals.push(axes.z);
             mesh.uvs.push(corner + Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * edge);
             mesh.occlusion.push(255);
@@ -262,6 +263,7 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
         })
         .collect();
     let mut leaf = Mesh::default();
+    let trunk = Trunk::of(scene.plant, scene.posed);
     let last = frames - 1;
     for frame in [(0, 0), (last, 0), (0, last), (last, last)] {
         let (axes, extent) = (layout.axes(frame), layout.extent(frame));
@@ -271,7 +273,7 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
             (least, most) = (least.min(p), most.max(p));
         }
         if least.cmplt(most).all() {
-            layout.add(frame, least, most, APART, tile, &mut leaf);
+            layout.add(frame, (least, most), &trunk, tile, &mut leaf);
         }
     }
     // An error only says that the mesh has no triangles to take tangents from.

@@ -18,6 +18,7 @@ mod packed;
 mod planes;
 mod thin;
 mod tile;
+mod trunk;
 mod twigs;
 
 pub use cloud::{CARD_TEXELS, CloudParams};

@@ -7,14 +7,14 @@
 use std::collections::BTreeMap;
 
 use super::path::relative;
-use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, TargetLeaf, Wear};
+use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, Wear};
 use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
 /// What a leaf's name stands for.
 struct LeafKind {
     shape: LeafShape,
-    /// Length, metres; of the whole picture for `ash` and `pine`.
+    /// Length, metres; of the whole picture for `ash`, `pine` and `palm`.
     size: f32,
     /// Angle to the twig, degrees.
     angle: f32,
@@ -28,11 +28,11 @@ struct LeafKind {
 }
 
 pub(super) const LEAF_NAMES: &[&str] =
-    &["oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive"];
+    &["oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive", "palm"];
 
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
-static LEAVES: [LeafKind; 11] = [
+static LEAVES: [LeafKind; 12] = [
     LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: "#8a5a22", bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: "#c9a02c", bark: BarkPattern::Papery },
     LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: "#a8622a", bark: BarkPattern::Smooth },
@@ -44,6 +44,7 @@ static LEAVES: [LeafKind; 11] = [
     LeafKind { shape: LeafShape::Poplar, size: 0.10, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: "#cda52e", bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Elm,    size: 0.11, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: "#b08c2c", bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Olive,  size: 0.07, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: "", bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Palm,   size: 0.75, angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: "", bark: BarkPattern::Ringed },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
@@ -94,7 +95,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf; for ash and pine of the whole picture",
+            about: "length of a leaf; for ash, pine and palm of the whole picture",
         },
         Field {
             name: "spread",
@@ -116,9 +117,15 @@ pub(super) static FOLIAGE: Record = Record {
         },
         Field {
             name: "twig",
-            kind: Kind::Number { low: 0.02, high: 3.0, unit: "m" },
+            kind: Kind::Number { low: 0.0, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a twig",
+            about: "length of a twig; 0 for none: leaves stand on the plant's own thin branches",
+        },
+        Field {
+            name: "phyllotaxis",
+            kind: Kind::Choice(&PHYLLOTAXIS),
+            default: Default::Else("Distichous for palm, Spiral for all others"),
+            about: "how leaves follow each other along a twig",
         },
         Field { name: "color", kind: Kind::Color, default: BY_LEAF, about: "of a made leaf" },
         Field {
@@ -146,6 +153,28 @@ static SEASONS: Choice = Choice {
         KindOf { name: "Winter", form: Form::Plain, about: "no leaves but those of evergreens" },
     ],
 };
+
+static PHYLLOTAXIS: Choice = Choice {
+    title: "Phyllotaxis",
+    kinds: &[
+        KindOf { name: "Spiral", form: Form::Plain, about: "all around, by the golden angle" },
+        KindOf {
+            name: "Distichous",
+            form: Form::Plain,
+            about: "in two rows at its sides, as on fronds, elms and beeches",
+        },
+    ],
+};
+
+fn phyllotaxis(fields: &Reader<'_, '_>, leaf: &LeafKind) -> Phyllotaxis {
+    let kind = |item: &super::reader::Item<'_>| fields.kind(&PHYLLOTAXIS, item, |kind, _| Some(kind));
+    match fields.item("phyllotaxis").as_ref().and_then(kind) {
+        Some("Distichous") => Phyllotaxis::Distichous,
+        Some(_) => Phyllotaxis::Spiral,
+        None if leaf.shape == LeafShape::Palm => Phyllotaxis::Distichous,
+        None => Phyllotaxis::Spiral,
+    }
+}
 
 /// A time of the year.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -358,6 +387,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
         leaf_spread: fields.number("spread"),
         leaf_angle: fields.number_or("angle", leaf.angle).to_radians(),
         twig_length: fields.number_or("twig", leaf.twig),
+        phyllotaxis: phyllotaxis(fields, leaf),
         droop: fields.number_or("droop", leaf.droop),
         pictures: if is_made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
     };

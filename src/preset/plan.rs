@@ -320,12 +320,23 @@ pub struct DressParams {
     pub leaf_spread: f32,
     /// Angle between a leaf and its twig, radians.
     pub leaf_angle: f32,
-    /// Length of a twig, metres; twigs grow at most a few of these.
+    /// Length of a twig, metres; twigs grow at most a few of these. 0 for none: leaves stand on the plant's own thin wood.
     pub twig_length: f32,
+    /// How leaves stand about a twig.
+    pub phyllotaxis: Phyllotaxis,
     /// How far twigs and leaves droop, 0..=1.
     pub droop: f32,
     /// How many pictures of the leaf there are: slots 0..pictures.
     pub pictures: u16,
+}
+
+/// How leaves follow each other along a twig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Phyllotaxis {
+    /// All around, by the golden angle.
+    Spiral,
+    /// In two rows at its sides, which lie level.
+    Distichous,
 }
 
 /// What wears the art of a plan, beside the art that imported sources bring.
@@ -388,11 +399,13 @@ pub enum LeafShape {
     Elm,
     /// Small and narrow, entire.
     Olive,
+    /// Leaflets of a pinnate frond, side by side: the frond itself is the plant's branch.
+    Palm,
 }
 
 impl LeafShape {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Oak,
         Self::Birch,
         Self::Beech,
@@ -404,6 +417,7 @@ impl LeafShape {
         Self::Poplar,
         Self::Elm,
         Self::Olive,
+        Self::Palm,
     ];
 }
 

@@ -1,0 +1,82 @@
+//! The straight line that a trunk follows, which quads are to cross in: where they cross elsewhere, each shows a trunk of
+//! its own.
+
+use glam::Vec3;
+
+use crate::plant::{Plant, Posed};
+
+/// Most that a line goes aside, metres a metre up.
+const STEEPEST: f32 = 0.7;
+
+/// A line from the foot of a plant's first stem up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Trunk {
+    foot: Vec3,
+    /// Metres aside for each metre up; level.
+    lean: Vec3,
+}
+
+impl Trunk {
+    /// The line through the foot that is nearest to the stem, by least squares, what is thick counting more.
+    pub(super) fn of(plant: &Plant, posed: &Posed) -> Self {
+        let upright = Self { foot: posed.positions().first().copied().unwrap_or(Vec3::ZERO), lean: Vec3::ZERO };
+        let Some(stem) = plant.chain_ids().find(|&id| plant.chain(id).parent.is_none()) else { return upright };
+        let (points, radii) = (posed.chain(plant, stem), plant.radii(stem));
+        let Some(&foot) = points.first() else { return upright };
+        let (mut aside, mut up) = (Vec3::ZERO, 0.0_f32);
+        for (pair, radius) in points.windows(2).zip(radii) {
+            let middle = (pair[0] + pair[1]) * 0.5 - foot;
+            let weight = pair[0].distance(pair[1]) * radius * radius;
+            aside += middle * (weight * middle.y);
+            up += weight * middle.y * middle.y;
+        }
+        let lean = Vec3::new(aside.x, 0.0, aside.z) / up;
+        let lean = if lean.is_finite() { lean.clamp_length_max(STEEPEST) } else { Vec3::ZERO };
+        Self { foot, lean }
+    }
+
+    /// Where it is at a height.
+    pub(super) fn at(&self, height: f32) -> Vec3 {
+        self.foot.with_y(height) + self.lean * (height - self.foot.y)
+    }
+
+    /// Unit vector along it, up.
+    pub(super) fn along(&self) -> Vec3 {
+        (self.lean + Vec3::Y).normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantBuilder;
+
+    fn of(points: &[Vec3], radii: &[f32]) -> Trunk {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(points[0], &points.iter().map(|p| *p - points[0]).collect::<Vec<_>>(), radii);
+        builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X * 9.0], &[0.2, 0.1]);
+        let plant = builder.finish().unwrap();
+        Trunk::of(&plant, &plant.pose())
+    }
+
+    #[test]
+    fn a_straight_trunk_is_met_and_its_branches_do_not_matter() {
+        let (foot, top) = (Vec3::new(3.0, 1.0, -2.0), Vec3::new(4.0, 6.0, -4.0));
+        let trunk = of(&[foot, foot.lerp(top, 0.3), top], &[0.3, 0.2, 0.1]);
+        for t in [0.0, 0.4, 1.0] {
+            let p = foot.lerp(top, t);
+            assert!(trunk.at(p.y).distance(p) < 1e-4, "{trunk:?}");
+        }
+        assert!(trunk.along().distance((top - foot).normalize()) < 1e-5);
+    }
+
+    #[test]
+    fn thin_ends_count_little_and_a_trunk_that_lies_is_bounded() {
+        let trunk = of(&[Vec3::ZERO, Vec3::Y * 6.0, Vec3::new(6.0, 12.0, 0.0)], &[0.5, 0.05, 0.01]);
+        assert!(trunk.lean.x > 0.0 && trunk.lean.x < 0.1, "{trunk:?}");
+        let lying = of(&[Vec3::ZERO, Vec3::new(5.0, 0.1, 0.0)], &[0.5, 0.4]);
+        assert!(lying.lean.length() < STEEPEST + 1e-5);
+        let flat = of(&[Vec3::ZERO, Vec3::X], &[0.5, 0.4]);
+        assert_eq!(flat.lean, Vec3::ZERO);
+    }
+}
