@@ -32,6 +32,8 @@ const TREE: u32 = 280;
 const SMALL: u32 = 5;
 /// Largest edge of a sheet, pixels.
 const LARGEST: u32 = 8192;
+/// Height of a sheet that its trees are drawn smaller for, down to a half.
+const TALL: u32 = 4096;
 /// Where trees are looked at from: radians, as [`View::level`].
 const AZIMUTH: f32 = 0.45;
 /// Background above the ground and below, linear.
@@ -86,10 +88,8 @@ pub struct SheetLayout {
     size: (u32, u32),
     cell: (u32, u32),
     scale: SheetScale,
-    /// Ground of each row: from one line of pixels to another.
-    grounds: Vec<(u32, u32)>,
-    /// Left, top, room and letters.
-    texts: Vec<(u32, u32, u32, String)>,
+    /// By row: left, top in its row, room and letters.
+    texts: Vec<Vec<(u32, u32, u32, String)>>,
     /// Row and column of each tree that has a place.
     cells: Vec<(usize, usize)>,
 }
@@ -109,7 +109,6 @@ pub struct SheetColors(Vec<[u16; 4]>);
 #[derive(Clone, Debug)]
 struct Drawing {
     width: u32,
-    height: u32,
     coverage: Vec<f32>,
     draft: Draft,
 }
@@ -126,7 +125,7 @@ impl SheetScale {
         ];
         let one = |size: (u32, u32), samples: u32| {
             let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
-            Drawing { width: target.width, height: target.height, coverage: target.coverage, draft }
+            Drawing { width: target.width, coverage: target.coverage, draft }
         };
         SheetCell { large: one(self.tree, SAMPLES), little: (column > 0).then(|| one(self.small, SAMPLES + 1)) }
     }
@@ -150,15 +149,16 @@ impl SheetColors {
 }
 
 impl SheetLayout {
-    /// Lays out a sheet. The largest tree is 280 pixels high, or 210, 140, 105, … where the sheet would be higher than 8192
-    /// pixels, and less where it would be wider.
+    /// Lays out a sheet. The largest tree is 280 pixels high, or 210 or 140 where the sheet would be higher than 4096 pixels,
+    /// or 105, 70, … where it would be higher than 8192, and less where it would be wider.
     #[must_use]
     pub fn new(rows: &[SheetRow<'_>]) -> Self {
         let columns = (rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32).clamp(1, LARGEST / 64);
         let (reach, top) = extent(rows);
         let count = rows.len().clamp(1, (LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
         // Text must fit, and so must the whole sheet.
-        let room = (LARGEST / count).saturating_sub(HEAD + 3 * MARGIN).max(1);
+        let room = |all: u32| (all / count).saturating_sub(HEAD + 3 * MARGIN);
+        let room = room(TALL).max(room(LARGEST).min(TREE / 2)).max(1);
         let wide = (LARGEST / columns).saturating_sub(2 * MARGIN).max(1) as f32 * SMALL as f32 / (SMALL + 2) as f32;
         // By steps: one more row seldom changes the scale of all.
         let step = (0..).map(|k| (TREE >> (k / 2)) * if k % 2 == 0 { 4 } else { 3 } / 4).find(|&tall| tall <= room);
@@ -175,19 +175,18 @@ impl SheetLayout {
             size: (cell.0 * columns, cell.1 * count),
             cell,
             scale: SheetScale { tree, small, per_metre, top },
-            grounds: Vec::new(),
             texts: Vec::new(),
             cells: Vec::new(),
         };
         for (r, row) in rows.iter().take(count as usize).enumerate() {
-            sheet.grounds.push((sheet.ground(r), (r as u32 + 1) * cell.1));
-            let text = r as u32 * cell.1 + MARGIN / 2;
-            sheet.texts.push((MARGIN, text, cell.0 * columns, row.label.clone()));
+            let text = MARGIN / 2;
+            let mut texts = vec![(MARGIN, text, cell.0 * columns, row.label.clone())];
             for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
                 let left = c as u32 * cell.0;
-                sheet.texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
+                texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
                 sheet.cells.push((r, c));
             }
+            sheet.texts.push(texts);
         }
         sheet
     }
@@ -204,9 +203,9 @@ impl SheetLayout {
         &self.cells
     }
 
-    /// The line of pixels on which the trees of a row stand.
-    fn ground(&self, row: usize) -> u32 {
-        row as u32 * self.cell.1 + HEAD + MARGIN + self.scale.tree.1
+    /// The line of a row's pixels on which its trees stand.
+    fn ground(&self) -> u32 {
+        HEAD + MARGIN + self.scale.tree.1
     }
 
     /// The sheet in colours: drawings in the order of [`cells`](Self::cells), the bark's colours, and by row those of
@@ -221,45 +220,30 @@ impl SheetLayout {
         if self.cells.is_empty() {
             return Sheet { width: 1, height: 1, pixels: vec![255; 3] };
         }
-        let mut canvas = Canvas::new(self.size.0, self.size.1);
-        self.grounds.iter().for_each(|&(top, bottom)| canvas.band(top, bottom));
-        for (left, top, room, text) in &self.texts {
-            canvas.write(*left, *top, text, *room);
-        }
-        let SheetScale { tree, small, .. } = self.scale;
-        let placed = |(&(row, column), cell): (&(usize, usize), &'_ Arc<SheetCell>)| {
+        let (wide, tall) = (self.size.0 as usize, self.cell.1 as usize);
+        let mut pixels = vec![[0; 3]; wide * self.size.1 as usize];
+        // A band a row of trees.
+        pixels.par_chunks_exact_mut(wide * tall).enumerate().for_each(|(row, pixels)| {
+            let mut band = Band::new(self.size.0, pixels);
+            band.soil(self.ground());
+            for (left, top, room, text) in &self.texts[row] {
+                band.write(*left, *top, text, *room);
+            }
             let colors: Vec<&[[u16; 4]]> =
                 std::iter::once(bark).chain(leaves(row)).map(|colors| colors.0.as_slice()).collect();
-            let (left, ground) = (column as u32 * self.cell.0, self.ground(row));
-            let middle = left + self.cell.0.saturating_sub(tree.0) / 2;
-            let right = (left + self.cell.0).saturating_sub(small.0 + 2);
-            let large = (middle, ground.saturating_sub(tree.1), cell.large.paint(&colors));
-            let little = cell.little.as_ref().map(|l| (right, ground.saturating_sub(small.1), l.paint(&colors)));
-            (large, little)
-        };
-        let painted: Vec<(Laid, Option<Laid>)> = self.cells.par_iter().zip(drawn).map(placed).collect();
-        for ((large, little), cell) in painted.into_iter().zip(drawn) {
-            canvas.lay(&cell.large, &large.2, large.0, large.1);
-            if let (Some(drawing), Some(laid)) = (&cell.little, little) {
-                canvas.lay(drawing, &laid.2, laid.0, laid.1);
+            let of_row = self.cells.iter().zip(drawn).filter(|((r, _), _)| *r == row);
+            for ((_, column), cell) in of_row {
+                let SheetScale { tree, small, .. } = self.scale;
+                let left = *column as u32 * self.cell.0;
+                let middle = left + self.cell.0.saturating_sub(tree.0) / 2;
+                band.lay(&cell.large, &colors, (middle, self.ground().saturating_sub(tree.1)));
+                if let Some(little) = &cell.little {
+                    let right = (left + self.cell.0).saturating_sub(small.0 + 2);
+                    band.lay(little, &colors, (right, self.ground().saturating_sub(small.1)));
+                }
             }
-        }
-        Sheet { width: canvas.width, height: canvas.height, pixels: canvas.pixels.into_flattened() }
-    }
-}
-
-/// Left, top and pixels.
-type Laid = (u32, u32, Vec<[u8; 3]>);
-
-impl Drawing {
-    /// Its pixels over the sky; the ground begins below the trees.
-    fn paint(&self, colors: &[&[[u16; 4]]]) -> Vec<[u8; 3]> {
-        // What is bare is not laid.
-        let over = |(light, cover): (Vec3, &f32)| match *cover {
-            0.0 => [0; 3],
-            cover => (light + SKY * (1.0 - cover)).to_array().map(encode),
-        };
-        self.draft.paint(colors).into_iter().zip(&self.coverage).map(over).collect()
+        });
+        Sheet { width: self.size.0, height: self.size.1, pixels: pixels.into_flattened() }
     }
 }
 
@@ -283,35 +267,34 @@ fn rounded(length: f32) -> f32 {
     (length / step).ceil() * step
 }
 
-struct Canvas {
+/// The pixels of a row of trees.
+struct Band<'a> {
     width: u32,
     height: u32,
-    pixels: Vec<[u8; 3]>,
+    pixels: &'a mut [[u8; 3]],
 }
 
-impl Canvas {
-    fn new(width: u32, height: u32) -> Self {
-        let sky = [encode(SKY.x), encode(SKY.y), encode(SKY.z)];
-        // A row is filled and the others are copied, which is quicker than by threes.
-        let row = vec![sky; width as usize];
-        Self { width, height, pixels: row.repeat(height as usize) }
+impl<'a> Band<'a> {
+    fn new(width: u32, pixels: &'a mut [[u8; 3]]) -> Self {
+        pixels.fill(SKY.to_array().map(encode));
+        Self { width, height: (pixels.len() / width.max(1) as usize) as u32, pixels }
     }
 
-    /// Ground from one row to another.
-    fn band(&mut self, top: u32, bottom: u32) {
-        let soil = [encode(SOIL.x), encode(SOIL.y), encode(SOIL.z)];
+    /// Ground from a line on.
+    fn soil(&mut self, top: u32) {
+        let bottom = self.height.saturating_sub(MARGIN).max(top).min(self.height);
         let wide = self.width as usize;
-        let bottom = bottom.saturating_sub(MARGIN).max(top).min(self.height);
-        self.pixels[top.min(bottom) as usize * wide..bottom as usize * wide].fill(soil);
+        self.pixels[top.min(bottom) as usize * wide..bottom as usize * wide].fill(SOIL.to_array().map(encode));
     }
 
-    fn lay(&mut self, drawing: &Drawing, pixels: &[[u8; 3]], left: u32, top: u32) {
-        let rows = drawing.height.min(self.height.saturating_sub(top));
-        let columns = drawing.width.min(self.width.saturating_sub(left));
-        for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-            let from = (y * drawing.width + x) as usize;
-            if drawing.coverage[from] > 0.0 {
-                self.pixels[(top + y) as usize * self.width as usize + (left + x) as usize] = pixels[from];
+    /// A tree over what is there of the sky; what is bare of it is left.
+    fn lay(&mut self, drawing: &Drawing, colors: &[&[[u16; 4]]], (left, top): (u32, u32)) {
+        let (wide, size) = (self.width as usize, drawing.width.max(1));
+        for (i, (light, cover)) in drawing.draft.paint(colors).zip(&drawing.coverage).enumerate() {
+            let (x, y) = (left + i as u32 % size, top + i as u32 / size);
+            if *cover > 0.0 && x < self.width && y < self.height {
+                let over = light + SKY * (1.0 - cover);
+                self.pixels[y as usize * wide + x as usize] = over.to_array().map(encode);
             }
         }
     }

@@ -54,11 +54,11 @@ impl Draft {
         whole
     }
 
-    /// The light of each pixel, in linear light and by the share of it that is covered, from the colours of each picture
-    /// and its mips.
-    pub(super) fn paint(&self, colors: &[&[[u16; 4]]]) -> Vec<Vec3> {
+    /// The light of each pixel in turn, in linear light and by the share of it that is covered, from the colours of each
+    /// picture and its mips.
+    pub(super) fn paint<'a>(&'a self, colors: &'a [&[[u16; 4]]]) -> impl Iterator<Item = Vec3> + 'a {
         let mut parts = self.parts.iter();
-        let mut pixel = |&count: &u16| {
+        self.counts.iter().map(move |&count| {
             parts.by_ref().take(usize::from(count)).fold(Vec3::ZERO, |sum, part| {
                 let texel = colors.get(usize::from(part.picture)).and_then(|all| all.get(part.texel as usize));
                 let [r, g, b, _] = texel.copied().unwrap_or([u16::MAX; 4]);
@@ -66,8 +66,7 @@ impl Draft {
                 let light = Vec3::from_array(part.light.map(f32::from));
                 sum + color * light * (1.0 / (65535.0 * ONE))
             })
-        };
-        self.counts.iter().map(&mut pixel).collect()
+        })
     }
 
     /// About how many bytes it takes.

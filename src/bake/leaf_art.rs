@@ -1,6 +1,6 @@
 //! Pictures of foliage: a spray of leaves, drawn flat with veins, relief and shadow between the blades.
 //!
-//! Each row is drawn alone, back to front, with exact coverage (`coverage`), so rows run in parallel and the time is
+//! Each row is drawn alone, front to back, with exact coverage (`coverage`), so rows run in parallel and the time is
 //! linear in the pixels. Occlusion between blades comes from the unsharp-masked depth picture (Luft, Colditz and Deussen
 //! 2006, "Image Enhancement by Unsharp Masking the Depth Buffer"). Colours are mixed in linear light.
 
@@ -144,7 +144,9 @@ impl Brush {
         let mut row = vec![Texel::default(); self.size as usize];
         let mut cover = vec![0.0_f32; self.size as usize];
         let mut crossings = Vec::new();
-        for (part, outline) in scene.parts.iter().zip(outlines) {
+        // What parts before leave free.
+        let mut open = vec![1.0_f32; self.size as usize];
+        for (part, outline) in scene.parts.iter().zip(outlines).rev() {
             if !outline.rows.contains(&y) {
                 continue;
             }
@@ -152,18 +154,19 @@ impl Brush {
             let blade_color = tint(self.color, part.seed.child("tint"), self.variation);
             for x in touched {
                 let alpha = std::mem::take(&mut cover[x]).min(1.0);
-                if alpha <= 0.0 {
+                let share = alpha * open[x];
+                if share <= 0.0 {
                     continue;
                 }
                 let at = Vec2::new((x as f32 + 0.5) / edge - 0.5, 1.0 - (y as f32 + 0.5) / edge);
                 let shade = self.shade(part, blade_color, at);
                 let texel = &mut row[x];
-                let keep = 1.0 - alpha;
-                texel.color = texel.color * keep + shade.color * alpha;
-                texel.normal = texel.normal * keep + shade.normal * alpha;
-                texel.rough = texel.rough * keep + shade.rough * alpha;
-                texel.depth = texel.depth * keep + part.depth * alpha;
-                texel.alpha = texel.alpha * keep + alpha;
+                texel.color += shade.color * share;
+                texel.normal += shade.normal * share;
+                texel.rough += shade.rough * share;
+                texel.depth += part.depth * share;
+                texel.alpha += share;
+                open[x] *= 1.0 - alpha;
             }
         }
         row
@@ -353,7 +356,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841abc40505f67b41799aba87b1b"
+            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841a59a9645867b41799aba87b1b"
         );
     }
 

@@ -412,7 +412,8 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
         .map(|(tile, color)| SheetColors::of((tile.width, tile.height), color))
         .collect();
     let of_maps = |maps: &Maps| SheetColors::of((maps.width, maps.height), &maps.color);
-    let leaves: Vec<SheetColors> = leaves.par_iter().map(of_maps).collect();
+    let (leaves, bark): (Vec<SheetColors>, _) =
+        rayon::join(|| leaves.par_iter().map(of_maps).collect(), || of_maps(bark));
     let firsts: Vec<usize> = (parts.trees.iter())
         .scan(0, |next, tree| Some(std::mem::replace(next, *next + tree.ladder.tiles.len())))
         .collect();
@@ -420,7 +421,7 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
         let own = &colors[firsts[row]..firsts[row] + parts.trees[row].ladder.tiles.len()];
         leaves.iter().chain(own).collect()
     };
-    let sheet = layout.paint(&drawn, &of_maps(bark), &worn);
+    let sheet = layout.paint(&drawn, &bark, &worn);
     export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|e| vec![Diagnostic::new("", e.to_string())])
 }
