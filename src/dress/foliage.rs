@@ -1,8 +1,8 @@
 //! Leaves along the twigs.
 //!
-//! Sites follow each other along a twig by the golden angle or in two rows, with one at its end. Each site has a place in one fixed,
-//! seeded order, and the density says how far down the order leaves are put. In the order the sites of a twig stand
-//! close together and those of outer twigs early: so a thin crown has fewer leafy twigs with gaps between them, as a
+//! Sites follow each other along a twig by the golden angle or in two rows, with one at its end. Each site has a place in
+//! one fixed, seeded order, and the density says how far down the order leaves are put. In the order the sites of a twig
+//! stand close together and those of outer twigs early: so a thin crown has fewer leafy twigs with gaps between them, as a
 //! real one has, and not the same twigs with fewer leaves, which looks like confetti. Twigs left bare are dropped.
 //!
 //! The number of leaves follows from the leaf area index: the area of all cards is the density times [`INDEX`] times the mean

@@ -4,11 +4,13 @@
 //! The whole tree is drawn from `frames × frames` directions of the upper half sphere, laid out in a square sheet: frame
 //! (i, j), counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
 //! `2 (i, j) / (frames − 1) − 1`. Colour has alpha, normals are relative to the frame (x right, y up, z to the viewer)
-//! and those that are seen there, with backs of leaves turned round, and the blue channel of the occlusion-roughness map holds depth: 255 is the near side of the bounding sphere, 0 its far
-//! side (the leaf material's metallic factor is zero, so that nothing shines).
+//! and those that are seen there, with backs of leaves turned round, and the blue channel of the occlusion-roughness map
+//! holds depth: 255 is the near side of the bounding sphere, 0 its far side (the leaf material's metallic factor is zero, so
+//! that nothing shines).
 //!
 //! Frames are as wide as the upright cylinder around the tree, and as high as it is from where they look: with squares
-//! around the bounding sphere half the texels of a tree were empty, three quarters of a poplar's.
+//! around the bounding sphere half the texels of a tree were empty, three quarters of a poplar's. All leaves are drawn:
+//! fewer and larger ones, three texels wide, took a third less time and cost up to three hundredths of IoU.
 //!
 //! The four corners of the square are level views from ±x and ±z. The level's mesh is two crossed rectangles, back to
 //! back, that wear those corners: where there is no shader they are shown as they are.
