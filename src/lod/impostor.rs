@@ -464,6 +464,7 @@ fn smooth_depth(target: &Target) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::base::Seed;
+    use crate::plant::PlantBuilder;
 
     #[test]
     fn a_frame_is_the_nearest_to_its_own_direction_and_corners_are_level() {
@@ -488,6 +489,25 @@ mod tests {
             d.y = d.y.abs();
             let off = layout.axes(layout.nearest(d)).z.dot(d);
             assert!(off > 0.97, "{d} {off}");
+        }
+    }
+
+    #[test]
+    fn rectangles_hold_the_line_of_a_leaning_trunk() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::new(2.0, 8.0, 1.0)], &[0.2, 0.1]);
+        let plant = builder.finish().unwrap();
+        let trunk = Trunk::of(&plant, &plant.pose());
+        let layout = Impostor { frames: 8, centre: Vec3::Y * 4.0, radius: 6.0, reach: 4.0, height: 4.0 };
+        for frame in [(0, 0), (7, 0), (0, 7), (7, 7)] {
+            let mut mesh = Mesh::default();
+            layout.add(frame, (Vec2::splat(-1.0), Vec2::splat(1.0)), &trunk, 0, &mut mesh);
+            let corners = &mesh.positions;
+            let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize();
+            for height in [0.0, 3.0, 8.0] {
+                let away = normal.dot(Vec3::new(1.0 + 0.25 * height, height, 0.125 * height) - corners[0]);
+                assert!(away.abs() < 1.01 * APART * layout.radius, "{frame:?} {height}: {away}");
+            }
         }
     }
 }
