@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 1);
 const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 13);
+const LADDER: Stage = Stage("ladder", 14);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 8);
+const LEVEL: Stage = Stage("level", 9);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 

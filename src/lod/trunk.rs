@@ -8,7 +8,7 @@ use crate::plant::{Plant, Posed};
 /// Most that a line goes aside, metres a metre up.
 const STEEPEST: f32 = 0.7;
 
-/// A line from the foot of a plant's first stem up.
+/// A line from the foot of a plant up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trunk {
     foot: Vec3,
@@ -18,21 +18,27 @@ pub(super) struct Trunk {
 
 impl Trunk {
     /// The line through the foot that is nearest to the stem, by least squares, each part by the area that is seen of it.
+    /// Of several stems it is the mean of theirs: those of a shrub lean all ways.
     pub(super) fn of(plant: &Plant, posed: &Posed) -> Self {
-        let upright = Self { foot: posed.positions().first().copied().unwrap_or(Vec3::ZERO), lean: Vec3::ZERO };
-        let Some(stem) = plant.chain_ids().find(|&id| plant.chain(id).parent.is_none()) else { return upright };
-        let (points, radii) = (posed.chain(plant, stem), plant.radii(stem));
-        let Some(&foot) = points.first() else { return upright };
+        let (mut feet, mut thick) = (Vec3::ZERO, 0.0_f32);
         let (mut aside, mut up) = (Vec3::ZERO, 0.0_f32);
-        for (pair, radius) in points.windows(2).zip(radii) {
-            let middle = (pair[0] + pair[1]) * 0.5 - foot;
-            let weight = pair[0].distance(pair[1]) * radius;
-            aside += middle * (weight * middle.y);
-            up += weight * middle.y * middle.y;
+        for stem in plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none()) {
+            let (points, radii) = (posed.chain(plant, stem), plant.radii(stem));
+            let (Some(&foot), Some(&radius)) = (points.first(), radii.first()) else { continue };
+            feet += foot * radius;
+            thick += radius;
+            for (pair, radius) in points.windows(2).zip(radii) {
+                let middle = (pair[0] + pair[1]) * 0.5 - foot;
+                let weight = pair[0].distance(pair[1]) * radius;
+                aside += middle * (weight * middle.y);
+                up += weight * middle.y * middle.y;
+            }
         }
-        let lean = Vec3::new(aside.x, 0.0, aside.z) / up;
-        let lean = if lean.is_finite() { lean.clamp_length_max(STEEPEST) } else { Vec3::ZERO };
-        Self { foot, lean }
+        // Without thickness or height there is no mean.
+        let known = |mean: Vec3, or: Vec3| if mean.is_finite() { mean } else { or };
+        let lean = known(Vec3::new(aside.x, 0.0, aside.z) / up, Vec3::ZERO).clamp_length_max(STEEPEST);
+        let first = posed.positions().first().copied().unwrap_or(Vec3::ZERO);
+        Self { foot: known(feet / thick, first), lean }
     }
 
     /// Where it is at a height.
@@ -78,5 +84,16 @@ mod tests {
         assert!(lying.lean.length() < STEEPEST + 1e-5);
         let flat = of(&[Vec3::ZERO, Vec3::X], &[0.5, 0.4]);
         assert_eq!(flat.lean, Vec3::ZERO);
+    }
+
+    #[test]
+    fn the_stems_of_a_shrub_lean_all_ways_and_its_line_none() {
+        let mut builder = PlantBuilder::new();
+        for way in [Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z] {
+            builder.stem(Vec3::X * 3.0 + way * 0.2, &[Vec3::ZERO, Vec3::Y + way, Vec3::Y * 2.0 + way * 2.0], &[0.1; 3]);
+        }
+        let plant = builder.finish().unwrap();
+        let trunk = Trunk::of(&plant, &plant.pose());
+        assert!(trunk.lean.length() < 1e-5 && trunk.at(2.0).distance(Vec3::new(3.0, 2.0, 0.0)) < 1e-5, "{trunk:?}");
     }
 }
