@@ -23,9 +23,9 @@ use super::tile::Tile;
 use super::twigs::thin_wood;
 use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
-use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, tubes_in};
+use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood, add_tangents};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::{Forks, MeshParams};
+use crate::preset::plan::MeshParams;
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
@@ -71,6 +71,8 @@ pub(super) struct Scene<'a> {
     /// The leaf of each leaf triangle of the full level.
     pub(super) leaf_of: &'a [u32],
     pub(super) light: &'a CrownLight,
+    /// Ready to be meshed at any detail.
+    pub(super) wood: &'a Wood<'a>,
 }
 
 /// A cloud, or crossed quads: its mesh, its cards, and the gain of their alpha.
@@ -160,38 +162,34 @@ impl Cloud {
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
 /// radius of the thinnest.
 fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
-    let at = |min_radius: f32| {
-        let detail = TubeDetail {
-            sides: 6,
-            error: height * 0.006,
-            min_radius,
-            bark_tile: scene.params.bark_tile,
-            forks: Forks::Plain,
-        };
-        tubes_in(scene.plant, scene.posed, scene.light, &detail)
+    let at = |min_radius: f32| TubeDetail {
+        sides: 6,
+        error: height * 0.006,
+        min_radius,
+        ..TubeDetail::full(scene.params)
     };
-    let fits = |mesh: &Mesh| mesh.indices.len() <= LIMBS * 3;
+    let fits = |min_radius: f32| scene.wood.count(&at(min_radius)) <= LIMBS;
     let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);
-    let mut best = at(thin);
-    if fits(&best) {
-        return (best, thin);
+    if fits(thin) {
+        thick = thin;
     }
-    best = at(thick);
     for _ in 0..5 {
+        if thin == thick {
+            break;
+        }
         let middle = (thin * thick).sqrt();
-        let mesh = at(middle);
-        if fits(&mesh) {
-            (thick, best) = (middle, mesh);
+        if fits(middle) {
+            thick = middle;
         } else {
             thin = middle;
         }
     }
-    (best, thick)
+    (scene.wood.mesh(scene.light, &at(thick)), thick)
 }
 
 /// Units of a few neighbouring leaves each, and for each leaf its unit.
 fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
-    let leaves = scene.plant.leaves();
+    let (leaves, poses) = (scene.plant.leaves(), scene.posed.leaves(scene.plant));
     let mut order: Vec<usize> = (0..leaves.len()).collect();
     order.sort_by(|&a, &b| {
         let key = |i: usize| (leaves[i].chain, leaves[i].location);
@@ -204,7 +202,7 @@ fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
             let (mut centre, mut normal, mut area) = (Vec3::ZERO, Vec3::ZERO, 1e-12_f32);
             for &i in group {
                 unit_of[i] = units.len() as u32;
-                let pose = scene.posed.leaf(scene.plant, &leaves[i]);
+                let pose = poses[i];
                 let weight = leaves[i].size * leaves[i].size * leaves[i].form.width();
                 centre += (pose.position + pose.frame.y * (leaves[i].size * 0.5)) * weight;
                 let side = if normal.dot(pose.frame.z) < 0.0 { -1.0 } else { 1.0 };

@@ -29,8 +29,7 @@ use super::tile::Tile;
 use super::trunk::Trunk;
 use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Shading, Target, View, survey};
 use crate::base::Frame;
-use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in};
-use crate::preset::plan::Forks;
+use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
 
 /// Texels along the edge of a sheet, where cards have [`CARD_TEXELS`].
 const SHEET: u32 = 480;
@@ -293,11 +292,10 @@ fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
         sides: 5,
         error: texel * 0.25,
         min_radius: texel * 0.03,
-        bark_tile: scene.params.bark_tile,
-        forks: Forks::Plain,
+        ..TubeDetail::full(scene.params)
     };
     let (mut bark, mut leaf) = rayon::join(
-        || tubes_in(scene.plant, scene.posed, scene.light, &detail),
+        || scene.wood.mesh(scene.light, &detail),
         || leaf_cards_in(scene.plant, scene.posed, scene.light, &all_cards(scene.plant), CardShape::Flat),
     );
     // An error only says that a mesh has no triangles to take tangents from.

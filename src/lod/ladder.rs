@@ -8,6 +8,7 @@
 //! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
 //! colours, of a few of the views. So a new tint leaves a ladder as it is.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use glam::Vec2;
@@ -24,7 +25,7 @@ use super::tile::Tile;
 use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::Seed;
 use crate::mesh::{
-    CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in, tubes_in,
+    CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, add_tangents, all_cards, leaf_cards_in,
 };
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, MeshParams};
@@ -200,16 +201,26 @@ pub fn ladder_by<'s>(
     // Only outlines are asked of the pictures yet.
     let cuts = if matches!(mesh.leaves, LeafCards::CutOut { .. }) { stock().cuts.as_slice() } else { &[] };
     let cards = Cards::of(mesh.leaves, cuts);
+    let wood = OnceCell::new();
+    let wood = || wood.get_or_init(|| Wood::of(plant, &posed, &TubeDetail::full(mesh)));
     let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
     let full = remember(&first, &mut || Piece {
-        mesh: full_level(plant, &posed, &light, mesh, cards),
+        mesh: full_level(plant, &posed, &light, (wood(), mesh), cards),
         tiles: Vec::new(),
         size: 1.0,
         measured: Measured::same(SCREEN as u32),
         impostor: None,
     });
     let leaf_of = leaf_of_triangles(plant, &posed, cards);
-    let scene = Scene { plant, posed: &posed, params: mesh, full: &full.mesh, leaf_of: &leaf_of, light: &light };
+    let scene = || Scene {
+        plant,
+        posed: &posed,
+        params: mesh,
+        full: &full.mesh,
+        leaf_of: &leaf_of,
+        light: &light,
+        wood: wood(),
+    };
     let mut bench: Option<Bench<'_>> = None;
     let mut tiles: Vec<Tile> = Vec::new();
     let mut levels: Vec<Level> = Vec::with_capacity(lods.len());
@@ -225,7 +236,7 @@ pub fn ladder_by<'s>(
             let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes, cells: cells(lod, triangles_above) };
             remember(&rung, &mut || {
                 let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock()));
-                bench.piece(&scene, cards, &rung, texels, seed)
+                bench.piece(&scene(), cards, &rung, texels, seed)
             })
         };
         let mut made = piece.mesh.clone();
@@ -273,8 +284,10 @@ pub fn mesh_levels(plant: &Plant, mesh: &MeshParams, shares: &[f32], seed: Seed)
 pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
-    let full = full_level(plant, &posed, &light, mesh, cards);
-    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light };
+    let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
+    let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
+    let scene =
+        Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
     let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed.child("thin"));
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];
@@ -287,10 +300,10 @@ fn full_level(
     plant: &Plant,
     posed: &crate::plant::Posed,
     light: &CrownLight,
-    params: &MeshParams,
+    (wood, params): (&Wood<'_>, &MeshParams),
     cards: Cards<'_>,
 ) -> TreeMesh {
-    let mut bark = tubes_in(plant, posed, light, &TubeDetail::full(params));
+    let mut bark = wood.mesh(light, &TubeDetail::full(params));
     let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), cards);
     // An error only says that a mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut bark);

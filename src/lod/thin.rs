@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::cloud::Scene;
 use crate::base::Seed;
 use crate::mesh::{
-    Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, count_tubes, leaf_cards_in, tubes_in,
+    Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in,
 };
 
 /// Most that a leaf is enlarged by.
@@ -73,21 +73,29 @@ fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard
 /// 1966), each half before its quarters (van der Corput 1935). Leaves that are drawn by lot leave gaps and heaps, and those
 /// are what is seen of a thinned crown.
 fn spread(scene: &Scene<'_>, seed: Seed) -> Vec<usize> {
-    let at: Vec<Vec3> = scene.plant.leaves().iter().map(|leaf| scene.posed.leaf(scene.plant, leaf).position).collect();
-    let (low, high) = at.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
+    let poses = scene.posed.leaves(scene.plant);
+    let (low, high) = poses.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(p.position), h.max(p.position)));
     let whole = (high - low).max_element().max(1e-6);
     let code = |p: Vec3| {
         let cell = (p - low) / whole * 1023.0;
-        let bits = |v: f32| (0..10).fold(0_u32, |code, bit| code | ((v as u32 >> bit & 1) << (3 * bit)));
-        bits(cell.x) | bits(cell.y) << 1 | bits(cell.z) << 2
+        spaced(cell.x as u32) | spaced(cell.y as u32) << 1 | spaced(cell.z as u32) << 2
     };
-    let mut curve: Vec<usize> = (0..at.len()).collect();
-    curve.sort_by_key(|&i| (code(at[i]), i));
-    let turn = seed.bits() as u32;
-    let mut order: Vec<(u32, usize)> =
-        curve.into_iter().enumerate().map(|(place, leaf)| ((place as u32).reverse_bits() ^ turn, leaf)).collect();
-    order.sort_unstable();
-    order.into_iter().map(|o| o.1).collect()
+    let mut curve: Vec<(u32, u32)> = (0..).zip(poses).map(|(leaf, pose)| (code(pose.position), leaf)).collect();
+    curve.sort_unstable();
+    // Places whose bits, the lowest first, are those of 0, 1, 2, ..., some of them turned.
+    let bits = usize::BITS - curve.len().leading_zeros();
+    let turn = (seed.bits() as u32).checked_shr(32 - bits).unwrap_or(0);
+    let place = |k: u32| ((k ^ turn) as u64).reverse_bits().checked_shr(64 - bits).unwrap_or(0) as usize;
+    (0..1_u32 << bits).filter_map(|k| curve.get(place(k))).map(|&(_, leaf)| leaf as usize).collect()
+}
+
+/// The ten lowest bits of a number, two clear ones between each and the next.
+const fn spaced(v: u32) -> u32 {
+    let v = v & 0x3ff;
+    let v = (v | v << 16) & 0x0300_00ff;
+    let v = (v | v << 8) & 0x0300_f00f;
+    let v = (v | v << 4) & 0x030c_30c3;
+    (v | v << 2) & 0x0924_9249
 }
 
 /// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more.
@@ -108,11 +116,11 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     for _ in 0..steps {
         let middle = (fine + coarse) * 0.5;
-        if count_tubes(scene.plant, scene.posed, &at(middle)) <= budget {
+        if scene.wood.count(&at(middle)) <= budget {
             coarse = middle;
         } else {
             fine = middle;
         }
     }
-    tubes_in(scene.plant, scene.posed, scene.light, &at(coarse))
+    scene.wood.mesh(scene.light, &at(coarse))
 }

@@ -4,7 +4,8 @@
 //! The axis is the centripetal Catmull-Rom curve through the chain's points (Yuksel et al. 2011), cut finely where it
 //! bends. Radii are linear between points, widened by the collar at a fork and the flare at the ground. Then rings are
 //! dropped as Douglas and Peucker (1973) drop points, in position and radius at once, so that the surface moves by less
-//! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear. At last rings go that would cut into
+//! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear. Each ring that stays knows up to which
+//! bound it does, so that coarser levels are chosen of it and not made anew. At last rings go that would cut into
 //! their neighbours, whatever the bound: a bend sharper than the wood is wide has no surface of its own inside.
 
 use glam::Vec3;
@@ -38,6 +39,8 @@ pub(super) struct Ring {
     pub(super) tangent: Vec3,
     /// Change of radius per metre of axis.
     pub(super) slope: f32,
+    /// By how much the surface moves without it, metres; infinite for ends.
+    pub(super) worth: f32,
 }
 
 /// What widens a tube at its base.
@@ -103,13 +106,30 @@ pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool) {
     }
 }
 
-/// The rings of a chain, base first: at least two, at least `apart` metres from each other.
+/// What [`add_rings`] works in, to be used again.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    knots: Vec<(Vec3, f32)>,
+    fine: Vec<(Vec3, f32, f32)>,
+    all: Vec<Ring>,
+    stack: Vec<(usize, usize, f32)>,
+}
+
+/// Adds the rings of a chain to `to`, base first: at least two, at least `apart` metres from each other, or none for a chain
+/// without length. They have no directions yet ([`unfold`]).
 ///
 /// `points` and `radii` ([`taper`]) are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
-/// one place count as one; a chain without length gives nothing.
-pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thinnest: f32) -> Vec<Ring> {
+/// one place count as one.
+pub(super) fn add_rings(
+    to: &mut Vec<Ring>,
+    (points, radii): (&[Vec3], &[f32]),
+    base: Base,
+    (error, thinnest): (f32, f32),
+    scratch: &mut Scratch,
+) {
     let apart = thinnest;
-    let mut knots: Vec<(Vec3, f32)> = Vec::with_capacity(points.len());
+    let Scratch { knots, fine, all, stack } = scratch;
+    knots.clear();
     for (&p, &r) in points.iter().zip(radii) {
         let r = r.max(thinnest);
         match knots.last_mut() {
@@ -119,19 +139,18 @@ pub(super) fn rings(points: &[Vec3], radii: &[f32], base: Base, error: f32, thin
     }
     // The tip is where the plant says, also when the last stretch was too short to stand alone.
     if knots.len() < 2 {
-        return Vec::new();
+        return;
     }
-    let fine = subdivide(&knots, error);
-    let mut rings = with_base(&fine, base, error, apart);
-    thin(&mut rings, error);
-    unfold(&mut rings, matches!(base, Base::Ground { .. }));
-    rings
+    subdivide(knots, error, fine);
+    with_base(fine, base, error, apart, all);
+    weigh(all, error, stack);
+    to.extend(all.iter().filter(|ring| error <= 0.0 || ring.worth > error));
 }
 
-/// Takes rings away until none cuts into its neighbours: where thick wood bends sharper than it is wide, the inner side of
-/// the tube would fold over, and its triangles face inward. Each round takes at least one and never two in a row, so that
+/// Directs rings, and takes some away until none cuts into its neighbours: where thick wood bends sharper than it is wide, the
+/// inner side of the tube would fold over, and its triangles face inward. Each round takes at least one and never two in a row, so that
 /// rounds are few; two rings never fold.
-fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
+pub(super) fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
     loop {
         orient(rings);
         // Level with the ground, however the stem leans; only a stem that lies on it keeps its own way.
@@ -142,9 +161,10 @@ fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
             }
         }
         let last = rings.len() - 1;
+        let Some(first) = (0..last).find(|&i| folds(&rings[i], &rings[i + 1])) else { return };
         let mut gone = vec![false; rings.len()];
         let mut any = false;
-        for i in 0..last {
+        for i in first..last {
             if gone[i] || !folds(&rings[i], &rings[i + 1]) {
                 continue;
             }
@@ -178,9 +198,10 @@ fn folds(a: &Ring, b: &Ring) -> bool {
 }
 
 /// Points on the smooth axis: (position, radius, arc length).
-fn subdivide(knots: &[(Vec3, f32)], error: f32) -> Vec<(Vec3, f32, f32)> {
+fn subdivide(knots: &[(Vec3, f32)], error: f32, fine: &mut Vec<(Vec3, f32, f32)>) {
     let last = knots.len() - 1;
-    let mut fine = vec![(knots[0].0, knots[0].1, 0.0)];
+    fine.clear();
+    fine.push((knots[0].0, knots[0].1, 0.0));
     let mut arc = 0.0;
     for i in 0..last {
         let (b, c) = (knots[i].0, knots[i + 1].0);
@@ -206,7 +227,6 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32) -> Vec<(Vec3, f32, f32)> {
             fine.push((p, r, arc));
         }
     }
-    fine
 }
 
 /// No less than the angle between two vectors, and at most 1.6 times as much below a right one: the chord times π/2, since
@@ -235,10 +255,10 @@ fn catmull_rom(a: Vec3, b: Vec3, c: Vec3, d: Vec3, t: f32) -> Vec3 {
 }
 
 /// Lays the collar or the flare over the fine axis, with rings of their own where they need them.
-fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> Vec<Ring> {
+fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32, rings: &mut Vec<Ring>) {
     let total = fine[fine.len() - 1].2;
     let own = fine[0].1;
-    let mut stops: Vec<f32> = Vec::new();
+    let mut stops = [f32::INFINITY; 5];
     // (where the widening is full, how fast it fades, how wide, widest at the axis)
     let (full, fade, wide, most) = match base {
         Base::Fork { axis, parent, forks } => {
@@ -250,28 +270,28 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> V
             let fade = (own * 2.2).min((total - surface) * 0.5).max(apart);
             // A collar that moves the surface by less than the bound is not worth its rings.
             if wide > error * 0.5 {
-                stops.extend([surface * 0.55, surface, surface + fade * 0.45, surface + fade, surface + fade * 2.0]);
+                stops = [surface * 0.55, surface, surface + fade * 0.45, surface + fade, surface + fade * 2.0];
             } else if forks == Forks::Collar {
-                stops.push(surface);
+                stops[0] = surface;
             }
             (surface, fade, wide, (parent * 0.92).max(own.min(parent)))
         }
         Base::Ground { flare } => {
             let fade = (own * 1.5).min(total * 0.25).max(apart);
             if flare * own > error * 0.5 {
-                stops.extend([fade * 0.3, fade * 0.7, fade * 1.2, fade * 2.0, fade * 3.0]);
+                stops = [fade * 0.3, fade * 0.7, fade * 1.2, fade * 2.0, fade * 3.0];
             }
             (0.0, fade, flare * own, f32::INFINITY)
         }
     };
-    let mut rings = Vec::with_capacity(fine.len() + stops.len());
+    rings.clear();
     let mut next = 0;
     let mut push = |p: Vec3, r: f32, arc: f32, end: bool| {
         let past = ((arc - full) / fade).max(0.0);
         // Steep at the wood it leaves, flat where it ends.
         let r = if wide > 0.0 && past < FADED { r + wide * math::exp(-1.6 * past) } else { r };
         let r = if arc < full { r.min(most) } else { r };
-        let ring = Ring { centre: p, radius: r, arc, tangent: Vec3::Y, slope: 0.0 };
+        let ring = Ring { centre: p, radius: r, arc, tangent: Vec3::Y, slope: 0.0, worth: 0.0 };
         match rings.last_mut() {
             Some(last @ Ring { .. }) if arc - last.arc < apart => {
                 if end {
@@ -294,7 +314,6 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32) -> V
         }
         push(fine[i].0, fine[i].1, fine[i].2, i + 1 == fine.len());
     }
-    rings
 }
 
 /// Arc length at which a branch leaves a straight parent of radius `parent` with direction `axis`; the whole length if
@@ -318,51 +337,46 @@ fn emergence(fine: &[(Vec3, f32, f32)], axis: Vec3, parent: f32) -> f32 {
     fine[fine.len() - 1].2
 }
 
-/// Drops the rings without which the surface moves by less than `error`.
-fn thin(rings: &mut Vec<Ring>, error: f32) {
-    if rings.len() < 3 || error <= 0.0 {
-        return;
-    }
-    let mut keep = vec![false; rings.len()];
+/// Says what each ring is worth: by how much the surface moves without it, as far as that is more than `error`. With those
+/// that are worth more than any error the surface moves by no more than that.
+fn weigh(rings: &mut [Ring], error: f32, stack: &mut Vec<(usize, usize, f32)>) {
     let last = rings.len() - 1;
-    let mut stack: Vec<(usize, usize)> = Vec::new();
+    let error = error.max(0.0);
     for start in (0..last).step_by(WINDOW) {
         let end = (start + WINDOW).min(last);
-        (keep[start], keep[end]) = (true, true);
-        stack.push((start, end));
-        while let Some((from, to)) = stack.pop() {
+        (rings[start].worth, rings[end].worth) = (f32::INFINITY, f32::INFINITY);
+        stack.push((start, end, f32::INFINITY));
+        while let Some((from, to, above)) = stack.pop() {
             let (a, b) = (rings[from], rings[to]);
+            let (way, thinner, part) = (b.centre - a.centre, b.radius - a.radius, 1.0 / (b.arc - a.arc).max(1e-9));
             let mut worst = (0.0, from);
             for (i, ring) in rings.iter().enumerate().take(to).skip(from + 1) {
-                let t = (ring.arc - a.arc) / (b.arc - a.arc).max(1e-9);
-                let moved = ring.centre.distance(a.centre.lerp(b.centre, t))
-                    + (ring.radius - (a.radius + (b.radius - a.radius) * t)).abs();
+                let t = (ring.arc - a.arc) * part;
+                let moved = (ring.centre - a.centre - way * t).length() + (ring.radius - a.radius - thinner * t).abs();
                 if moved > worst.0 {
                     worst = (moved, i);
                 }
             }
             if worst.0 > error {
-                keep[worst.1] = true;
-                stack.push((from, worst.1));
-                stack.push((worst.1, to));
+                // Looked at only where the one above is kept.
+                let worth = worst.0.min(above);
+                rings[worst.1].worth = worth;
+                stack.push((from, worst.1, worth));
+                stack.push((worst.1, to, worth));
             }
         }
     }
-    let mut i = 0;
-    rings.retain(|_| {
-        i += 1;
-        keep[i - 1]
-    });
 }
 
 /// Tangents and slopes of the rings that stay.
 fn orient(rings: &mut [Ring]) {
     let last = rings.len() - 1;
     let mut direction = (rings[last].centre - rings[0].centre).normalize_or(Vec3::Y);
+    let mut leave = Vec3::ZERO;
     for i in 0..=last {
         let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-        let leave = (rings[after].centre - rings[i].centre).normalize_or_zero();
-        let come = (rings[i].centre - rings[before].centre).normalize_or_zero();
+        let come = leave;
+        leave = (rings[after].centre - rings[i].centre).normalize_or_zero();
         // The bisector: a mitre joint.
         direction = (leave + come).try_normalize().unwrap_or(direction);
         rings[i].tangent = direction;

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bark_uv::{ABOVE, BarkScale};
-use super::rings::{Base, Ring, rings, taper};
+use super::rings::{Base, Ring, Scratch, add_rings, taper, unfold};
 use super::sides::sides;
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
@@ -20,6 +20,8 @@ use crate::preset::plan::{Forks, MeshParams};
 const FLARE: f32 = 0.38;
 /// How many times the error the thinnest wood may stray: it is small on the screen, and hung with leaves.
 const SLACK: f32 = 2.5;
+/// Chains that a thread takes at once.
+const PART: usize = 64;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
 const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
 
@@ -63,40 +65,7 @@ pub fn tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> Mesh {
 /// As [`tubes`], where the crown's light is known.
 #[must_use]
 pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeDetail) -> Mesh {
-    let scene = Scene::of(plant, posed, detail);
-    let circles = Circles::up_to(detail.sides);
-    let mut mesh = Mesh::default();
-    if rayon::current_num_threads() == 1 {
-        scene.kept.iter().for_each(|&id| scene.sweep(id, light, &circles, &mut mesh));
-        return mesh;
-    }
-    let parts: Vec<Mesh> = scene
-        .kept
-        .par_chunks(64)
-        .map(|ids| {
-            let mut mesh = Mesh::default();
-            ids.iter().for_each(|&id| scene.sweep(id, light, &circles, &mut mesh));
-            mesh
-        })
-        .collect();
-    let total = |of: fn(&Mesh) -> usize| parts.iter().map(of).sum::<usize>();
-    let (vertices, indices) = (total(|part| part.positions.len()), total(|part| part.indices.len()));
-    mesh.positions.reserve_exact(vertices);
-    mesh.normals.reserve_exact(vertices);
-    mesh.uvs.reserve_exact(vertices);
-    mesh.occlusion.reserve_exact(vertices);
-    mesh.chains.reserve_exact(vertices);
-    mesh.indices.reserve_exact(indices);
-    parts.iter().for_each(|part| append(&mut mesh, part));
-    mesh
-}
-
-/// How many triangles [`tubes`] makes, without making them; several times faster, for who looks for a detail.
-#[must_use]
-pub fn count_tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> usize {
-    let scene = Scene::of(plant, posed, detail);
-    let of = |id: &ChainId| scene.skin(*id).map_or(0, |skin| skin.triangles());
-    scene.kept.par_iter().with_min_len(64).map(of).sum()
+    Wood::of(plant, posed, detail).mesh(light, detail)
 }
 
 /// The radii that a chain is meshed with, one a point, metres: as the plant has them, but where a branch has left the wood
@@ -137,60 +106,162 @@ impl Circles {
     }
 }
 
-struct Scene<'a> {
+/// A plant's wood, ready to be meshed at any detail: where rings may go is found once, for the finest.
+#[derive(Clone, Debug)]
+pub struct Wood<'a> {
     plant: &'a Plant,
     posed: &'a Posed,
-    /// Chains that are not dropped, parents first.
-    kept: Vec<ChainId>,
-    /// The radii of those, where the plant has its own.
+    /// As wood is meshed ([`taper`]).
     radii: Vec<f32>,
-    detail: &'a TubeDetail,
+    limbs: Vec<Limb>,
+    rings: Vec<Ring>,
     bark: BarkScale,
     thickest: f32,
     thinnest: f32,
 }
 
 /// What is known of a chain's skin before it is made.
-struct Skin {
-    rings: Vec<Ring>,
+#[derive(Clone, Copy, Debug)]
+struct Limb {
+    /// Where its rings lie; two or more, or none for a chain without length.
+    rings: (u32, u32),
     base: Base,
-    sides: u32,
-    /// Whether its end closes in one point.
-    is_pointed: bool,
+    /// Largest radius, as the plant has it and as it is meshed, metres.
+    own: f32,
+    widest: f32,
 }
 
-impl Skin {
-    /// The rings that have vertices all round.
-    fn body(&self) -> &[Ring] {
-        &self.rings[..self.rings.len() - usize::from(self.is_pointed)]
-    }
-
-    fn triangles(&self) -> usize {
-        (2 * self.body().len() - 1) * self.sides as usize
-    }
-}
-
-impl<'a> Scene<'a> {
-    fn of(plant: &'a Plant, posed: &'a Posed, detail: &'a TubeDetail) -> Self {
+impl<'a> Wood<'a> {
+    /// Wood that is to be meshed at no finer detail than this, with these forks and this bark. Linear in points.
+    #[must_use]
+    pub fn of(plant: &'a Plant, posed: &'a Posed, finest: &TubeDetail) -> Self {
         let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
         let reach = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element()));
         // Below this, coordinates of 24 bits can't tell the corners of a ring apart.
         let thinnest = (reach * 2e-5).max(thickest * 1e-3).max(1e-5);
-        let mut is_kept = vec![false; plant.chains().len()];
-        let mut kept = Vec::with_capacity(is_kept.len());
         let mut radii = plant.all_radii().to_vec();
         for id in plant.chain_ids() {
-            let (chain, span) = (plant.chain(id), plant.span(id));
-            let own = &mut radii[span];
-            let thick = own.iter().fold(0.0_f32, |a, &r| a.max(r)) >= detail.min_radius;
-            if thick && chain.parent.is_none_or(|p| is_kept[p.index()]) {
+            taper(posed.chain(plant, id), &mut radii[plant.span(id)], plant.chain(id).parent.is_none());
+        }
+        let bark = BarkScale::of(plant, posed, finest.bark_tile);
+        let mut wood = Self { plant, posed, radii, limbs: Vec::new(), rings: Vec::new(), bark, thickest, thinnest };
+        let read = |ids: &[ChainId]| {
+            let (mut limbs, mut rings, mut scratch) = (Vec::with_capacity(ids.len()), Vec::new(), Scratch::default());
+            ids.iter().for_each(|&id| limbs.push(wood.limb(id, finest, &mut rings, &mut scratch)));
+            (limbs, rings)
+        };
+        let ids: Vec<ChainId> = plant.chain_ids().collect();
+        if rayon::current_num_threads() == 1 {
+            let (limbs, rings) = read(&ids);
+            return Self { limbs, rings, ..wood };
+        }
+        let parts: Vec<(Vec<Limb>, Vec<Ring>)> = ids.par_chunks(PART).map(read).collect();
+        wood.limbs.reserve_exact(ids.len());
+        wood.rings.reserve_exact(parts.iter().map(|part| part.1.len()).sum());
+        for (limbs, rings) in parts {
+            let first = wood.rings.len() as u32;
+            wood.limbs.extend(limbs.into_iter().map(|limb| limb.moved(first)));
+            wood.rings.extend(rings);
+        }
+        wood
+    }
+
+    /// Reads one chain.
+    fn limb(&self, id: ChainId, finest: &TubeDetail, rings: &mut Vec<Ring>, scratch: &mut Scratch) -> Limb {
+        let chain = self.plant.chain(id);
+        let radii = &self.radii[self.plant.span(id)];
+        let points = self.posed.chain(self.plant, id);
+        let base = match chain.parent {
+            Some(parent) => Base::Fork {
+                axis: self.posed.tangent(parent, chain.location),
+                parent: self
+                    .posed
+                    .curve(self.plant, parent)
+                    .value(&self.radii[self.plant.span(parent)], f64::from(chain.location)),
+                forks: finest.forks,
+            },
+            None => Base::Ground { flare: flare(points, radii) },
+        };
+        let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
+        let first = rings.len() as u32;
+        add_rings(rings, (points, radii), base, (self.error(widest, finest), self.thinnest), scratch);
+        let own = self.plant.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
+        Limb { rings: (first, rings.len() as u32), base, own, widest }
+    }
+
+    /// How far a chain may stray, metres.
+    fn error(&self, widest: f32, detail: &TubeDetail) -> f32 {
+        let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
+        detail.error * (1.0 + (SLACK - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)))
+    }
+
+    /// The chains that a detail does not drop, parents first.
+    fn kept(&self, detail: &TubeDetail) -> Vec<ChainId> {
+        let mut is_kept = vec![false; self.limbs.len()];
+        let mut kept = Vec::with_capacity(self.limbs.len());
+        for (id, limb) in self.plant.chain_ids().zip(&self.limbs) {
+            let bears = self.plant.chain(id).parent.is_none_or(|p| is_kept[p.index()]);
+            if limb.own >= detail.min_radius && bears {
                 is_kept[id.index()] = true;
                 kept.push(id);
-                taper(posed.chain(plant, id), own, chain.parent.is_none());
             }
         }
-        let bark = BarkScale::of(plant, posed, detail.bark_tile);
-        Self { plant, posed, kept, radii, detail, bark, thickest, thinnest }
+        kept
+    }
+
+    /// Its triangles: base to tip, parents first. Forks and bark are those that the wood was read with. The same bytes on any
+    /// number of threads; tangents are left to [`add_tangents`](super::add_tangents).
+    #[must_use]
+    pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
+        let circles = Circles::up_to(detail.sides);
+        let sweep = |ids: &[ChainId]| {
+            let (mut mesh, mut rings) = (Mesh::default(), Vec::new());
+            ids.iter().for_each(|&id| self.sweep(id, (light, detail, &circles), &mut rings, &mut mesh));
+            mesh
+        };
+        let kept = self.kept(detail);
+        if rayon::current_num_threads() == 1 {
+            return sweep(&kept);
+        }
+        let parts: Vec<Mesh> = kept.par_chunks(PART).map(sweep).collect();
+        let total = |of: fn(&Mesh) -> usize| parts.iter().map(of).sum::<usize>();
+        let (vertices, indices) = (total(|part| part.positions.len()), total(|part| part.indices.len()));
+        let mut mesh = Mesh::default();
+        mesh.positions.reserve_exact(vertices);
+        mesh.normals.reserve_exact(vertices);
+        mesh.uvs.reserve_exact(vertices);
+        mesh.occlusion.reserve_exact(vertices);
+        mesh.chains.reserve_exact(vertices);
+        mesh.indices.reserve_exact(indices);
+        parts.iter().for_each(|part| append(&mut mesh, part));
+        mesh
+    }
+
+    /// How many triangles [`mesh`](Self::mesh) makes at most, without making them: rings that would fold go on top of that,
+    /// and they are few.
+    #[must_use]
+    pub fn count(&self, detail: &TubeDetail) -> usize {
+        let of = |id: &ChainId| {
+            let limb = &self.limbs[id.index()];
+            let error = self.error(limb.widest, detail);
+            let kept = self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)).count();
+            if kept == 0 { 0 } else { self.skin(limb, detail).triangles(kept) }
+        };
+        self.kept(detail).iter().map(of).sum()
+    }
+
+    fn rings_of(&self, limb: &Limb) -> &[Ring] {
+        &self.rings[limb.rings.0 as usize..limb.rings.1 as usize]
+    }
+
+    /// How a chain that has rings is skinned.
+    fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
+        let tip = self.rings[limb.rings.1 as usize - 1].radius;
+        Skin {
+            sides: sides(limb.widest, self.thickest, detail.sides, detail.error),
+            // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
+            is_pointed: tip <= detail.error.max(self.thinnest * 1.5),
+        }
     }
 
     /// How bright wood of a radius is at a place: twigs have no bark yet, and are darker than the pale bark of some stems.
@@ -206,38 +277,26 @@ impl<'a> Scene<'a> {
         self.posed.curve(self.plant, id).value(radii, ABOVE).min(radii[0])
     }
 
-    /// Where the rings of one chain go; none for a chain without length.
-    fn skin(&self, id: ChainId) -> Option<Skin> {
-        let chain = self.plant.chain(id);
-        let radii = &self.radii[self.plant.span(id)];
-        let points = self.posed.chain(self.plant, id);
-        let base = match chain.parent {
-            Some(parent) => Base::Fork {
-                axis: self.posed.tangent(parent, chain.location),
-                parent: self
-                    .posed
-                    .curve(self.plant, parent)
-                    .value(&self.radii[self.plant.span(parent)], f64::from(chain.location)),
-                forks: self.detail.forks,
-            },
-            None => Base::Ground { flare: flare(points, radii) },
-        };
-        let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
-        let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
-        let error = self.detail.error * (1.0 + (SLACK - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)));
-        let rings = rings(points, radii, base, error, self.thinnest);
-        let tip = rings.last()?;
-        let sides = sides(widest, self.thickest, self.detail.sides, self.detail.error);
-        // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
-        let is_pointed = tip.radius <= (self.detail.error).max(self.thinnest * 1.5);
-        Some(Skin { rings, base, sides, is_pointed })
-    }
-
-    /// Adds one chain's skin.
-    fn sweep(&self, id: ChainId, light: &CrownLight, circles: &Circles, mesh: &mut Mesh) {
-        let Some(skin) = self.skin(id) else { return };
-        let Skin { ref rings, base, sides, is_pointed } = skin;
-        let body = skin.body();
+    /// Adds one chain's skin; `rings` are used again.
+    fn sweep(
+        &self,
+        id: ChainId,
+        (light, detail, circles): (&CrownLight, &TubeDetail, &Circles),
+        rings: &mut Vec<Ring>,
+        mesh: &mut Mesh,
+    ) {
+        let limb = &self.limbs[id.index()];
+        let (base, error) = (limb.base, self.error(limb.widest, detail));
+        rings.clear();
+        rings.extend(self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)));
+        if rings.is_empty() {
+            return;
+        }
+        unfold(rings, matches!(base, Base::Ground { .. }));
+        let skin = self.skin(limb, detail);
+        let Skin { sides, is_pointed } = skin;
+        // Those that have vertices all round.
+        let body = &rings[..rings.len() - usize::from(is_pointed)];
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
         let foot = self.posed.chain(self.plant, id)[0];
         let circle = &circles.corners[sides as usize - 3];
@@ -265,7 +324,7 @@ impl<'a> Scene<'a> {
         mesh.normals.reserve(vertices);
         mesh.uvs.reserve(vertices);
         mesh.occlusion.reserve(vertices);
-        mesh.indices.reserve(skin.triangles() * 3);
+        mesh.indices.reserve(skin.triangles(rings.len()) * 3);
         // The wood's own normals, before they lean on the parent's, up to the last ring that does.
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
         let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * circle.len());
@@ -326,6 +385,33 @@ impl<'a> Scene<'a> {
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
     }
+}
+
+/// What a chain's skin is like.
+#[derive(Clone, Copy, Debug)]
+struct Skin {
+    sides: u32,
+    /// Whether its end closes in one point.
+    is_pointed: bool,
+}
+
+impl Skin {
+    /// Of so many rings.
+    fn triangles(&self, rings: usize) -> usize {
+        (2 * (rings - usize::from(self.is_pointed)) - 1) * self.sides as usize
+    }
+}
+
+impl Limb {
+    /// With its rings that much farther back.
+    fn moved(self, by: u32) -> Self {
+        Self { rings: (self.rings.0 + by, self.rings.1 + by), ..self }
+    }
+}
+
+/// Whether a ring is needed under a bound.
+fn is_kept(ring: &Ring, error: f32) -> bool {
+    error <= 0.0 || ring.worth > error
 }
 
 /// Whether a triangle faces away from the normals of all its corners.
