@@ -33,8 +33,15 @@ impl Frame {
     /// rotation-minimizing frame.
     #[must_use]
     pub fn transported(self, axis: Vec3) -> Self {
-        let rotation = Rotation::between(self.y, axis);
-        let x = rotation.rotate(self.x);
+        let both = self.y + axis;
+        let towards = 1.0 + self.y.dot(axis);
+        // What stands at right angles to the one direction moves along their sum only. Where they are nearly opposite the sum
+        // says little.
+        let x = if towards > 0.01 {
+            self.x - both * (self.x.dot(axis) / towards)
+        } else {
+            Rotation::between(self.y, axis).rotate(self.x)
+        };
         // Gram-Schmidt against the new axis, so that long runs of steps don't drift away from orthonormal.
         let x = (x - axis * x.dot(axis)).try_normalize().unwrap_or_else(|| any_orthogonal(axis));
         Self { x, y: axis, z: x.cross(axis) }

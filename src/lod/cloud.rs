@@ -23,7 +23,7 @@ use super::tile::Tile;
 use super::twigs::thin_wood;
 use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
-use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood, add_tangents};
+use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
 use crate::plant::{Plant, Posed};
 use crate::preset::plan::MeshParams;
 
@@ -87,9 +87,7 @@ pub(super) struct Cloud {
 pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe, first_tile: u32, seed: Seed) -> Cloud {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let (low, high) = bounds(scene.full);
-    let (mut bark, min_radius) = limbs(scene, thickest, high.y - low.y);
-    // An error only says that the mesh has no triangles to take tangents from.
-    let _ = add_tangents(&mut bark);
+    let (bark, min_radius) = limbs(scene, thickest, high.y - low.y);
 
     let (units, unit_of) = sprays(scene);
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
@@ -162,12 +160,8 @@ impl Cloud {
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
 /// radius of the thinnest.
 fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
-    let at = |min_radius: f32| TubeDetail {
-        sides: 6,
-        error: height * 0.006,
-        min_radius,
-        ..TubeDetail::full(scene.params)
-    };
+    let at =
+        |min_radius: f32| TubeDetail { sides: 6, error: height * 0.006, min_radius, ..TubeDetail::full(scene.params) };
     let fits = |min_radius: f32| scene.wood.count(&at(min_radius)) <= LIMBS;
     let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);
     if fits(thin) {

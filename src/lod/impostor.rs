@@ -288,19 +288,12 @@ fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
     if scene.plant.leaves().is_empty() {
         return scene.full.clone();
     }
-    let detail = TubeDetail {
-        sides: 5,
-        error: texel * 0.25,
-        min_radius: texel * 0.03,
-        ..TubeDetail::full(scene.params)
-    };
-    let (mut bark, mut leaf) = rayon::join(
+    let detail =
+        TubeDetail { sides: 5, error: texel * 0.25, min_radius: texel * 0.03, ..TubeDetail::full(scene.params) };
+    let (bark, leaf) = rayon::join(
         || scene.wood.mesh(scene.light, &detail),
         || leaf_cards_in(scene.plant, scene.posed, scene.light, &all_cards(scene.plant), CardShape::Flat),
     );
-    // An error only says that a mesh has no triangles to take tangents from.
-    let _ = add_tangents(&mut bark);
-    let _ = add_tangents(&mut leaf);
     TreeMesh { bark, leaf }
 }
 

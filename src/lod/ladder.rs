@@ -24,9 +24,7 @@ use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::Seed;
-use crate::mesh::{
-    CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, add_tangents, all_cards, leaf_cards_in,
-};
+use crate::mesh::{CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, MeshParams};
 
@@ -286,8 +284,7 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let light = CrownLight::of(plant, &posed);
     let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
     let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
-    let scene =
-        Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
+    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
     let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed.child("thin"));
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];
@@ -303,11 +300,8 @@ fn full_level(
     (wood, params): (&Wood<'_>, &MeshParams),
     cards: Cards<'_>,
 ) -> TreeMesh {
-    let mut bark = wood.mesh(light, &TubeDetail::full(params));
-    let mut leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), cards);
-    // An error only says that a mesh has no triangles to take tangents from.
-    let _ = add_tangents(&mut bark);
-    let _ = add_tangents(&mut leaf);
+    let bark = wood.mesh(light, &TubeDetail::full(params));
+    let leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), cards);
     TreeMesh { bark, leaf }
 }
 

@@ -7,9 +7,7 @@ use glam::Vec3;
 
 use super::cloud::Scene;
 use crate::base::Seed;
-use crate::mesh::{
-    Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, add_tangents, leaf_cards_in,
-};
+use crate::mesh::{Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, leaf_cards_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -37,9 +35,7 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
     let total = count(&scene.full.bark) + count(&scene.full.leaf);
     let budget = (total as f32 * share) as usize;
     let leafy = !scene.plant.leaves().is_empty();
-    let mut bark = coarse_wood(scene, if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget });
-    // An error only says that the mesh has no triangles to take tangents from.
-    let _ = add_tangents(&mut bark);
+    let bark = coarse_wood(scene, if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget });
     let room = budget.saturating_sub(count(&bark));
     let leaves = scene.plant.leaves();
     let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
@@ -50,8 +46,7 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
         (cards, all) = (simpler, all_on(&simpler));
     }
     let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
-    let mut leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), cards);
-    let _ = add_tangents(&mut leaf);
+    let leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), cards);
     TreeMesh { bark, leaf }
 }
 

@@ -1,19 +1,17 @@
 //! Leaves as textured cards.
 //!
-//! A card's normals are mostly the crown's: the direction outward through the leaf, so that light falls on the tree as
-//! on one volume with soft edges and not on a heap of mirrors. Engines turn a double-sided card's normal round on its
+//! Normals are mostly the crown's ([`super::canopy`]). Engines turn a double-sided card's normal round on its
 //! back; so that this never shows from outside, the side that looks out of the crown is made the front.
 
 use glam::{Vec2, Vec3};
 
+use super::canopy::Canopy;
 use super::cut::{CardCut, Pattern};
 use super::{CrownLight, Mesh};
 use crate::base::math;
 use crate::plant::{Leaf, LeafForm, Plant, Posed};
 use crate::preset::plan::LeafCards;
 
-/// How much of a card's normal is the crown's, the rest is its own.
-const CANOPY: f32 = 0.72;
 /// How far the halves of a folded card lean back, radians.
 const FOLD: f32 = 0.38;
 /// How far the tip of a bent card turns down where it lies level, radians.
@@ -147,7 +145,8 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
 
 /// Meshes leaves: a card as wide as the leaf's form says, its picture's base in the middle of the lower edge at the
 /// leaf's base; flat where the form is, else of the shape that is asked for; u, v in 0..=1 of the tile with v = 1 at the
-/// base, `tiles` the leaf's slot. A leaf of no size, or that the plant doesn't have, gives nothing. Linear in cards.
+/// base, `tiles` the leaf's slot. A leaf of no size, or that the plant doesn't have, gives nothing. Tangents
+/// included. Linear in cards.
 #[must_use]
 pub fn leaf_cards<'c>(plant: &Plant, posed: &Posed, leaves: &[LeafCard], cards: impl Into<Cards<'c>>) -> Mesh {
     leaf_cards_in(plant, posed, &CrownLight::of(plant, posed), leaves, cards)
@@ -168,6 +167,7 @@ pub fn leaf_cards_in<'c>(
     let mut mesh = Mesh {
         positions: Vec::with_capacity(vertices),
         normals: Vec::with_capacity(vertices),
+        tangents: Vec::with_capacity(vertices),
         uvs: Vec::with_capacity(vertices),
         occlusion: Vec::with_capacity(vertices),
         tiles: Vec::with_capacity(vertices),
@@ -179,6 +179,7 @@ pub fn leaf_cards_in<'c>(
     // Cards that rounding would crush have no area.
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     let mut folded = (0.0, math::sin_cos(0.0));
+    let mut canopy = Canopy::new(light);
     for card in leaves {
         let (Some(leaf), Some(pose)) = (plant.leaves().get(card.leaf), poses.get(card.leaf)) else { continue };
         let size = leaf.size * card.scale;
@@ -195,30 +196,33 @@ pub fn leaf_cards_in<'c>(
         let x = pose.frame.x;
         let x = (x - y * x.dot(y)).try_normalize().unwrap_or_else(|| crate::base::Frame::along(y).x);
         let z = x.cross(y);
-        let outward = light.outward(pose.position + y * (size * 0.5));
-        let side = if z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        let middle = pose.position + y * (size * 0.5);
+        let side = if z.dot(light.outward(middle)) < 0.0 { -1.0 } else { 1.0 };
         // A tip bends down, most where the card lies level; where it hangs there is no down.
         let arch = plan.arch * z.y / (z.y * z.y + 0.1).sqrt();
+        // Light changes little across a card.
+        let ends = [pose.position, pose.position + y * size].map(|end| f32::from(light.shade(end)));
         let first = mesh.positions.len() as u32;
         for &(u, v) in plan.corners {
             let across = (u - 0.5) * width;
             let (up, along) = if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
             // The halves lean away from the front.
             let position = pose.position + x * (across * cos) + along - up * (across.abs() * sin * side);
-            let own = (up * (side * cos) + x * (sin * (2.0 * u - 1.0))).normalize_or(z);
-            let normal = (light.outward(position) * CANOPY + own * (1.0 - CANOPY)).normalize_or(outward);
-            mesh.positions.push(position);
-            mesh.normals.push(normal);
+            let own = up * (side * cos) + x * (sin * (2.0 * u - 1.0));
+            let half = f32::from(i8::from(u > 0.5) - i8::from(u < 0.5));
+            let growing = if half == 0.0 { x } else { x * cos - up * (half * sin * side) };
+            canopy.add(&mut mesh, position, own, (growing, x.cross(up)));
             mesh.uvs.push(Vec2::new(u, 1.0 - v));
-            mesh.occlusion.push(light.shade(position));
-            mesh.tiles.push(u32::from(leaf.slot));
+            mesh.occlusion.push((ends[0] + (ends[1] - ends[0]) * v + 0.5) as u8);
         }
+        mesh.tiles.resize(mesh.positions.len(), u32::from(leaf.slot));
         mesh.chains.resize(mesh.positions.len(), leaf.chain.0);
         for t in plan.triangles.as_chunks::<3>().0 {
             let [a, b, c] = t.map(|corner| corner + first);
             mesh.indices.extend(if side > 0.0 { [a, b, c] } else { [a, c, b] });
         }
     }
+    canopy.flush(&mut mesh);
     mesh
 }
 

@@ -23,12 +23,13 @@ pub struct CrownLight {
     depths: Vec<f32>,
     low: Vec3,
     high: Vec3,
-    /// Edges of the grid's cells.
-    step: Vec3,
-    /// Half the edges of the box, or what is left of them where it is flat.
-    half: Vec3,
-    /// Depth at which it is as dark as it gets, metres.
-    dark: f32,
+    /// Cells of the grid a metre.
+    cells: Vec3,
+    /// Of half the edges of the box, or what is left of them where it is flat: one over their squares.
+    bulge: Vec3,
+    /// One over the depth at which it is as dark as it gets, and one over the height of the box; per metre.
+    darkness: f32,
+    rise: f32,
     strength: f32,
 }
 
@@ -75,13 +76,15 @@ impl CrownLight {
             }
         }
         let dark = dark.max(1e-6);
+        let half = ((high - low) * 0.5).max(Vec3::splat(dark * 0.25 + 1e-6));
         Self {
             depths,
             low,
             high,
-            step: step.max(Vec3::splat(f32::MIN_POSITIVE)),
-            half: ((high - low) * 0.5).max(Vec3::splat(dark * 0.25 + 1e-6)),
-            dark,
+            cells: step.max(Vec3::splat(1e-30)).recip(),
+            bulge: (half * half).recip(),
+            darkness: dark.recip(),
+            rise: (high.y - low.y).max(1e-6).recip(),
             strength: if leafy { 1.0 } else { BARE },
         }
     }
@@ -91,7 +94,7 @@ impl CrownLight {
         if !(point.cmpge(self.low).all() && point.cmple(self.high).all()) {
             return 0.0;
         }
-        let at = ((point - self.low) / self.step).min(Vec3::splat(CELLS as f32));
+        let at = ((point - self.low) * self.cells).min(Vec3::splat(CELLS as f32));
         // A cast is the floor of what is not below zero.
         let [x, y, z] = at.to_array().map(|v| (v as u32).min(CELLS as u32 - 1));
         let f = at - Vec3::new(x as f32, y as f32, z as f32);
@@ -112,10 +115,13 @@ impl CrownLight {
     /// proportions; unit, up at the very middle.
     #[must_use]
     pub fn outward(&self, point: Vec3) -> Vec3 {
-        let d = (point - self.centre()) / self.half / self.half;
-        // Engines turn the normals of a card's back round. Normals that lean on the horizon keep the far rim of a crown,
-        // which is seen from behind, from looking down into the dark.
-        Vec3::new(d.x, d.y * 0.65, d.z).normalize_or(Vec3::Y)
+        ((point - self.centre()) * self.lean()).normalize_or(Vec3::Y)
+    }
+
+    /// What a way from the middle is multiplied with to look outward. Engines turn the normals of a card's back round. Normals
+    /// that lean on the horizon keep the far rim of a crown, which is seen from behind, from looking down into the dark.
+    pub(super) fn lean(&self) -> Vec3 {
+        self.bulge * Vec3::new(1.0, 0.65, 1.0)
     }
 
     /// Share of the sky that a place sees, 255 is all.
@@ -124,9 +130,8 @@ impl CrownLight {
         if self.depths.is_empty() {
             return 255;
         }
-        let depth = (self.depth(point) / self.dark).clamp(0.0, 1.0);
-        let height = (self.high.y - self.low.y).max(1e-6);
-        let level = ((point.y - self.low.y) / height).clamp(0.0, 1.0);
+        let depth = (self.depth(point) * self.darkness).clamp(0.0, 1.0);
+        let level = ((point.y - self.low.y) * self.rise).clamp(0.0, 1.0);
         // Below the crown half of the sky is hidden at the trunk, and less towards the rim.
         let under = (1.0 - level) * 0.22;
         // Quick at first, then slowly: light falls off exponentially in a turbid medium.

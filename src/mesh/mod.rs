@@ -1,6 +1,7 @@
 //! Geometry: from a dressed plant to triangles.
 
 mod bark_uv;
+mod canopy;
 mod card;
 mod check;
 mod crown_light;

@@ -1,6 +1,6 @@
 //! Tangents from texture coordinates (Lengyel 2001), orthogonal to the normals, for glTF's normal maps.
 //!
-//! Each triangle's direction of growing u is summed at its corners, weighted by the triangle's area, made orthogonal to
+//! Tubes and leaf cards know where u grows and make their own; this is for all other meshes. Each triangle's direction of growing u is summed at its corners, weighted by the triangle's area, made orthogonal to
 //! the vertex's normal and unit; the sign says whether v runs along `normal × tangent`. Vertices are not split: tubes
 //! have a seam column and cards share nothing, so no vertex sees mirrored texture.
 //!
@@ -41,15 +41,19 @@ pub fn add_tangents(mesh: &mut Mesh) -> Result<(), MeshError> {
     mesh.tangents = sums
         .iter()
         .zip(&mesh.normals)
-        .map(|(&(tangent, bitangent), &normal)| {
-            let flat = (tangent - normal * normal.dot(tangent)).try_normalize();
-            let tangent = flat.unwrap_or_else(|| Frame::along(normal.normalize_or(Vec3::Y)).x);
-            // glTF: bitangent = cross(normal, tangent) * w, and v grows down the picture while the bitangent points up.
-            let sign = if normal.cross(tangent).dot(bitangent) > 0.0 { -1.0 } else { 1.0 };
-            [tangent.x, tangent.y, tangent.z, sign]
-        })
+        .map(|(&(tangent, bitangent), &normal)| tangent_of(normal, tangent, bitangent))
         .collect();
     Ok(())
+}
+
+/// The tangent of a vertex with this unit normal, where u and v grow this way.
+#[inline]
+pub(super) fn tangent_of(normal: Vec3, tangent: Vec3, bitangent: Vec3) -> [f32; 4] {
+    let flat = (tangent - normal * normal.dot(tangent)).try_normalize();
+    let tangent = flat.unwrap_or_else(|| Frame::along(normal.normalize_or(Vec3::Y)).x);
+    // glTF: bitangent = cross(normal, tangent) * w, and v grows down the picture while the bitangent points up.
+    let sign = if normal.cross(tangent).dot(bitangent) > 0.0 { -1.0 } else { 1.0 };
+    [tangent.x, tangent.y, tangent.z, sign]
 }
 
 /// Unit directions of growing u and v on a triangle with edges `p`, `q` and texture edges `s`, `r`.

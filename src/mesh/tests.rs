@@ -50,26 +50,44 @@ const DETAIL: TubeDetail =
 
 #[test]
 fn meshes_of_random_plants_are_sound() {
+    let mut agree = [(0, 0); 2];
+    let mut count = |k: usize, mesh: &Mesh| {
+        let (alike, all) = tangents_agree(mesh);
+        agree[k] = (agree[k].0 + alike, agree[k].1 + all);
+    };
     for seed in 0..60 {
         let plant = plant(seed, seed % 2 == 1);
         let posed = plant.pose();
         for error in [0.0, 0.004, 0.5] {
             let mut bark = tubes(&plant, &posed, &TubeDetail { error, ..DETAIL });
-            add_tangents(&mut bark).unwrap();
             assert_eq!(problems(&bark), [""; 0], "bark of {seed} at {error}");
+            count(0, &bark);
             optimize(&mut bark).unwrap();
             assert_eq!(problems(&bark), [""; 0]);
         }
         let cuts = cuts();
         for shape in SHAPES {
             let cards = Cards { shape, cuts: &cuts };
-            let mut leaf = leaf_cards(&plant, &posed, &all_cards(&plant), cards);
-            add_tangents(&mut leaf).unwrap();
+            let leaf = leaf_cards(&plant, &posed, &all_cards(&plant), cards);
             assert_eq!(problems(&leaf), [""; 0], "leaves of {seed}");
+            assert_eq!(leaf.tangents.len(), leaf.positions.len());
+            count(1, &leaf);
             let told: usize = plant.leaves().iter().filter(|l| l.size > 0.0).map(|l| cards.triangles(l)).sum();
             assert_eq!(leaf.indices.len() / 3, told, "{shape:?}");
         }
     }
+    for (alike, all) in agree {
+        assert!(alike * 100 > all * 97, "tangents: {alike} of {all}");
+    }
+}
+
+/// How many vertices have tangents that the triangles' texture coordinates ask for, within 25 degrees (those are means of
+/// triangles that lean to other rings), and all.
+fn tangents_agree(mesh: &Mesh) -> (usize, usize) {
+    let mut asked = mesh.clone();
+    add_tangents(&mut asked).unwrap();
+    let alike = |(a, b): &(&[f32; 4], &[f32; 4])| a[3] == b[3] && (0..3).map(|k| a[k] * b[k]).sum::<f32>() > 0.9;
+    (mesh.tangents.iter().zip(&asked.tangents).filter(alike).count(), mesh.positions.len())
 }
 
 const SHAPES: [CardShape; 5] =

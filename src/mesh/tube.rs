@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::bark_uv::{ABOVE, BarkScale};
 use super::rings::{Base, Ring, Scratch, add_rings, taper, unfold};
 use super::sides::sides;
+use super::tangent::tangent_of;
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
 use crate::plant::{ChainId, Plant, Posed};
@@ -55,8 +56,7 @@ impl TubeDetail {
     }
 }
 
-/// Meshes a plant's wood. Linear in points; same bytes on any number of threads. Tangents are left to
-/// [`add_tangents`](super::add_tangents).
+/// Meshes a plant's wood, tangents included. Linear in points; same bytes on any number of threads.
 #[must_use]
 pub fn tubes(plant: &Plant, posed: &Posed, detail: &TubeDetail) -> Mesh {
     tubes_in(plant, posed, &CrownLight::of(plant, posed), detail)
@@ -82,6 +82,7 @@ fn append(mesh: &mut Mesh, part: &Mesh) {
     let first = mesh.positions.len() as u32;
     mesh.positions.extend_from_slice(&part.positions);
     mesh.normals.extend_from_slice(&part.normals);
+    mesh.tangents.extend_from_slice(&part.tangents);
     mesh.uvs.extend_from_slice(&part.uvs);
     mesh.occlusion.extend_from_slice(&part.occlusion);
     mesh.chains.extend_from_slice(&part.chains);
@@ -210,7 +211,7 @@ impl<'a> Wood<'a> {
     }
 
     /// Its triangles: base to tip, parents first. Forks and bark are those that the wood was read with. The same bytes on any
-    /// number of threads; tangents are left to [`add_tangents`](super::add_tangents).
+    /// number of threads.
     #[must_use]
     pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
         let circles = Circles::up_to(detail.sides);
@@ -229,6 +230,7 @@ impl<'a> Wood<'a> {
         let mut mesh = Mesh::default();
         mesh.positions.reserve_exact(vertices);
         mesh.normals.reserve_exact(vertices);
+        mesh.tangents.reserve_exact(vertices);
         mesh.uvs.reserve_exact(vertices);
         mesh.occlusion.reserve_exact(vertices);
         mesh.chains.reserve_exact(vertices);
@@ -322,6 +324,7 @@ impl<'a> Wood<'a> {
         let vertices = body.len() * circle.len() + sides as usize;
         mesh.positions.reserve(vertices);
         mesh.normals.reserve(vertices);
+        mesh.tangents.reserve(vertices);
         mesh.uvs.reserve(vertices);
         mesh.occlusion.reserve(vertices);
         mesh.indices.reserve(skin.triangles(rings.len()) * 3);
@@ -335,21 +338,27 @@ impl<'a> Wood<'a> {
             v -= last.centre.distance(ring.centre) * 0.5 * (density + density_before.unwrap_or(density));
             density_before = Some(density);
             let shade = Self::shade(light, ring.centre, ring.radius);
-            let slope = frame.y * ring.slope.clamp(-2.0, 2.0);
+            let slope = ring.slope.clamp(-2.0, 2.0);
+            // Normals stand at one angle to the axis all round.
+            let (across, along) = (1.0 / (1.0 + slope * slope).sqrt(), frame.y * -slope);
             for k in 0..=sides {
                 let (sin, cos) = corner(k);
-                let radial = frame.x * cos + frame.z * -sin;
+                let radial = frame.x * cos - frame.z * sin;
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
-                let mut normal = (radial - slope).normalize_or(radial);
+                let normal = (radial + along) * across;
                 let place = ring.centre + radial * (ring.radius * widened);
+                // Round the wood u grows, against its way v does.
+                let around = frame.x * -sin - frame.z * cos;
+                let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
                 if j <= leaning {
                     own.push(normal);
                 }
                 if j < leaning {
-                    normal = base.blended(foot, place, normal, ring.radius);
+                    let leant = base.blended(foot, place, normal, ring.radius);
+                    seen = (leant, tangent_of(leant, around, -frame.y));
                 }
-                push(mesh, place, normal, Vec2::new(u, v), shade);
+                push(mesh, place, seen, Vec2::new(u, v), shade);
             }
             last = *ring;
         }
@@ -362,7 +371,12 @@ impl<'a> Wood<'a> {
                 if (j as usize) < leaning {
                     for t in [[a, b, d], [a, d, c]] {
                         if is_lit_from_behind(mesh, t) {
-                            t.iter().for_each(|&i| mesh.normals[i as usize] = own[(i - start) as usize]);
+                            for i in t.map(|i| i as usize) {
+                                let [x, y, z, _] = mesh.tangents[i];
+                                let growing = Vec3::new(x, y, z);
+                                mesh.normals[i] = own[i - start as usize];
+                                mesh.tangents[i] = tangent_of(mesh.normals[i], growing, growing.cross(mesh.normals[i]));
+                            }
                         }
                     }
                 }
@@ -380,7 +394,8 @@ impl<'a> Wood<'a> {
             let radial = frame.x * cos + frame.z * -sin;
             let normal = (radial + frame.y * (last.radius / height).min(2.0)).normalize_or(radial);
             let u = around(last.radius) * ((k as f32 + 0.5) / sides as f32 - 0.5);
-            push(mesh, apex, normal, Vec2::new(u, v), shade);
+            let tangent = tangent_of(normal, frame.x * -sin - frame.z * cos, -frame.y);
+            push(mesh, apex, (normal, tangent), Vec2::new(u, v), shade);
             mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
@@ -421,9 +436,10 @@ fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
     triangle.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
 }
 
-fn push(mesh: &mut Mesh, position: Vec3, normal: Vec3, uv: Vec2, shade: u8) {
+fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv: Vec2, shade: u8) {
     mesh.positions.push(position);
     mesh.normals.push(normal);
+    mesh.tangents.push(tangent);
     mesh.uvs.push(uv);
     mesh.occlusion.push(shade);
 }

@@ -168,10 +168,9 @@ impl Posed {
     pub fn leaf(&self, plant: &Plant, leaf: &Leaf) -> Pose {
         let pose = self.at(plant, leaf.chain, leaf.location);
         let axis = |v| pose.frame.to_world(leaf.orientation.rotate(v));
-        Pose {
-            position: pose.position + pose.frame.to_world(leaf.offset),
-            frame: Frame { x: axis(Vec3::X), y: axis(Vec3::Y), z: axis(Vec3::Z) },
-        }
+        let offset = if leaf.offset == Vec3::ZERO { Vec3::ZERO } else { pose.frame.to_world(leaf.offset) };
+        let (x, y) = (axis(Vec3::X), axis(Vec3::Y));
+        Pose { position: pose.position + offset, frame: Frame { x, y, z: x.cross(y) } }
     }
 }
 
