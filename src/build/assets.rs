@@ -30,7 +30,7 @@ const ATLAS: Stage = Stage("atlas", 3);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
-const SHEET: Stage = Stage("sheet", 4);
+const SHEET: Stage = Stage("sheet", 5);
 const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.

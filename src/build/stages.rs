@@ -19,10 +19,10 @@ use crate::preset::plan::{
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 3);
+const GROW: Stage = Stage("grow", 4);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 5);
-const LIKE: Stage = Stage("like", 3);
+const IMPORT: Stage = Stage("import", 6);
+const LIKE: Stage = Stage("like", 4);
 const PICTURES: Stage = Stage("pictures", 2);
 const BARK: Stage = Stage("bark", 1);
 

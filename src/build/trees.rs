@@ -15,11 +15,11 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 1);
-const SKETCH: Stage = Stage("sketch", 2);
-const LADDER: Stage = Stage("ladder", 14);
+const DRESS: Stage = Stage("dress", 2);
+const SKETCH: Stage = Stage("sketch", 3);
+const LADDER: Stage = Stage("ladder", 15);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 9);
+const LEVEL: Stage = Stage("level", 10);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 
