@@ -73,8 +73,11 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
         .map(|(i, site)| {
             let chain = seed.at(u64::from(site.chain.0));
             let key = if site.chain.index() < bare.chains().len() {
-                // The plant's own branch ends are leafy first, further in later.
-                0.06 * exponential(address(seed, site).child("order"), 1.0) + 0.3 * site.inward
+                // The plant's own branch ends are leafy first, further in later. Pairs of a row go so that those that stay
+                // are as far apart as before: gaps in a frond are seen.
+                let lot = address(seed, site).child("order");
+                let turn = if rows { halving(site.number / 2) } else { exponential(lot, 1.0) };
+                0.06 * turn + 0.3 * site.inward
             } else {
                 let inside = insides[site.chain.index()];
                 exponential(chain.child("order"), 1.0 - 0.75 * inside)
@@ -106,6 +109,11 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
 /// An exponentially distributed number of mean 1 / `rate`.
 fn exponential(seed: Seed, rate: f32) -> f32 {
     -math::ln((seed.unit() + 1e-7).min(1.0)) / rate
+}
+
+/// Numbers in 0..1 of which each beginning is spread evenly (van der Corput 1935).
+fn halving(number: u32) -> f32 {
+    (number.reverse_bits() >> 8) as f32 / (1 << 24) as f32
 }
 
 fn address(seed: Seed, site: &Site) -> Seed {

@@ -185,6 +185,34 @@ mod tests {
     }
 
     #[test]
+    fn fronds_that_lose_leaves_have_no_gaps_and_keep_their_tips() {
+        let bare = tree(8.0, 12);
+        let frond = |density: f32| DressParams {
+            twig_length: 0.0,
+            phyllotaxis: Phyllotaxis::Distichous,
+            leaf_size: 0.1,
+            density,
+            ..params()
+        };
+        let locations = |density: f32, chain: u32| {
+            let plant = dress(&bare, &frond(density), Seed::new(1));
+            let own = plant.leaves().iter().filter(|leaf| leaf.chain.0 == chain);
+            let mut all: Vec<f32> = own.map(|leaf| leaf.location).collect();
+            all.sort_unstable_by(f32::total_cmp);
+            all
+        };
+        for chain in 1..=12 {
+            let (some, all) = (locations(0.15, chain), locations(9.0, chain));
+            assert!(some.len() * 3 < all.len() * 2 && some.len() > 9, "{} of {}", some.len(), all.len());
+            assert_eq!(some[some.len() - 1], 1.0);
+            let widest = some.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0_f32, f32::max);
+            let mean = (1.0 - some[0]) / (some.len() - 1) as f32;
+            // Leaves go by pairs.
+            assert!(widest < 3.6 * mean, "{chain}: {widest} {mean}");
+        }
+    }
+
+    #[test]
     fn leaves_that_a_plant_brings_are_all_it_gets() {
         let once = dress(&tree(5.0, 6), &params(), Seed::new(1));
         assert_eq!(dress(&once, &params(), Seed::new(2)), once);
