@@ -165,12 +165,9 @@ fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
     let fits = |min_radius: f32| scene.wood.count(&at(min_radius)) <= LIMBS;
     let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);
     if fits(thin) {
-        thick = thin;
+        return (scene.wood.mesh(scene.light, &at(thin)), thin);
     }
     for _ in 0..5 {
-        if thin == thick {
-            break;
-        }
         let middle = (thin * thick).sqrt();
         if fits(middle) {
             thick = middle;

@@ -1,8 +1,9 @@
 //! Tangents from texture coordinates (Lengyel 2001), orthogonal to the normals, for glTF's normal maps.
 //!
-//! Tubes and leaf cards know where u grows and make their own; this is for all other meshes. Each triangle's direction of growing u is summed at its corners, weighted by the triangle's area, made orthogonal to
-//! the vertex's normal and unit; the sign says whether v runs along `normal × tangent`. Vertices are not split: tubes
-//! have a seam column and cards share nothing, so no vertex sees mirrored texture.
+//! Tubes and leaf cards know where u grows and make their own; this is for all other meshes. Each triangle's direction of
+//! growing u is summed at its corners, weighted by the triangle's area, made orthogonal to the vertex's normal and unit; the
+//! sign says whether v runs along `normal × tangent`. Vertices are not split: tubes have a seam column and cards share
+//! nothing, so no vertex sees mirrored texture.
 //!
 //! Rejected: meshoptimizer's `generate_tangents`. It answers a corner at a time, so that vertices would have to be split
 //! and welded again, and a C++ compiler may fuse its products on one platform and not on another.

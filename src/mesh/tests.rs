@@ -81,6 +81,29 @@ fn meshes_of_random_plants_are_sound() {
     }
 }
 
+#[test]
+fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_of_the_same_rings() {
+    let (mut counted, mut made) = (0, 0);
+    for seed in 0..30 {
+        let plant = plant(seed, seed % 2 == 1);
+        let posed = plant.pose();
+        let light = CrownLight::of(&plant, &posed);
+        let wood = Wood::of(&plant, &posed, &DETAIL);
+        assert_eq!(wood.mesh(&light, &DETAIL), tubes(&plant, &posed, &DETAIL));
+        let mut finer = usize::MAX;
+        for (error, min_radius) in [(DETAIL.error, 0.0), (0.05, 0.0), (0.2, 0.02)] {
+            let detail = TubeDetail { error, min_radius, ..DETAIL };
+            let mesh = wood.mesh(&light, &detail);
+            assert_eq!(problems(&mesh), [""; 0], "{seed} at {error}");
+            let triangles = mesh.indices.len() / 3;
+            assert!(wood.count(&detail) >= triangles && triangles <= finer, "{seed} at {error}");
+            (counted, made, finer) = (counted + wood.count(&detail), made + triangles, triangles);
+        }
+    }
+    // Rings that fold are counted and not made.
+    assert!(counted * 9 < made * 10 && made > 1000, "{counted} {made}");
+}
+
 /// How many vertices have tangents that the triangles' texture coordinates ask for, within 25 degrees (those are means of
 /// triangles that lean to other rings), and all.
 fn tangents_agree(mesh: &Mesh) -> (usize, usize) {
