@@ -16,20 +16,24 @@ mod poll;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use notify::event::{AccessKind, AccessMode};
-use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode};
-use notify_debouncer_full::{DebounceEventResult, Debouncer, RecommendedCache, new_debouncer};
+use notify::event::{AccessKind, AccessMode, ModifyKind, RenameMode};
+use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
 use crate::base::Key;
 use crate::build::stamp;
 use crate::build::{BuildError, BuildOptions, Builder, CacheOptions, Limits, Progress, find_presets};
 use poll::Seen;
 
-/// How long a burst of events must be quiet before it is acted on. An editor's truncating and writing lie closer; what
-/// takes longer, as a checkout, is built more than once, and the last build is the right one.
+/// How long it must be quiet before events are acted on: when all files that they are about were closed or put in place
+/// by a rename, and when one was begun that nobody has said to be finished (not every system tells of closing). An editor's
+/// truncating and writing lie closer; what takes longer, as a checkout, is built more than once, and the last build is the
+/// right one.
+const SETTLED: Duration = Duration::from_millis(4);
 const QUIET: Duration = Duration::from_millis(25);
+/// The longest that events which never cease are waited for.
+const PATIENCE: Duration = Duration::from_millis(250);
 /// How often files are looked at where the system does not tell.
 const POLL: Duration = Duration::from_millis(500);
 
@@ -85,10 +89,10 @@ pub struct Watcher {
     folder: PathBuf,
     builder: Builder,
     /// What the system tells by; none where it can't or shall not.
-    debouncer: Option<Debouncer<RecommendedWatcher, RecommendedCache>>,
-    events: Receiver<DebounceEventResult>,
-    /// Keeps the channel open when there is no debouncer.
-    _sender: Sender<DebounceEventResult>,
+    system: Option<RecommendedWatcher>,
+    events: Receiver<notify::Result<notify::Event>>,
+    /// Keeps the channel open when the system tells nothing.
+    _sender: Sender<notify::Result<notify::Event>>,
     watched: BTreeSet<PathBuf>,
     /// For each preset the absolute paths that its last build read.
     reads: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
@@ -112,7 +116,7 @@ impl Watcher {
         let mut watcher = Self {
             folder,
             builder: Builder::new(BuildOptions { cache, limits, ..BuildOptions::new(out) }),
-            debouncer: None,
+            system: None,
             events,
             _sender: sender.clone(),
             watched: BTreeSet::new(),
@@ -120,8 +124,8 @@ impl Watcher {
             polling: poll.map(|every| Polling { every, seen: Seen::default(), why: Some(None) }),
         };
         if watcher.polling.is_none() {
-            match new_debouncer(QUIET, None, sender) {
-                Ok(debouncer) => watcher.debouncer = Some(debouncer),
+            match notify::recommended_watcher(sender) {
+                Ok(system) => watcher.system = Some(system),
                 Err(error) => watcher.poll_because(&error),
             }
             let folder = absolute(&watcher.folder);
@@ -246,42 +250,69 @@ impl Watcher {
     /// Waits for files that matter; none when the watcher was shut down.
     fn wait(&mut self) -> Option<BTreeSet<PathBuf>> {
         loop {
-            let mut paths = BTreeSet::new();
+            let mut burst = Burst::default();
             let first = match &self.polling {
                 None => Some(self.events.recv().ok()?),
                 Some(polling) => match self.events.recv_timeout(polling.every) {
-                    Ok(batch) => Some(batch),
+                    Ok(event) => Some(event),
                     Err(RecvTimeoutError::Timeout) => None,
                     Err(RecvTimeoutError::Disconnected) => return None,
                 },
             };
-            paths.extend(self.look());
-            // One batch, then whatever has gathered during the last build.
-            for batch in first.into_iter().chain(self.events.try_iter()) {
-                for event in batch.into_iter().flatten() {
-                    if event.need_rescan() {
-                        // The system lost count: anything may have been saved.
-                        paths.extend(self.reads.values().flatten().cloned());
-                    } else if matters(event.kind) {
-                        paths.extend(event.paths.iter().flat_map(|path| names(path)));
-                    }
+            burst.paths.extend(self.look());
+            // What has gathered during the last build, and what comes until the files are whole.
+            for event in first.into_iter().chain(self.events.try_iter()) {
+                self.hear(event, &mut burst);
+            }
+            let begin = Instant::now();
+            let mut last = begin;
+            while self.concerns_us(&burst.paths) && begin.elapsed() < PATIENCE {
+                let quiet = if burst.begun.is_empty() { SETTLED } else { QUIET };
+                let Some(left) = (last + quiet).checked_duration_since(Instant::now()) else { break };
+                let Ok(event) = self.events.recv_timeout(left) else { break };
+                // Reading raises events too, and others write beside what is read: neither is waited for.
+                if self.hear(event, &mut burst) {
+                    last = Instant::now();
                 }
             }
             // A folder that came or went takes the system's watch along.
-            for folder in self.watched.extract_if(.., |folder| paths.contains(folder)) {
-                let _ = self.debouncer.as_mut().map(|debouncer| debouncer.unwatch(folder));
+            for folder in self.watched.extract_if(.., |folder| burst.paths.contains(folder)) {
+                let _ = self.system.as_mut().map(|system| system.unwatch(&folder));
             }
-            let known = |path: &PathBuf| self.reads.values().any(|reads| concerns(path, reads));
-            let folder = absolute(&self.folder);
-            let preset = |path: &PathBuf| {
-                path.starts_with(&folder)
-                    && path.extension().is_some_and(|e| e == "ron")
-                    && path.parent() == Some(&folder)
-            };
-            if paths.iter().any(|path| known(path) || preset(path) || *path == folder) {
-                return Some(paths);
+            if self.concerns_us(&burst.paths) {
+                return Some(burst.paths);
             }
         }
+    }
+
+    /// Takes an event into a burst; whether it concerns us.
+    fn hear(&self, event: notify::Result<notify::Event>, burst: &mut Burst) -> bool {
+        let Ok(event) = event else { return false };
+        if event.need_rescan() {
+            // The system lost count: anything may have been saved.
+            burst.paths.extend(self.reads.values().flatten().cloned());
+            return true;
+        }
+        if !matters(event.kind) {
+            return false;
+        }
+        let paths: Vec<PathBuf> = event.paths.iter().flat_map(|path| names(path)).collect();
+        let ours = self.concerns_us(&paths);
+        if is_finished(event.kind) {
+            burst.begun.retain(|path| !paths.contains(path));
+        } else if ours {
+            burst.begun.extend(paths.iter().cloned());
+        }
+        burst.paths.extend(paths);
+        ours
+    }
+
+    /// Whether a preset, or a file or folder that one reads, is among the paths.
+    fn concerns_us<'a>(&self, paths: impl IntoIterator<Item = &'a PathBuf>) -> bool {
+        let folder = absolute(&self.folder);
+        let preset = |path: &Path| path.extension().is_some_and(|e| e == "ron") && path.parent() == Some(&folder);
+        let known = |path: &Path| self.reads.values().any(|reads| concerns(path, reads));
+        paths.into_iter().any(|path| known(path) || preset(path) || *path == folder)
     }
 
     /// Listens to a file's folder, or to the nearest one above that is there; whether that is a new one. When the system
@@ -303,14 +334,22 @@ impl Watcher {
 
     /// Whether a folder was not listened to before.
     fn listen(&mut self, folder: &Path) -> Result<bool, notify::Error> {
-        let Some(debouncer) = &mut self.debouncer else { return Ok(false) };
+        let Some(system) = &mut self.system else { return Ok(false) };
         if self.watched.contains(folder) {
             return Ok(false);
         }
-        debouncer.watch(folder, RecursiveMode::NonRecursive)?;
+        system.watch(folder, RecursiveMode::NonRecursive)?;
         self.watched.insert(folder.to_path_buf());
         Ok(true)
     }
+}
+
+/// Paths that events were about.
+#[derive(Default)]
+struct Burst {
+    paths: BTreeSet<PathBuf>,
+    /// Those that may not be whole yet.
+    begun: BTreeSet<PathBuf>,
 }
 
 /// Whether a file is not what it was when it was read at `start` or later.
@@ -347,6 +386,15 @@ fn matters(kind: EventKind) -> bool {
         EventKind::Create(_) | EventKind::Modify(_) | EventKind::Remove(_) | EventKind::Any => true,
         EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),
         EventKind::Other => false,
+    }
+}
+
+/// Whether the files that an event is about are whole: closed after writing, or renamed to their names.
+fn is_finished(kind: EventKind) -> bool {
+    match kind {
+        EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),
+        EventKind::Modify(ModifyKind::Name(mode)) => matches!(mode, RenameMode::To | RenameMode::Both),
+        _ => false,
     }
 }
 
