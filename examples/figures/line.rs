@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
 
 use treewright::base::Seed;
 use treewright::blend::sample;
@@ -123,7 +124,7 @@ fn blends() {
 }
 
 /// Makes all sets on one and on two threads; gives back the files of the second.
-fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Vec<u8>)>> {
+fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Arc<[u8]>)>> {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         pool.install(|| sets.iter().map(|set| made(set).files).collect::<Vec<_>>())
@@ -136,7 +137,7 @@ fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Vec<u8>)>> {
     two
 }
 
-fn continuity_and_cloud(sets: &[Vec<(String, Vec<u8>)>]) {
+fn continuity_and_cloud(sets: &[Vec<(String, Arc<[u8]>)>]) {
     let mut continuity = 1.0_f64;
     let (mut ious, mut coverages) = (Vec::new(), Vec::new());
     let mut variants = 0;

@@ -21,7 +21,7 @@ pub(crate) struct Set {
 /// Reads a set.
 pub(crate) fn read(set: &SetFiles) -> Set {
     let file = |name: &str| {
-        set.files.iter().find(|f| f.0 == name).map(|f| f.1.as_slice()).expect("the manifest names files that are there")
+        set.files.iter().find(|f| f.0 == name).map(|f| &*f.1).expect("the manifest names files that are there")
     };
     let manifest: Value = serde_json::from_slice(&set.files.last().expect("a set has files").1).expect("it is JSON");
     let name = manifest["set"].as_str().expect("it has a name").to_owned();

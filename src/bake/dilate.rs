@@ -26,9 +26,10 @@ pub fn dilate(maps: &mut Maps) {
     }
     let values = |i: usize| {
         let (c, n, o) = (maps.color[i], maps.normal[i], maps.orm[i]);
-        [c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]]
+        [c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from)
     };
-    let Some(filled) = filled(&maps.color, maps.width, maps.height, values) else { return };
+    let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
+    let Some(filled) = filled(&alphas, maps.width, maps.height, values) else { return };
     let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
     for (((color, normal), orm), v) in pixels.zip(&filled) {
         if color[3] >= SEEN {
@@ -47,7 +48,9 @@ pub fn dilate_color(color: &mut [[u8; 4]], width: u32, height: u32) {
     if color.len() != width as usize * height as usize {
         return;
     }
-    let Some(filled) = filled(color, width, height, |i| [color[i][0], color[i][1], color[i][2]]) else { return };
+    let alphas: Vec<u8> = color.iter().map(|c| c[3]).collect();
+    let values = |i: usize| [color[i][0], color[i][1], color[i][2]].map(f32::from);
+    let Some(filled) = filled(&alphas, width, height, values) else { return };
     for (color, v) in color.iter_mut().zip(&filled).filter(|(color, _)| color[3] < SEEN) {
         *color = [byte(v[0]), byte(v[1]), byte(v[2]), color[3]];
     }
@@ -59,18 +62,18 @@ fn byte(x: f32) -> u8 {
 
 /// The channels of all pixels, those of unseen ones from what is seen around them; none where nothing is to be filled or
 /// there is nothing to fill it from.
-fn filled<const N: usize>(
-    color: &[[u8; 4]],
+pub(super) fn filled<const N: usize>(
+    alphas: &[u8],
     width: u32,
     height: u32,
-    channels: impl Fn(usize) -> [u8; N],
+    channels: impl Fn(usize) -> [f32; N],
 ) -> Option<Vec<[f32; N]>> {
-    let seen = color.iter().filter(|c| c[3] >= SEEN).count();
-    if seen == 0 || seen == color.len() {
+    let seen = alphas.iter().filter(|alpha| **alpha >= SEEN).count();
+    if seen == 0 || seen == alphas.len() {
         return None;
     }
-    let weights = color.iter().map(|c| if c[3] < SEEN { 0.0 } else { f32::from(c[3]) / 255.0 }).collect();
-    let values = (0..color.len()).map(|i| channels(i).map(f32::from)).collect();
+    let weights = alphas.iter().map(|&alpha| if alpha < SEEN { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
+    let values = (0..alphas.len()).map(channels).collect();
     let mut levels = vec![Level { width: width as usize, height: height as usize, values, weights }];
     // What has no hole needs nothing from coarser levels.
     while let Some(next) = levels.last().filter(|l| l.weights.contains(&0.0)).map(push) {

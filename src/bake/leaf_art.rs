@@ -8,6 +8,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::coverage::cover_row;
+use super::dilate::filled;
+use super::dye::{self, Dye, Packed};
 use super::leaf_veins::relief;
 use super::noise::{Noise, mix};
 use super::spray::{Growth, Part, Spray, Tissue, half_width, spray};
@@ -24,7 +26,7 @@ const COVERAGE: f32 = 0.45;
 /// One pixel while it is drawn; all but `alpha` are multiplied by it.
 #[derive(Clone, Copy, Default)]
 struct Texel {
-    color: Vec3,
+    color: Dye,
     normal: Vec3,
     rough: f32,
     depth: f32,
@@ -40,21 +42,54 @@ struct Texel {
 /// it. Time is linear in the pixels.
 #[must_use]
 pub fn leaf_maps(shape: LeafShape, color: [f32; 3], variation: f32, size: u32, picture: u32, seed: Seed) -> Maps {
-    let size = size.clamp(SIZES.0, SIZES.1);
-    let variation = if variation.is_finite() { variation.clamp(0.0, 1.0) } else { 0.0 };
-    let seed = seed.child("leaf picture").at(u64::from(picture));
-    let scene = filled_spray(shape, seed);
-    let color = Vec3::from_array(color.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.0 }));
-    let brush = Brush::new(shape, color, variation, size, seed);
-    let outlines: Vec<Outline> = scene.parts.iter().map(|p| pixels(&p.outline, size)).collect();
-    let rows: Vec<Vec<Texel>> = (0..size).into_par_iter().map(|y| brush.row(&scene, &outlines, y)).collect();
-    let mut texels: Vec<Texel> = Vec::with_capacity((size * size) as usize);
-    for row in rows {
-        texels.extend(row);
+    LeafPicture::new(shape, variation, size, picture, seed).dyed(color)
+}
+
+/// A picture of foliage before its tint is chosen: what takes time is the same for all tints.
+#[derive(Clone, Debug)]
+pub struct LeafPicture {
+    /// Without colours, but with their alpha.
+    maps: Maps,
+    /// Of every pixel.
+    dyes: Vec<Packed>,
+}
+
+impl LeafPicture {
+    /// Draws a picture; parameters as of [`leaf_maps`].
+    #[must_use]
+    pub fn new(shape: LeafShape, variation: f32, size: u32, picture: u32, seed: Seed) -> Self {
+        let size = size.clamp(SIZES.0, SIZES.1);
+        let variation = if variation.is_finite() { variation.clamp(0.0, 1.0) } else { 0.0 };
+        let seed = seed.child("leaf picture").at(u64::from(picture));
+        let scene = filled_spray(shape, seed);
+        let brush = Brush::new(shape, variation, size, seed);
+        let outlines: Vec<Outline> = scene.parts.iter().map(|p| pixels(&p.outline, size)).collect();
+        let rows: Vec<Vec<Texel>> = (0..size).into_par_iter().map(|y| brush.row(&scene, &outlines, y)).collect();
+        let mut texels: Vec<Texel> = Vec::with_capacity((size * size) as usize);
+        for row in rows {
+            texels.extend(row);
+        }
+        finish(&texels, size as usize)
     }
-    let mut maps = finish(&texels, size as usize);
-    dilate(&mut maps);
-    maps
+
+    /// The maps in a linear colour, 0..=1. About 10 ns a pixel.
+    #[must_use]
+    pub fn dyed(&self, color: [f32; 3]) -> Maps {
+        let tint = Vec3::from_array(color.map(|c| if c.is_finite() { c.clamp(0.0, 1.0) } else { 0.0 }));
+        let pixel = |(pixel, dye): (&[u8; 4], &Packed)| {
+            let [r, g, b] = dye::dyed(dye, tint).to_array().map(srgb::encode);
+            [r, g, b, pixel[3]]
+        };
+        let Maps { width, height, color, normal, orm } = &self.maps;
+        let color = color.par_iter().zip(&self.dyes).with_min_len(4096).map(pixel).collect();
+        Maps { width: *width, height: *height, color, normal: normal.clone(), orm: orm.clone() }
+    }
+
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.dyes.len() * (10 + size_of::<Packed>())
+    }
 }
 
 /// The spray whose blades are enlarged until they cover about [`COVERAGE`] of the picture, and whose leaves stand as
@@ -117,7 +152,7 @@ fn pixels(outline: &[Vec2], size: u32) -> Outline {
 /// What all rows of a picture share.
 struct Brush {
     shape: LeafShape,
-    color: Vec3,
+    color: Dye,
     variation: f32,
     size: u32,
     mottle: Noise,
@@ -127,15 +162,14 @@ struct Brush {
 
 /// Colour, normal and roughness of a part at a place.
 struct Shade {
-    color: Vec3,
+    color: Dye,
     normal: Vec3,
     rough: f32,
 }
 
 impl Brush {
-    fn new(shape: LeafShape, color: Vec3, variation: f32, size: u32, seed: Seed) -> Self {
-        let hue = seed.child("hue");
-        let color = tint(color, hue, 0.5 * variation);
+    fn new(shape: LeafShape, variation: f32, size: u32, seed: Seed) -> Self {
+        let color = Dye::TINT.map(tint(seed.child("hue"), 0.5 * variation));
         Self { shape, color, variation, size, mottle: Noise::new(seed.child("mottle"), 4096, 4096), seed }
     }
 
@@ -151,7 +185,7 @@ impl Brush {
                 continue;
             }
             let touched = cover_row(&outline.points, y, &mut cover, &mut crossings);
-            let blade_color = tint(self.color, part.seed.child("tint"), self.variation);
+            let blade_color = self.color.map(tint(part.seed.child("tint"), self.variation));
             for x in touched {
                 let alpha = std::mem::take(&mut cover[x]).min(1.0);
                 let share = alpha * open[x];
@@ -161,7 +195,7 @@ impl Brush {
                 let at = Vec2::new((x as f32 + 0.5) / edge - 0.5, 1.0 - (y as f32 + 0.5) / edge);
                 let shade = self.shade(part, blade_color, at);
                 let texel = &mut row[x];
-                texel.color += shade.color * share;
+                texel.color.add(shade.color, share);
                 texel.normal += shade.normal * share;
                 texel.rough += shade.rough * share;
                 texel.depth += part.depth * share;
@@ -172,7 +206,7 @@ impl Brush {
         row
     }
 
-    fn shade(&self, part: &Part, color: Vec3, at: Vec2) -> Shade {
+    fn shade(&self, part: &Part, color: Dye, at: Vec2) -> Shade {
         let p = part.place.to_part(at);
         match part.tissue {
             Tissue::Blade | Tissue::Underside => self.blade(part, color, p),
@@ -180,7 +214,7 @@ impl Brush {
         }
     }
 
-    fn blade(&self, part: &Part, color: Vec3, p: Vec2) -> Shade {
+    fn blade(&self, part: &Part, color: Dye, p: Vec2) -> Shade {
         let under = part.tissue == Tissue::Underside;
         let step = 1.0 / (self.size as f32 * part.place.length);
         let here = relief(self.shape, p.x, p.y, step);
@@ -205,20 +239,23 @@ impl Brush {
         tone *= 0.9 + 0.16 * (p.x.abs() / width).min(1.0) + 0.06 * p.y;
         // Furrows hold a little shadow and flanks that face the sky some light: it survives where maps are not read.
         tone *= 1.0 + (0.16 * (normal.y - 0.1) - 0.1 * normal.x).clamp(-0.22, 0.22);
-        let mut base = color * tone;
         let yellow = (0.5 + 0.5 * coarse) * self.variation * 0.35 * math::smoothstep(0.5, 1.1, p.x.abs() / width);
-        base = base.lerp(base * Vec3::new(1.5, 1.15, 0.8), yellow);
-        let vein = base * Vec3::new(1.75, 1.5, 1.35) + Vec3::new(0.018, 0.022, 0.008);
-        base = base.lerp(vein, here.vein * 0.75);
+        // Towards warmer margins, then towards light veins.
+        let vein = here.vein * 0.75;
+        let warmer = Vec3::ONE.lerp(Vec3::new(1.5, 1.15, 0.8), yellow) * tone;
+        let lighter = warmer * Vec3::ONE.lerp(Vec3::new(1.75, 1.5, 1.35), vein);
+        let mut base = color.map(|c| c * lighter).plus(Vec3::new(0.018, 0.022, 0.008) * vein);
         if under {
-            let grey = base.dot(Vec3::new(0.3, 0.6, 0.1));
-            base = base.lerp(Vec3::new(grey, grey, grey * 0.8), 0.35) * 1.45;
+            base = base.map(|c| {
+                let grey = c.dot(Vec3::new(0.3, 0.6, 0.1));
+                c.lerp(Vec3::new(grey, grey, grey * 0.8), 0.35) * 1.45
+            });
         }
         let rough = if under { 0.72 } else { 0.55 + 0.07 * fine + 0.08 * here.vein };
         Shade { color: base, normal, rough: rough.clamp(0.4, 0.8) }
     }
 
-    fn rod(&self, part: &Part, color: Vec3, p: Vec2) -> Shade {
+    fn rod(&self, part: &Part, color: Dye, p: Vec2) -> Shade {
         let radius = mix(part.radius[0], part.radius[1], p.y.clamp(0.0, 1.0)).max(1e-5);
         let c = (p.x / radius).clamp(-0.95, 0.95);
         let up = (1.0 - c * c).sqrt();
@@ -227,16 +264,16 @@ impl Brush {
         let streak = self.mottle.gradient(p.x / radius * 0.8, p.y * 40.0);
         let lit = 0.72 + 0.34 * up;
         let (color, rough) = match part.tissue {
-            Tissue::Wood => (self.wood() * (1.0 + 0.25 * streak), 0.8),
-            Tissue::Petiole => (color * Vec3::new(1.5, 1.2, 0.9) + Vec3::new(0.012, 0.006, 0.002), 0.6),
+            Tissue::Wood => (Dye::fast(self.wood() * (1.0 + 0.25 * streak)), 0.8),
+            Tissue::Petiole => (color.map(|c| c * Vec3::new(1.5, 1.2, 0.9)).plus(Vec3::new(0.012, 0.006, 0.002)), 0.6),
             _ => {
                 // Needles are paler at the sheath and yellow at the very tip.
                 let tip = math::smoothstep(0.85, 1.0, p.y);
-                let base = color * (0.8 + 0.35 * p.y);
-                (base.lerp(base * Vec3::new(1.7, 1.25, 0.8), 0.5 * tip), 0.55)
+                let change = Vec3::ONE.lerp(Vec3::new(1.7, 1.25, 0.8), 0.5 * tip) * (0.8 + 0.35 * p.y);
+                (color.map(|c| c * change), 0.55)
             }
         };
-        Shade { color: color * lit, normal, rough }
+        Shade { color: color.map(|c| c * lit), normal, rough }
     }
 
     /// Colour of the twig, linear.
@@ -251,21 +288,23 @@ impl Brush {
             LeafShape::Willow => Vec3::new(0.13, 0.105, 0.040),
             LeafShape::Pine => Vec3::new(0.125, 0.075, 0.038),
         };
-        tint(base, self.seed.child("wood"), 0.4)
+        tint(self.seed.child("wood"), 0.4)(base)
     }
 }
 
-/// A colour made warmer or cooler, lighter or darker by its seed; `strength` 0..=1.
-fn tint(color: Vec3, seed: Seed, strength: f32) -> Vec3 {
+/// Makes colours warmer or cooler, lighter or darker by a seed; `strength` 0..=1.
+fn tint(seed: Seed, strength: f32) -> impl Fn(Vec3) -> Vec3 {
     let warm = strength * seed.at(0).range(-0.24, 0.24);
     let light = 1.0 + strength * seed.at(1).range(-0.3, 0.3);
     let dull = 0.25 * strength * seed.at(2).unit();
-    let grey = color.dot(Vec3::new(0.25, 0.65, 0.1));
-    (color * Vec3::new(1.0 + warm, 1.0 + 0.25 * warm, 1.0 - 0.5 * warm)).lerp(Vec3::splat(grey), dull) * light
+    move |color| {
+        let grey = color.dot(Vec3::new(0.25, 0.65, 0.1));
+        (color * Vec3::new(1.0 + warm, 1.0 + 0.25 * warm, 1.0 - 0.5 * warm)).lerp(Vec3::splat(grey), dull) * light
+    }
 }
 
-/// Occlusion from depth, then bytes.
-fn finish(texels: &[Texel], size: usize) -> Maps {
+/// Occlusion from depth, then bytes; all goes on under clear pixels.
+fn finish(texels: &[Texel], size: usize) -> LeafPicture {
     let reach = (size / 26).max(1);
     let mut depth: Vec<f32> = texels.iter().map(|t| t.depth).collect();
     let mut alpha: Vec<f32> = texels.iter().map(|t| t.alpha).collect();
@@ -273,25 +312,27 @@ fn finish(texels: &[Texel], size: usize) -> Maps {
         blur(&mut depth, size, reach);
         blur(&mut alpha, size, reach);
     }
-    let pixels: Vec<([u8; 4], [u8; 3], [u8; 3])> = texels
-        .par_iter()
-        .enumerate()
-        .map(|(i, texel)| {
-            if texel.alpha <= 0.0 {
-                return ([0; 4], [128, 128, 255], [255, 153, 0]);
-            }
-            let over = 1.0 / texel.alpha;
-            // In front of the place lies, on average, this much of the picture's depth.
-            let front = depth[i] / alpha[i].max(1e-3) - texel.depth * over;
-            let crowd = math::smoothstep(0.35, 1.0, alpha[i]);
-            let open = (1.0 - 1.5 * front.max(0.0) - 0.18 * crowd).clamp(0.3, 1.0);
-            let color = texel.color * over * (0.45 + 0.55 * open) * (1.0 + 0.25 * (-front).clamp(0.0, 0.3));
-            let byte = |x: f32| (x * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
-            let rgba = [srgb::encode(color.x), srgb::encode(color.y), srgb::encode(color.z), byte(texel.alpha)];
-            (rgba, encode_normal(texel.normal), [byte(open), byte(texel.rough * over), 0])
-        })
-        .collect();
-    Maps::square(size as u32, &pixels)
+    let byte = |x: f32| (x * 255.0 + 0.5).clamp(0.0, 255.0) as u8;
+    let pixel = |(i, texel): (usize, &Texel)| {
+        if texel.alpha <= 0.0 {
+            return (([0; 4], [128, 128, 255], [255, 153, 0]), [0.0; 12]);
+        }
+        let over = 1.0 / texel.alpha;
+        // In front of the place lies, on average, this much of the picture's depth.
+        let front = depth[i] / alpha[i].max(1e-3) - texel.depth * over;
+        let crowd = math::smoothstep(0.35, 1.0, alpha[i]);
+        let open = (1.0 - 1.5 * front.max(0.0) - 0.18 * crowd).clamp(0.3, 1.0);
+        let light = over * (0.45 + 0.55 * open) * (1.0 + 0.25 * (-front).clamp(0.0, 0.3));
+        let [r, g, b, plain] = texel.color.columns.map(|c| (c * light).to_array());
+        let dye = std::array::from_fn(|k| [r, g, b, plain][k / 3][k % 3]);
+        (([0, 0, 0, byte(texel.alpha)], encode_normal(texel.normal), [byte(open), byte(texel.rough * over), 0]), dye)
+    };
+    let (pixels, dyes): (Vec<_>, Vec<[f32; 12]>) = texels.par_iter().enumerate().map(pixel).unzip();
+    let mut maps = Maps::square(size as u32, &pixels);
+    let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
+    let dyes = filled(&alphas, maps.width, maps.height, |i| dyes[i]).unwrap_or(dyes);
+    dilate(&mut maps);
+    LeafPicture { maps, dyes: dyes.into_iter().map(dye::packed).collect() }
 }
 
 /// A direction, not of unit length, as the bytes of a normal map.
@@ -356,8 +397,25 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "11dd81dd82abe8350a9f43d2f374c5b9c03552998ec48ea08e7e75d4233544fed454841a59a9645867b41799aba87b1b"
+            "5eba24fd847fbead74435bed272fa0bd18ecf4b82b97c8535c16418f75e1b402fd8b1f3a04afb88e3b9a073cd428b3e4"
         );
+    }
+
+    #[test]
+    fn another_tint_changes_colours_alone_and_in_proportion() {
+        for shape in LeafShape::ALL {
+            let picture = LeafPicture::new(shape, 0.5, 64, 0, Seed::new(41));
+            let [dark, middle, light] = [0.02, 0.08, 0.14].map(|g| picture.dyed([0.06, g, 0.02]));
+            assert_eq!((&dark.normal, &dark.orm), (&light.normal, &light.orm), "{shape:?}");
+            let mut changed = 0;
+            for ((a, b), c) in dark.color.iter().zip(&middle.color).zip(&light.color) {
+                assert_eq!(a[3], c[3]);
+                let [low, between, high] = [a, b, c].map(|c| srgb::decode(c[1]));
+                assert!((between - 0.5 * (low + high)).abs() < 0.012, "{shape:?} {a:?} {b:?} {c:?}");
+                changed += usize::from(high > low + 0.02);
+            }
+            assert!(changed > dark.color.len() / 2, "{shape:?} {changed}");
+        }
     }
 
     #[test]

@@ -221,23 +221,27 @@ fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
     }
 }
 
+/// What a clear texel counts as, of an alpha of 65535.
+const CLEAR: f64 = 1.0 / 1024.0;
+
 /// The mean colour, by alpha, of the texels that one texel of a smaller level stands for.
 fn mean(fine: &[[u16; 4]], from: (usize, usize), to: (usize, usize), at: (usize, usize)) -> [u16; 4] {
     let span = |i: usize, count: usize, size: usize| i * size / count..(i + 1) * size / count;
-    let (mut sum, mut plain, mut alpha, mut count) = ([0_u64; 3], [0_u64; 3], 0_u64, 0_u64);
+    let (mut sum, mut alpha, mut count) = ([0.0_f64; 3], 0.0_f64, 0.0_f64);
     for row in span(at.1, to.1, from.1) {
         for c in &fine[row * from.0..][span(at.0, to.0, from.0)] {
-            let a = u64::from(c[3]);
+            // Sums of products of 16 bits are exact; the small share keeps a wholly clear place at its own colour.
+            let a = f64::from(c[3]) + CLEAR;
             for k in 0..3 {
-                sum[k] += a * u64::from(c[k]);
-                plain[k] += u64::from(c[k]);
+                sum[k] += a * f64::from(c[k]);
             }
             alpha += a;
-            count += 1;
+            count += 1.0;
         }
     }
-    let [r, g, b] = std::array::from_fn(|k| sum[k].checked_div(alpha).unwrap_or(plain[k] / count.max(1)) as u16);
-    [r, g, b, (alpha / count.max(1)) as u16]
+    let (scale, count) = (1.0 / alpha, 1.0 / count.max(1.0));
+    let [r, g, b] = sum.map(|v| (v * scale + 0.5) as u16);
+    [r, g, b, ((alpha * count - CLEAR) + 0.5) as u16]
 }
 
 /// The level of half the size; the last row or column of an odd size counts into its neighbour.

@@ -31,6 +31,7 @@ const ATLAS: Stage = Stage("atlas", 3);
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
 const SHEET: Stage = Stage("sheet", 5);
+const SHOWN: Stage = Stage("shown", 1);
 const FACTS: Stage = Stage("facts", 1);
 
 /// Everything that the files of a set are made from.
@@ -249,7 +250,7 @@ fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>>
 }
 
 /// Encodes all files of a set, the manifest last.
-pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String, Vec<u8>)>, Vec<Diagnostic>> {
+pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<NamedFile>, Vec<Diagnostic>> {
     let set = &parts.plan.name;
     let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
     let names: Vec<String> = (1..=parts.trees.len()).map(|i| format!("{set}_{i:03}")).collect();
@@ -274,25 +275,25 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<(String
             )
         },
     );
-    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut files: Vec<NamedFile> = Vec::new();
     let glbs = glbs?;
     let assets: Vec<Vec<AssetEntry>> = glbs.iter().map(|all| asset_entries(all)).collect();
     files.extend(glbs.iter().flat_map(|all| all.iter()).flat_map(|(_, made)| made.iter().cloned()));
-    files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.clone())));
+    files.extend(parts.clips.iter().map(|clip| (clip.entry.file.clone(), clip.bytes.as_slice().into())));
     let mut textures = Vec::new();
     for texture in bark?.into_iter().chain(leaf?) {
-        files.push((texture.entry.file.clone(), texture.bytes));
+        files.push((texture.entry.file.clone(), texture.bytes.into()));
         textures.push(texture.entry);
     }
-    files.push((format!("{set}_contact.png"), sheet?));
+    files.push((format!("{set}_contact.png"), sheet?.into()));
     files.sort();
     let manifest = manifest(parts, placed, textures, &names, (&files, &assets)).map_err(|e| fail(&e))?;
-    files.push((manifest_name(set), manifest.into_bytes()));
+    files.push((manifest_name(set), manifest.into_bytes().into()));
     Ok(files)
 }
 
 /// The files of an engine, name and bytes.
-type EngineFiles = (Engine, Vec<(String, Vec<u8>)>);
+type EngineFiles = (Engine, Vec<NamedFile>);
 
 /// What the manifest says about a variant's files.
 fn asset_entries(all: &[EngineFiles]) -> Vec<AssetEntry> {
@@ -358,7 +359,8 @@ fn engine_files(
     let files = |profile: &Profile| {
         let materials = &SetMaterials::of(&parts.plan.name, profile.textures);
         let asset = AssetIn { name, seed, levels: &levels, materials };
-        Ok((profile.engine, export::engine_files(&asset, colliders, profile.engine)?))
+        let made = export::engine_files(&asset, colliders, profile.engine)?;
+        Ok((profile.engine, made.into_iter().map(|(name, bytes)| (name, bytes.into())).collect()))
     };
     engines.iter().map(files).collect()
 }
@@ -385,10 +387,13 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     let layout = SheetLayout::new(&rows);
     let shapes = parts.pictures.shapes();
     let key = |&(row, column): &(usize, usize)| {
-        let shown = shown(&parts.trees[row], column);
-        SHEET.key().input(shapes).input(shown).number(column as u64).params(&layout.scale()).finish()
+        let tree = &parts.trees[row];
+        let of = SHOWN.key().input(tree.key).number(column as u64).finish();
+        let shown = parts.cache.remember_here(of, |_| size_of::<Key>(), || Ok(shown(tree, column)))?;
+        let key = SHEET.key().input(shapes).input(*shown).number(column as u64).params(&layout.scale()).finish();
+        Ok(key)
     };
-    let keys: Vec<Key> = layout.cells().par_iter().map(key).collect();
+    let keys = layout.cells().par_iter().map(key).collect::<Result<Vec<Key>, Vec<Diagnostic>>>()?;
     // Pictures are wanted of those trees only that are drawn.
     let stock = OnceLock::new();
     let stock = || trees::once(&stock, || trees::stock(parts.plan, parts.pictures, parts.cache)).wardrobe();
@@ -429,7 +434,7 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
 /// The key of what a level shows: another budget of one level leaves the drawings of the others as they are.
 fn shown(tree: &Tree, column: usize) -> Key {
     let level = &tree.ladder.levels[column];
-    let mut key = Key::stage("shown", 1).input(tree.of).params(&level.kind);
+    let mut key = SHOWN.key().input(tree.of).params(&level.kind);
     if level.kind == Lod::Full {
         return key.finish();
     }
@@ -493,7 +498,7 @@ pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Ar
 }
 
 /// A file's name and bytes.
-type NamedFile = (String, Vec<u8>);
+type NamedFile = (String, Arc<[u8]>);
 
 fn manifest(
     parts: &SetParts<'_>,

@@ -1,24 +1,30 @@
 //! The blending stages: sources in correspondence, and each variant bare.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::cache::{Cache, Entry, Stage};
 use super::morphs::{self, Morphs};
 use super::selections::{self, Selected};
 use super::shapes::{self, Shapes};
-use crate::base::{Diagnostic, Seed};
+use super::trees::content;
+use crate::base::{Diagnostic, Key, Seed};
 use crate::blend::{self, Chosen, State, Tasks};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
 use crate::relate::{self, Family, FamilyError, Weights};
 
+/// Sources in correspondence; kept in memory only.
+const FAMILY: Stage = Stage("family", 1);
+
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]
 pub(super) struct Blends {
     /// Families, each once.
-    families: Vec<Family>,
+    families: Vec<Arc<Family>>,
     /// For each blend of the plan.
     made: Vec<Made>,
     /// The plan's shape spaces.
@@ -35,7 +41,7 @@ struct Made {
 }
 
 /// Matches the sources of every blend, each set of them once, and finds which branches take part.
-pub(super) fn blends(plan: &Plan, sources: &[Plant]) -> Result<Blends, Vec<Diagnostic>> {
+pub(super) fn blends(plan: &Plan, sources: &[Plant], cache: &Cache) -> Result<Blends, Vec<Diagnostic>> {
     let alike = |a: &BlendParams, b: &BlendParams| {
         (&a.of, a.stems, a.scale) == (&b.of, b.stems, b.scale) && a.matching == b.matching
     };
@@ -48,13 +54,21 @@ pub(super) fn blends(plan: &Plan, sources: &[Plant]) -> Result<Blends, Vec<Diagn
             firsts.push(i);
         }
     }
-    let families: Vec<Result<Family, Diagnostic>> =
-        firsts.par_iter().map(|&i| family(plan, &plan.blends[i], sources)).collect();
-    let mut errors: Vec<Diagnostic> = families.iter().filter_map(|family| family.as_ref().err().cloned()).collect();
+    let contents: Vec<Key> = sources.par_iter().map(content).collect();
+    let of = |&i: &usize| {
+        let params = &plan.blends[i];
+        let key = FAMILY.key().params(&(params.stems, params.scale, &params.matching));
+        let key = params.of.iter().fold(key, |key, &s| key.input(contents[s])).finish();
+        let weight = |family: &Family| 2 * family.sources().iter().map(Plant::weight).sum::<usize>();
+        cache.remember_here(key, weight, || family(plan, params, sources).map_err(|error| vec![error]))
+    };
+    let families: Vec<Result<Arc<Family>, Vec<Diagnostic>>> = firsts.par_iter().map(of).collect();
+    let mut errors: Vec<Diagnostic> =
+        families.iter().filter_map(|family| family.as_ref().err().cloned()).flatten().collect();
     if !errors.is_empty() {
         return Err(errors);
     }
-    let families: Vec<Family> = families.into_iter().filter_map(Result::ok).collect();
+    let families: Vec<Arc<Family>> = families.into_iter().filter_map(Result::ok).collect();
     let made: Vec<Result<Made, Diagnostic>> = plan
         .blends
         .par_iter()
@@ -296,7 +310,7 @@ mod tests {
 
     fn made(plan: &Plan) -> Vec<Plant> {
         let plants = plants();
-        let blends = blends(plan, &plants).unwrap();
+        let blends = blends(plan, &plants, &Cache::default()).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
         plan.variants
             .iter()
@@ -342,7 +356,7 @@ mod tests {
             [("[Order(from: 60, to: 70)]", false), ("[Part(\"limb\")]", true), ("[Part(\"limb\"), Above(1.0)]", false)]
         {
             let plan = plan(&format!("Source(\"c\"), Blend(of: [\"a\", \"b\"], count: 2, only: {only})"));
-            match blends(&plan, &plants()) {
+            match blends(&plan, &plants(), &Cache::default()) {
                 Ok(_) => assert!(sound, "{only}"),
                 Err(found) => {
                     assert!(!sound && found.len() == 1, "{only}");

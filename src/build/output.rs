@@ -24,6 +24,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::stamp::{self, Stamp};
@@ -226,15 +227,15 @@ fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
 /// when a rename was refused in the midst of a commit by journal (a program holds one of the files), the next build ends
 /// it.
 #[cfg(test)]
-fn commit(folder: &Path, owned: &Owned, files: &[(String, Vec<u8>)]) -> Result<Committed, OutputError> {
+fn commit(folder: &Path, owned: &Owned, files: &[Named<Vec<u8>>]) -> Result<Committed, OutputError> {
     commit_stamped(folder, owned, files).map(|(committed, _)| committed)
 }
 
 /// As [`commit`]; with the stamps of all files as they were written or compared, where there are any.
-pub(super) fn commit_stamped(
+pub(super) fn commit_stamped<B: AsRef<[u8]> + Sync>(
     folder: &Path,
     owned: &Owned,
-    files: &[(String, Vec<u8>)],
+    files: &[Named<B>],
 ) -> Result<(Committed, Stamps), OutputError> {
     let mut hand = Hand::free();
     let is_new = !folder.exists();
@@ -250,24 +251,32 @@ pub(super) fn commit_stamped(
     result.map(|committed| (committed, hand.stamps))
 }
 
+/// A file's name and bytes.
+type Named<B> = (String, B);
+
 /// The stamps of a set's files, by name.
 pub(super) type Stamps = BTreeMap<String, Stamp>;
 
-fn commit_by(
+fn commit_by<B: AsRef<[u8]> + Sync>(
     hand: &mut Hand,
     folder: &Path,
     owned: &Owned,
-    files: &[(String, Vec<u8>)],
+    files: &[Named<B>],
 ) -> Result<Committed, OutputError> {
     fs::create_dir_all(folder).map_err(|source| OutputError::Io { path: folder.to_path_buf(), source })?;
     recover(folder)?;
     let mut committed = Committed::default();
     let mut changed: Vec<(&str, &[u8])> = Vec::new();
     let mut foreign = Vec::new();
-    for (name, bytes) in files {
-        let path = folder.join(name);
-        match stamp::read_at(&path) {
-            Ok((old, stamp)) if old == *bytes => {
+    // Whether each is there already, and its stamp.
+    let there = |(name, bytes): &Named<B>| {
+        stamp::read_at(&folder.join(name)).map(|(old, stamp)| (old == bytes.as_ref(), stamp))
+    };
+    let found: Vec<io::Result<(bool, Option<Stamp>)>> = files.par_iter().map(there).collect();
+    for ((name, bytes), found) in files.iter().zip(found) {
+        let (path, bytes) = (folder.join(name), bytes.as_ref());
+        match found {
+            Ok((true, stamp)) => {
                 hand.stamps.extend(stamp.map(|stamp| (name.clone(), stamp)));
                 committed.unchanged += 1;
             }

@@ -21,7 +21,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 18;
+pub(super) const VERSION: u32 = 19;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -49,7 +49,7 @@ impl InputFile {
 #[derive(Clone, Debug)]
 pub struct SetFiles {
     /// Name and bytes; the manifest is the last.
-    pub files: Vec<(String, Vec<u8>)>,
+    pub files: Vec<(String, Arc<[u8]>)>,
     /// What was mended, bridged or dropped.
     pub notes: Vec<Note>,
 }
@@ -234,7 +234,7 @@ pub(super) fn prepared(
     step("leaves and bark");
     let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
     let morphs = morphs::morphs(plan, inputs, &mut wardrobe)?;
-    let blended = blends::blends(plan, &wardrobe.plants)?;
+    let blended = blends::blends(plan, &wardrobe.plants, cache)?;
     step("matching");
     Ok(Prepared { sources, wardrobe, morphs, blended, sketches })
 }

@@ -125,7 +125,7 @@ pub(super) fn identity(plan: &Plan, params: &ShapeParams, shares: &[f32]) -> ser
 mod tests {
     use super::*;
     use crate::base::Seed;
-    use crate::build::blends;
+    use crate::build::{Cache, blends};
     use crate::plant::PlantStats;
     use crate::relate::random_plant::{Oddity, random_plant};
 
@@ -138,7 +138,7 @@ mod tests {
         let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
         let plan = loaded.unwrap_or_else(|found| panic!("{found:?}"));
         let plants: Vec<Plant> = (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect();
-        let blends = blends::blends(&plan, &plants).unwrap();
+        let blends = blends::blends(&plan, &plants, &Cache::default()).unwrap();
         let selected = crate::build::selections::selected(&plan, &blends).unwrap();
         let none = crate::build::morphs::Morphs { made: Vec::new() };
         plan.variants.iter().map(|tree| blends::variant(&plan, tree, &plants, &blends, &selected, &none)).collect()

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
-use crate::bake::{self, ArtFile, ArtLimits, ArtUse, Maps};
+use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
 use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::dress;
 use crate::plant::{LeafForm, Plant};
@@ -23,7 +23,8 @@ const GROW: Stage = Stage("grow", 4);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 6);
 const LIKE: Stage = Stage("like", 4);
-const PICTURES: Stage = Stage("pictures", 2);
+const PICTURES: Stage = Stage("pictures", 3);
+const DRAWING: Stage = Stage("drawing", 1);
 const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.
@@ -264,8 +265,16 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
         Ok(LeafPictures(match &plan.leaf_art {
             LeafArt::Made { shape, color, variation, size } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
-                .map(|picture| bake::leaf_maps(*shape, *color, *variation, *size, picture, seed))
-                .collect(),
+                .map(|picture| {
+                    // A new tint dyes what is drawn already.
+                    let key = DRAWING.key().number(plan.seed).number(picture.into());
+                    let key = key.params(&(shape, variation, size)).finish();
+                    let drawn = cache.remember_here(key, LeafPicture::weight, || {
+                        Ok(LeafPicture::new(*shape, *variation, *size, picture, seed))
+                    })?;
+                    Ok(drawn.dyed(*color))
+                })
+                .collect::<Result<_, Vec<Diagnostic>>>()?,
             LeafArt::Files { color, normal } => vec![user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?],
         }))
     })
