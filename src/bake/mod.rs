@@ -27,6 +27,7 @@ mod recipe;
 mod resample;
 mod samples;
 mod shade;
+mod shader;
 mod silhouette;
 mod skyline;
 mod spray;

@@ -153,6 +153,7 @@ impl Picture {
     }
 
     /// The nearest texel, or, where they are magnified, those around by their alpha; edges clamped or repeated.
+    #[inline]
     pub(super) fn sample(&self, level: usize, magnified: bool, (u, v): (f32, f32), repeat: Repeat) -> Texel {
         let level = &self.levels[level.min(self.levels.len() - 1)];
         let (x0, x1, fx) = neighbours(u, level.width, repeat);
@@ -203,6 +204,7 @@ pub enum Repeat {
     Cutout,
 }
 
+#[inline]
 fn neighbours(t: f32, size: u32, repeat: Repeat) -> (u32, u32, f32) {
     let last = size - 1;
     let t = if t.is_finite() { t } else { 0.0 };

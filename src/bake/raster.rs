@@ -14,16 +14,16 @@
 //! Limits: no perspective, no transparency; triangles with a vertex that is not finite or more than 200,000 samples
 //! away from the picture are skipped; pictures are at most 8192 samples wide and high.
 
-use glam::{Vec2, Vec3};
+use bytemuck::zeroed_vec;
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
-use super::samples::{
-    Extent, Grid, Plane, Point, SMALL, SUBSAMPLE, corner_points, edge, extent, holds_any, project, scan,
-};
+use super::samples::{Extent, Grid, Plane, Point, SMALL, corner_points, edge, extent, holds_any, project, scan};
 use super::shade::{Fragment, Light, Shading};
+use super::shader::{Face, Worn};
 use crate::base::Frame;
 use crate::mesh::Mesh;
 
@@ -209,14 +209,15 @@ fn draw(
     let bands = (rows < grid.rows).then(|| Bands::new(&scene, rows));
     let pixels = rows / per_pixel * width as usize;
     let count = width as usize * height as usize;
+    // Zeroed by the system, page by page where something is drawn.
     let mut target = Target {
         width,
         height,
         coverage: vec![0.0; count],
-        color: vec![Vec3::ZERO; count],
-        normal: vec![Vec3::ZERO; count],
+        color: zeroed_vec(count),
+        normal: zeroed_vec(count),
         occlusion: vec![0.0; count],
-        depth: vec![f32::NEG_INFINITY; count],
+        depth: vec![0.0; count],
     };
     let drawn = |(band, (coverage, color, normal, occlusion, depth)): (usize, Rows<'_>)| {
         let first = band * rows;
@@ -228,56 +229,53 @@ fn draw(
         }
         let mut notes = Notes::default();
         let area = (samples * samples) as f32;
-        let mut shader = Shader { scene: &scene, shading, area, held: NONE, surface: 0, setup: None };
+        let mut shader = Shader { scene: &scene, shading, area, held: NONE, surface: 0, face: None };
         let mut shown: Vec<Shown> = Vec::new();
         let mut mixed: Vec<(u32, f32)> = Vec::new();
-        for pixel in 0..coverage.len() {
-            let (px, py) = (pixel % width as usize * per_pixel, pixel / width as usize * per_pixel);
-            shown.clear();
-            mixed.clear();
-            let (mut deep, mut hits) = (0.0_f32, 0_u32);
-            for row in py..py + per_pixel {
-                for column in px..px + per_pixel {
-                    let sample = buffer[row * grid.columns + column];
-                    if sample.triangle != NONE {
-                        Shown::note(&mut shown, sample, column, first + row);
-                        deep += sample.depth;
-                        hits += 1;
-                    }
-                }
-            }
-            if hits > 0 {
-                let scale = 1.0 / hits as f32;
-                coverage[pixel] = hits as f32 / area;
-                depth[pixel] = deep * scale;
-                if *shading != Shading::Nothing {
-                    let mut sum = Fragment::default();
-                    for part in &shown {
-                        let fragment = shader.shade(part);
-                        match noted {
-                            Noted::Nothing => {}
-                            Noted::Palette(starts) => {
-                                let start = starts[shader.surface] * Palette::TEXELS;
-                                let place = if fragment.place == NONE { NONE } else { start + fragment.place };
-                                mixed.push((place, fragment.shade * part.count as f32 * scale));
+        for (y, lines) in buffer.chunks_exact(grid.columns * per_pixel).enumerate() {
+            for x in 0..width as usize {
+                let pixel = y * width as usize + x;
+                let at = (x * per_pixel, first + y * per_pixel);
+                let deep = Shown::of_pixel(&mut shown, lines, grid.columns, per_pixel, at);
+                mixed.clear();
+                if shown.is_empty() {
+                    depth[pixel] = f32::NEG_INFINITY;
+                } else {
+                    let hits: u32 = shown.iter().map(|part| part.count).sum();
+                    let scale = 1.0 / hits as f32;
+                    coverage[pixel] = hits as f32 / area;
+                    depth[pixel] = deep * scale;
+                    if *shading != Shading::Nothing {
+                        let mut sum = Fragment::default();
+                        for part in &shown {
+                            let fragment = shader.shade(part);
+                            match noted {
+                                Noted::Nothing => {}
+                                Noted::Palette(starts) => {
+                                    let start = starts[shader.surface] * Palette::TEXELS;
+                                    let place = if fragment.place == NONE { NONE } else { start + fragment.place };
+                                    mixed.push((place, fragment.shade * part.count as f32 * scale));
+                                }
+                                Noted::Light(starts) => {
+                                    let picture = starts[shader.surface] as usize + shader.picture();
+                                    let light = fragment.light * (part.count as f32 / area);
+                                    notes.draft.add(picture, shader.texel(part), light);
+                                }
                             }
-                            Noted::Light(starts) => {
-                                let picture = starts[shader.surface] as usize + shader.picture();
-                                let light = fragment.light * (part.count as f32 / area);
-                                notes.draft.add(picture, shader.texel(part), light);
-                            }
+                            sum.add(fragment, part.count as f32);
                         }
-                        sum.add(fragment, part.count as f32);
+                        color[pixel] = sum.color * scale;
+                        // Of one part it has unit length.
+                        let is_one = shown.len() == 1;
+                        normal[pixel] = if is_one { sum.normal * scale } else { sum.normal.normalize_or(view.frame.z) };
+                        occlusion[pixel] = sum.occlusion * scale;
                     }
-                    color[pixel] = sum.color * scale;
-                    normal[pixel] = sum.normal.normalize_or(view.frame.z);
-                    occlusion[pixel] = sum.occlusion * scale;
                 }
-            }
-            match noted {
-                Noted::Nothing => {}
-                Noted::Palette(_) => notes.recipe.push(&mut mixed),
-                Noted::Light(_) => notes.draft.end(),
+                match noted {
+                    Noted::Nothing => {}
+                    Noted::Palette(_) => notes.recipe.push(&mut mixed),
+                    Noted::Light(_) => notes.draft.end(),
+                }
             }
         }
         notes
@@ -371,20 +369,49 @@ impl<'a> Scene<'a> {
     ) {
         let Some(points) = corner_points(points, corners) else { return };
         let rows = first..first + buffer.len() / self.grid.columns;
-        let mut setup: Option<Option<(Setup, Plane)>> = None;
+        let cutout = surface.repeat == Repeat::Cutout;
+        let mut setup: Option<(Worn, Plane)> = None;
         scan(points, self.grid, rows, |row, left, right| {
-            let made = || {
-                let textured = if surface.repeat == Repeat::Cutout { Some(1.0) } else { None };
-                let setup = Setup::new(surface, points, corners, textured)?;
-                let values = std::array::from_fn(|k| setup.uv[k].extend(points[k].depth));
-                Some((setup, Plane::new(points, values)))
-            };
-            if let Some((setup, plane)) = setup.get_or_insert_with(made) {
-                let (start, across) = (plane.at(left, row).as_vec3(), plane.across.as_vec3());
-                let line = &mut buffer[(row - first) * self.grid.columns..][left..right];
-                setup.fill(surface, name, (start, across), line, &self.range);
-            }
+            let (worn, plane) = setup.get_or_insert_with(|| {
+                let area = edge(points[0], points[1], points[2].x, points[2].y);
+                let worn = Worn::new(surface, area, corners, cutout.then_some(1.0));
+                let values = std::array::from_fn(|k| worn.uv[k].extend(points[k].depth));
+                (worn, Plane::new(points, values))
+            });
+            let along = (plane.at(left, row).as_vec3(), plane.across.as_vec3());
+            let line = &mut buffer[(row - first) * self.grid.columns..][left..right];
+            self.range.fill(surface, (name, worn), along, line);
         });
+    }
+}
+
+impl Range {
+    /// Puts a triangle into a run of samples where it is nearer than what is there; `start` and `across` are its
+    /// coordinates and depth at the first of them and to the next.
+    #[inline]
+    fn fill(
+        &self,
+        surface: &Surface<'_>,
+        (name, worn): (u32, &Worn),
+        (start, across): (Vec3, Vec3),
+        line: &mut [Sample],
+    ) {
+        // Those that are opaque wear no picture here.
+        let cutout = worn.picture.map(|t| surface.pictures[t].cutout());
+        for (k, sample) in line.iter_mut().enumerate() {
+            let depth = start.z + across.z * k as f32;
+            let kept = self.first_stays && sample.triangle != NONE;
+            if kept || !(depth > sample.depth && depth <= self.near && depth >= self.far) {
+                continue;
+            }
+            let shown = cutout.is_none_or(|cutout| {
+                let uv = start + across * k as f32;
+                cutout.covers(worn.level, worn.magnified, uv.x, uv.y)
+            });
+            if shown {
+                *sample = Sample { depth, triangle: name };
+            }
+        }
     }
 }
 
@@ -399,21 +426,45 @@ struct Shown {
 }
 
 impl Shown {
-    fn note(all: &mut Vec<Self>, sample: Sample, column: usize, row: usize) {
-        if let Some(known) = all.iter_mut().rev().find(|s| s.triangle == sample.triangle) {
-            known.count += 1;
-            known.columns += column as u32;
-            known.rows += row as u32;
-        } else {
-            let (columns, rows) = (column as u32, row as u32);
-            all.push(Self { triangle: sample.triangle, count: 1, columns, rows });
+    /// Notes what the samples of a pixel show; their columns and rows are counted from `at`. The sum of their depths.
+    #[inline]
+    fn of_pixel(all: &mut Vec<Self>, lines: &[Sample], columns: usize, size: usize, at: (usize, usize)) -> f32 {
+        all.clear();
+        if size == 1 {
+            let sample = lines[at.0];
+            if sample.triangle != NONE {
+                all.push(Self { triangle: sample.triangle, count: 1, columns: at.0 as u32, rows: at.1 as u32 });
+            }
+            return sample.depth;
         }
+        let mut deep = 0.0;
+        for down in 0..size {
+            for (across, sample) in lines[down * columns + at.0..][..size].iter().enumerate() {
+                if sample.triangle == NONE {
+                    continue;
+                }
+                deep += sample.depth;
+                let (column, row) = ((at.0 + across) as u32, (at.1 + down) as u32);
+                if let Some(known) = all.iter_mut().rev().find(|s| s.triangle == sample.triangle) {
+                    known.count += 1;
+                    known.columns += column;
+                    known.rows += row;
+                } else {
+                    all.push(Self { triangle: sample.triangle, count: 1, columns: column, rows: row });
+                }
+            }
+        }
+        deep
     }
 
     /// The middle of its samples, in units.
     const fn middle(&self) -> (i32, i32) {
-        let count = self.count as u64;
-        ((self.columns as u64 * 256 / count) as i32 + 128, (self.rows as u64 * 256 / count) as i32 + 128)
+        // Sums of 256 samples, each below 8192, in units: they fit.
+        let (columns, rows) = (self.columns * 256, self.rows * 256);
+        if self.count == 1 {
+            return (columns as i32 + 128, rows as i32 + 128);
+        }
+        ((columns / self.count) as i32 + 128, (rows / self.count) as i32 + 128)
     }
 }
 
@@ -457,119 +508,6 @@ impl Bands {
     }
 }
 
-/// One triangle, ready to be filled: `value(x, y) = value(a) + w_b * (b - a) + w_c * (c - a)`.
-struct Setup {
-    corners: [u32; 3],
-    points: [Point; 3],
-    /// Twice the area, in squared units; positive of a back.
-    area: i64,
-    uv: [Vec2; 3],
-    picture: Option<usize>,
-    level: usize,
-    /// A texel is larger than a sample.
-    magnified: bool,
-    back: bool,
-}
-
-impl Setup {
-    /// With coordinates for its picture where `textured` says for how many samples a texel is looked up.
-    #[inline]
-    fn new(surface: &Surface<'_>, points: [Point; 3], corners: [u32; 3], textured: Option<f32>) -> Option<Self> {
-        let mesh = surface.mesh;
-        let area = edge(points[0], points[1], points[2].x, points[2].y);
-        if area == 0 {
-            return None;
-        }
-        // Rows count downwards, so that a front turns clockwise here.
-        let back = area > 0;
-        let uv = corners.map(|c| mesh.uvs.get(c as usize).copied().unwrap_or(Vec2::ZERO));
-        let mut made = Self { corners, points, area, uv, picture: None, level: 0, magnified: false, back };
-        let Some(samples) = textured else { return Some(made) };
-        let tile = if mesh.tiles.is_empty() { 0 } else { mesh.tiles.get(corners[0] as usize).copied().unwrap_or(NONE) };
-        let picture = Some(tile as usize).filter(|t| *t < surface.pictures.len());
-        let (level, magnified) = picture.map_or((0, false), |t| {
-            let (e1, e2) = (uv[1] - uv[0], uv[2] - uv[0]);
-            let texels = (e1.x * e2.y - e1.y * e2.x).abs() * surface.pictures[t].texels();
-            let share = samples * texels / (area.abs() as f32 / (SUBSAMPLE * SUBSAMPLE));
-            (surface.pictures[t].level(share), share < 1.0)
-        });
-        (made.picture, made.level, made.magnified) = (picture, level, magnified);
-        Some(made)
-    }
-
-    /// Puts the triangle into a run of samples where it is nearer than what is there; `start` and `across` are its
-    /// coordinates and depth at the first of them and to the next.
-    #[inline]
-    fn fill(
-        &self,
-        surface: &Surface<'_>,
-        name: u32,
-        (start, across): (Vec3, Vec3),
-        line: &mut [Sample],
-        range: &Range,
-    ) {
-        let cutout = self.picture.filter(|_| surface.repeat == Repeat::Cutout).map(|t| surface.pictures[t].cutout());
-        for (k, sample) in line.iter_mut().enumerate() {
-            let depth = start.z + across.z * k as f32;
-            let kept = range.first_stays && sample.triangle != NONE;
-            if kept || !(depth > sample.depth && depth <= range.near && depth >= range.far) {
-                continue;
-            }
-            let shown = cutout.is_none_or(|cutout| {
-                let uv = start + across * k as f32;
-                cutout.covers(self.level, self.magnified, uv.x, uv.y)
-            });
-            if shown {
-                *sample = Sample { depth, triangle: name };
-            }
-        }
-    }
-
-    /// Coordinates at a point within it, in units.
-    fn uv_at(&self, (x, y): (i32, i32)) -> Vec2 {
-        let [a, b, c] = self.points;
-        let inverse = 1.0 / self.area as f32;
-        let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
-        self.uv[0] * (1.0 - wb - wc) + self.uv[1] * wb + self.uv[2] * wc
-    }
-
-    /// What the triangle shows at a point within it, in units.
-    fn fragment(&self, surface: &Surface<'_>, (x, y): (i32, i32)) -> Fragment {
-        let [a, b, c] = self.points;
-        let inverse = 1.0 / self.area as f32;
-        let (wb, wc) = (edge(c, a, x, y) as f32 * inverse, edge(a, b, x, y) as f32 * inverse);
-        let weights = [1.0 - wb - wc, wb, wc];
-        let mesh = surface.mesh;
-        let mut normal = Vec3::ZERO;
-        let (mut tangent, mut hand, mut shade) = (Vec3::ZERO, 1.0_f32, 0.0_f32);
-        for (&corner, w) in self.corners.iter().zip(weights) {
-            let i = corner as usize;
-            normal += mesh.normals.get(i).copied().unwrap_or(Vec3::ZERO) * w;
-            shade += mesh.occlusion.get(i).map_or(1.0, |&o| f32::from(o) / 255.0) * w;
-            if let Some(t) = mesh.tangents.get(i) {
-                tangent += Vec3::new(t[0], t[1], t[2]) * w;
-                hand = t[3];
-            }
-        }
-        let mut normal = normal.normalize_or(Vec3::Y);
-        let (mut color, mut occlusion, mut place) = (Vec3::ONE, 1.0, NONE);
-        if let Some(t) = self.picture {
-            let uv = self.uv[0] * weights[0] + self.uv[1] * wb + self.uv[2] * wc;
-            let texel = surface.pictures[t].sample(self.level, self.magnified, (uv.x, uv.y), surface.repeat);
-            color = texel.color;
-            occlusion = texel.occlusion;
-            place = Palette::place(t as u32, uv, surface.repeat);
-            let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-            if tangent != Vec3::ZERO {
-                let n = texel.normal;
-                let bent = tangent * n.x + normal.cross(tangent) * (n.y * hand) + normal * n.z;
-                normal = bent.normalize_or(normal);
-            }
-        }
-        Fragment { color: color * shade, light: Vec3::splat(shade), normal, occlusion, back: self.back, shade, place }
-    }
-}
-
 /// Keeps the last triangle, since neighbouring pixels mostly show the same.
 struct Shader<'a> {
     scene: &'a Scene<'a>,
@@ -578,25 +516,21 @@ struct Shader<'a> {
     area: f32,
     held: u32,
     surface: usize,
-    setup: Option<Setup>,
+    face: Option<Face<'a>>,
 }
 
 impl Shader<'_> {
     /// Which of its surface's pictures the part last shaded shows.
     fn picture(&self) -> usize {
-        self.setup.as_ref().and_then(|setup| setup.picture).unwrap_or(0)
+        self.face.as_ref().map_or(0, Face::picture)
     }
 
     /// The texel that the part last shaded shows; `u32::MAX` for white.
     fn texel(&self, part: &Shown) -> u32 {
-        let surface = &self.scene.surfaces[self.surface];
-        let picture = self.setup.as_ref().and_then(|s| Some((s, &surface.pictures[s.picture?])));
-        picture.map_or(NONE, |(setup, picture)| {
-            let uv = setup.uv_at(part.middle());
-            picture.address(setup.level, setup.magnified, (uv.x, uv.y), surface.repeat)
-        })
+        self.face.as_ref().map_or(NONE, |face| face.texel(part.middle()))
     }
 
+    #[inline]
     fn shade(&mut self, part: &Shown) -> Fragment {
         if self.held != part.triangle {
             self.held = part.triangle;
@@ -604,12 +538,11 @@ impl Shader<'_> {
             self.surface = surface;
             let (points, surface) = (&self.scene.projected[surface], &self.scene.surfaces[surface]);
             let corners = surface.mesh.indices[triangle * 3..].first_chunk::<3>().copied();
-            self.setup = corners
-                .and_then(|corners| Setup::new(surface, corner_points(points, corners)?, corners, Some(self.area)));
+            self.face =
+                corners.and_then(|corners| Face::new(surface, corner_points(points, corners)?, corners, self.area));
         }
-        let surface = &self.scene.surfaces[self.surface];
-        let fragment = self.setup.as_ref().map_or_else(Fragment::default, |s| s.fragment(surface, part.middle()));
-        self.shading.apply(fragment, surface.repeat)
+        let fragment = self.face.as_ref().map_or_else(Fragment::default, |face| face.fragment(part.middle()));
+        self.shading.apply(fragment, self.scene.surfaces[self.surface].repeat)
     }
 }
 

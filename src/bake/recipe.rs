@@ -41,6 +41,7 @@ impl Palette {
     }
 
     /// The texel of the `picture`-th picture at a place of it.
+    #[inline]
     pub(super) fn place(picture: u32, uv: Vec2, repeat: Repeat) -> u32 {
         let at = |t: f32| {
             let t = if repeat == Repeat::Tiled { t - t.floor() } else { t };

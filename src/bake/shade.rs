@@ -79,6 +79,7 @@ impl Light {
 }
 
 impl Shading {
+    #[inline]
     pub(super) fn apply(&self, mut fragment: Fragment, repeat: Repeat) -> Fragment {
         if matches!(self, Self::Lit(_) | Self::Seen) && fragment.back && repeat == Repeat::Cutout {
             fragment.normal = -fragment.normal;

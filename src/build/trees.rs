@@ -8,7 +8,7 @@ use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Note, Seed};
-use crate::lod::{self, Ladder, Piece, Stock};
+use crate::lod::{self, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -17,9 +17,12 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 2);
 const SKETCH: Stage = Stage("sketch", 3);
-const LADDER: Stage = Stage("ladder", 15);
+const LADDER: Stage = Stage("ladder", 16);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 10);
+const LEVEL: Stage = Stage("level", 11);
+/// What levels are measured with; kept in memory only.
+const OUTLINES: Stage = Stage("outlines", 1);
+const REFERENCE: Stage = Stage("reference", 1);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 
@@ -85,11 +88,7 @@ impl<'a> Trees<'a> {
         let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
             let stock = || &**once(&self.stock, || stock(self.plan, &self.wardrobe.pictures, self.cache));
-            lod::ladder_by(&plant, mesh, lods, (&stock, edge), seed, &|rung, make| {
-                let key = LEVEL.key().input(of_tree).params(rung).finish();
-                let made = self.cache.remember_here(key, Piece::weight, || Ok(make()));
-                made.expect("what is made of sound parts never fails")
-            })
+            lod::ladder_by(&plant, mesh, lods, (&stock, edge), seed, &Known { cache: self.cache, of: of_tree })
         });
         Tree { plant, ladder: made, key, of: of_tree }
     }
@@ -97,6 +96,39 @@ impl<'a> Trees<'a> {
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
         let made = self.cache.remember(stage, key, || Ok(make()));
         made.expect("what is made of sound parts never fails")
+    }
+}
+
+/// What is known of a tree's levels, in memory.
+struct Known<'a> {
+    cache: &'a Cache,
+    /// The key of the tree.
+    of: Key,
+}
+
+impl Known<'_> {
+    fn made<T: Send + Sync + 'static>(
+        &self,
+        key: KeyBuilder,
+        weight: impl FnOnce(&T) -> usize,
+        make: &mut dyn FnMut() -> T,
+    ) -> Arc<T> {
+        let made = self.cache.remember_here(key.input(self.of).finish(), weight, || Ok(make()));
+        made.expect("what is made of sound parts never fails")
+    }
+}
+
+impl Memory for Known<'_> {
+    fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
+        self.made(LEVEL.key().params(rung), Piece::weight, make)
+    }
+
+    fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
+        self.made(OUTLINES.key().number(lines.into()), Outlines::weight, make)
+    }
+
+    fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
+        self.made(REFERENCE.key().number(pixels.into()), Reference::weight, make)
     }
 }
 

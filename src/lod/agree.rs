@@ -3,8 +3,6 @@
 //! The full tree is drawn once from all views, a bit a sample, and so is a level; pixels of two, three or more samples an
 //! edge are then counted from the same bits. Colours play no part, so that a new tint changes no threshold.
 
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
 
 use super::lacks::{Lacks, Wanted};
@@ -19,15 +17,15 @@ const SOME: usize = 3;
 pub(super) const CARVED: usize = 4;
 const ROUGH: usize = 2;
 
-/// The full tree from all views.
-pub(super) struct Outlines {
+/// The outlines of a full tree from all views.
+#[derive(Debug)]
+pub struct Outlines {
     views: Vec<View>,
     columns: usize,
     rows: usize,
     /// Samples along the tree's height.
     lines: u32,
     drawn: Vec<Silhouette>,
-    areas: OnceLock<Vec<Areas>>,
 }
 
 impl Outlines {
@@ -41,9 +39,15 @@ impl Outlines {
             (view.half_width, view.half_height) = (view.half_width * grown(columns), view.half_height * grown(rows));
         }
         let (columns, rows) = (whole(columns), whole(rows));
-        let mut made = Self { views, columns, rows, lines, drawn: Vec::new(), areas: OnceLock::new() };
+        let mut made = Self { views, columns, rows, lines, drawn: Vec::new() };
         made.drawn = made.draw(tree, cutouts);
         made
+    }
+
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.drawn.len() * self.columns.next_multiple_of(64) * self.rows / 8
     }
 
     /// A level from the same views.
@@ -113,16 +117,16 @@ impl Outlines {
     }
 
     /// The full tree's, summed up for many sizes.
-    fn areas(&self) -> &[Areas] {
-        self.areas.get_or_init(|| areas(&self.drawn))
+    pub(super) fn areas(&self) -> Vec<Areas> {
+        areas(&self.drawn)
     }
 
-    /// How a level agrees at pixels of `size` samples an edge; colours are not looked at.
-    pub(super) fn agreement(&self, level: &[Areas], size: usize) -> Measured {
+    /// How a level agrees with the full tree at pixels of `size` samples an edge; colours are not looked at.
+    pub(super) fn agreement(&self, (full, level): (&[Areas], &[Areas]), size: usize) -> Measured {
         let pixels = (self.lines as f32 / size.max(1) as f32 + 0.5) as u32;
         let count = self.drawn.len().max(1) as f32;
         let of = |(a, b): (&Areas, &Areas)| (iou(a, b, size), over(u64::from(a.count()), u64::from(b.count())));
-        let of: Vec<(f32, f32)> = self.areas().par_iter().zip(level).map(of).collect();
+        let of: Vec<(f32, f32)> = full.par_iter().zip(level).map(of).collect();
         let mut sum = Measured { views: of.len() as u32, iou: 0.0, coverage: 0.0, ..Measured::same(pixels) };
         for (iou, ratio) in of {
             sum.iou += iou / count;

@@ -22,7 +22,7 @@ use super::impostor::{Impostor, Views};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
 use super::thin::thinned;
 use super::tile::Tile;
-use crate::bake::{Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
+use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::Seed;
 use crate::mesh::{CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
@@ -144,7 +144,7 @@ pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps],
 /// As [`ladder`], with a mean edge of the cards' pictures of `texels`, 8..=1024.
 #[must_use]
 pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock, texels: u32, seed: Seed) -> Ladder {
-    ladder_by(plant, mesh, lods, (&|| stock, texels), seed, &|_, make| Arc::new(make()))
+    ladder_by(plant, mesh, lods, (&|| stock, texels), seed, &Forgetful)
 }
 
 /// What one level of a tree hangs on, beside the tree, how it is meshed, the leaf pictures and the seed: another budget of
@@ -181,10 +181,35 @@ impl Piece {
     }
 }
 
-/// Who remembers levels: answers with what the second argument makes, now or earlier for the same rung.
-pub type Remember<'a> = dyn Fn(&Rung, &mut dyn FnMut() -> Piece) -> Arc<Piece> + 'a;
+/// Who remembers what the levels of one tree are made of and measured with: answers with what the last argument makes, now
+/// or earlier for the same question.
+pub trait Memory {
+    /// A level.
+    fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece>;
+    /// The full level's outlines, so many samples high.
+    fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines>;
+    /// The full level in plain colours, so many pixels high.
+    fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference>;
+}
 
-/// As [`ladder_with`], by somebody who remembers levels. The stock is asked for when one is made.
+/// Makes all anew.
+struct Forgetful;
+
+impl Memory for Forgetful {
+    fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
+        Arc::new(make())
+    }
+
+    fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
+        Arc::new(make())
+    }
+
+    fn reference(&self, _: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
+        Arc::new(make())
+    }
+}
+
+/// As [`ladder_with`], by somebody with a memory. The stock is asked for when a level is made.
 #[must_use]
 pub fn ladder_by<'s>(
     plant: &Plant,
@@ -192,7 +217,7 @@ pub fn ladder_by<'s>(
     lods: &[Lod],
     (stock, texels): (&dyn Fn() -> &'s Stock, u32),
     seed: Seed,
-    remember: &Remember<'_>,
+    memory: &dyn Memory,
 ) -> Ladder {
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
@@ -202,7 +227,7 @@ pub fn ladder_by<'s>(
     let wood = OnceCell::new();
     let wood = || wood.get_or_init(|| Wood::of(plant, &posed, &TubeDetail::full(mesh)));
     let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
-    let full = remember(&first, &mut || Piece {
+    let full = memory.level(&first, &mut || Piece {
         mesh: full_level(plant, &posed, &light, (wood(), mesh), cards),
         tiles: Vec::new(),
         size: 1.0,
@@ -232,8 +257,8 @@ pub fn ladder_by<'s>(
             let sizes = sizes(lod, above);
             let texels_asked = (!matches!(lod, Lod::Thinned { .. })).then_some(texels);
             let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes, cells: cells(lod, triangles_above) };
-            remember(&rung, &mut || {
-                let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock()));
+            memory.level(&rung, &mut || {
+                let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock(), memory));
                 bench.piece(&scene(), cards, &rung, texels, seed)
             })
         };
@@ -318,20 +343,24 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_
         .collect()
 }
 
+/// The full level's outlines, and those summed up for many sizes.
+type Shown = (Arc<Outlines>, OnceCell<Vec<Areas>>);
+
 /// What levels are measured with.
 struct Bench<'a> {
     full: &'a TreeMesh,
     stock: &'a Stock,
     /// Of the leaf pictures.
     cutouts: Vec<&'a Cutout>,
-    fine: Option<Outlines>,
-    coarse: Option<Outlines>,
+    fine: Option<Shown>,
+    coarse: Option<Shown>,
+    memory: &'a dyn Memory,
 }
 
 impl<'a> Bench<'a> {
-    fn new(full: &'a TreeMesh, stock: &'a Stock) -> Self {
+    fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
         let cutouts = stock.wardrobe.leaves.iter().map(Picture::cutout).collect();
-        Self { full, stock, cutouts, fine: None, coarse: None }
+        Self { full, stock, cutouts, fine: None, coarse: None, memory }
     }
 
     /// Makes a level and measures it.
@@ -346,14 +375,13 @@ impl<'a> Bench<'a> {
                 let at = |grown: f32| thinned(scene, cards, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
                 // Fewer, larger leaves hide each other less or more: once more, by what is covered.
-                let worn = self.cutouts.clone();
                 let outlines = self.outlines(COARSE);
-                let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &worn));
+                let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &self.cutouts));
                 let covered = outlines.ratio_of_some(&rough);
                 if (covered - 1.0).abs() > 0.008 {
                     made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
                 }
-                let drawn = self.draw(FINE, &made);
+                let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
                 let found = self.takes_over(lod, sizes, &drawn);
                 let measured = self.colors(&made, &[], found);
                 (made, Vec::new(), measured)
@@ -366,10 +394,9 @@ impl<'a> Bench<'a> {
                     }
                     _ => crossed_quads(scene, texels, wardrobe, first_tile),
                 };
-                let worn = self.cutouts.clone();
                 let outlines = self.outlines(lines(lod));
-                made.carve(outlines, &worn);
-                let drawn = made.settle(outlines, &worn);
+                made.carve(&outlines, &self.cutouts);
+                let drawn = made.settle(&outlines, &self.cutouts);
                 let found = self.takes_over(lod, sizes, &drawn);
                 let own = made.tiles();
                 let measured = self.colors(&made.tree, &own, found);
@@ -378,7 +405,7 @@ impl<'a> Bench<'a> {
             Lod::Impostor { frames } => {
                 let views = super::impostor::impostor(scene, (frames, texels), wardrobe, first_tile);
                 impostor = Some(views.layout);
-                let (gain, drawn) = settled(&views, self.outlines(COARSE));
+                let (gain, drawn) = settled(&views, &self.outlines(COARSE));
                 let found = self.takes_over(lod, sizes, &drawn);
                 let sheet = views.sheet(gain);
                 let measured = self.impostor_colors(&views.layout, &sheet, found);
@@ -389,26 +416,25 @@ impl<'a> Bench<'a> {
     }
 
     /// The full tree's outlines on so many samples.
-    fn outlines(&mut self, lines: u32) -> &Outlines {
-        let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
-        let views = if lines == FINE { VIEWS * 3 / 8 } else { VIEWS };
-        kept.get_or_insert_with(|| Outlines::new(self.full, &self.cutouts, lines, views))
+    fn outlines(&mut self, lines: u32) -> Arc<Outlines> {
+        Arc::clone(&self.shown(lines).0)
     }
 
-    /// A level that wears leaf pictures only.
-    fn draw(&mut self, lines: u32, tree: &TreeMesh) -> Vec<Silhouette> {
-        let cutouts = self.cutouts.clone();
-        self.outlines(lines).draw(tree, &cutouts)
+    fn shown(&mut self, lines: u32) -> &Shown {
+        let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
+        let views = if lines == FINE { VIEWS * 3 / 8 } else { VIEWS };
+        let mut make = || Outlines::new(self.full, &self.cutouts, lines, views);
+        kept.get_or_insert_with(|| (self.memory.outlines(lines, &mut make), OnceCell::new()))
     }
 
     /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
     /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
     fn takes_over(&mut self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
-        let outlines = self.outlines(lines(lod));
-        let drawn = areas(drawn);
+        let (outlines, full) = self.shown(lines(lod));
+        let (full, drawn) = (full.get_or_init(|| outlines.areas()), areas(drawn));
         let mut best: Option<(f32, f32, Measured)> = None;
         for &size in sizes {
-            let measured = outlines.agreement(&drawn, size);
+            let measured = outlines.agreement((full, &drawn), size);
             let better = agrees(lod, &measured);
             if best.is_none_or(|b| better > b.0) {
                 best = Some((better, share(lines(lod), size), measured));
@@ -448,8 +474,9 @@ impl<'a> Bench<'a> {
         (at, Measured { color: seen.color, flip: seen.flip, ..found })
     }
 
-    fn reference(&self, pixels: u32) -> Reference {
-        Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, COLORED))
+    fn reference(&self, pixels: u32) -> Arc<Reference> {
+        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, COLORED));
+        self.memory.reference(pixels, &mut make)
     }
 }
 

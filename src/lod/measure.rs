@@ -20,8 +20,9 @@ use crate::mesh::{Mesh, TreeMesh};
 /// Sine of the elevation of the steepest view: 45 degrees. At the size at which the second level takes over, that is a
 /// viewer a hundred metres above the ground.
 const STEEPEST: f32 = std::f32::consts::FRAC_1_SQRT_2;
-/// Samples along a tree's height, at least.
+/// Samples along a tree's height, at least: where silhouettes are compared, and where colours alone are.
 const LINES: u32 = 270;
+const COLOR_LINES: u32 = 150;
 /// The sky behind the trees when pictures are compared, linear light.
 const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
 
@@ -128,18 +129,24 @@ impl Reference {
     #[must_use]
     pub fn new(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: u32) -> Self {
         let (views, size) = self::views(tree, pixels, views);
-        Self::of(tree, wardrobe, pixels, views, size)
+        Self::of(tree, wardrobe, (pixels, LINES), views, size)
     }
 
-    /// As [`new`](Self::new), from every `step`-th of so many directions.
+    /// As [`new`](Self::new), from every `step`-th of so many directions, for their colours.
     pub(super) fn some(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, (count, step): (u32, usize)) -> Self {
         let (views, size) = self::views(tree, pixels, count);
-        Self::of(tree, wardrobe, pixels, views.into_iter().skip(step / 2).step_by(step).collect(), size)
+        Self::of(tree, wardrobe, (pixels, COLOR_LINES), views.into_iter().skip(step / 2).step_by(step).collect(), size)
     }
 
-    fn of(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: Vec<View>, size: (u32, u32)) -> Self {
+    fn of(
+        tree: &TreeMesh,
+        wardrobe: &Wardrobe,
+        (pixels, lines): (u32, u32),
+        views: Vec<View>,
+        size: (u32, u32),
+    ) -> Self {
         // As many samples along the tree at any size: what a pixel holds is a matter of the tree, not of mips.
-        let samples = LINES.div_ceil(pixels.max(1)).clamp(2, 9);
+        let samples = lines.div_ceil(pixels.max(1)).clamp(2, 9);
         let mut made = Self { views, targets: Vec::new(), pixels, samples };
         made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
         made
@@ -150,6 +157,12 @@ impl Reference {
             .par_iter()
             .map(|view| rasterize(&wardrobe.dressed(tree), view, size.0, size.1, self.samples, shading))
             .collect()
+    }
+
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.targets.iter().map(|target| target.coverage.len() * 36).sum()
     }
 
     /// Compares a level with the full tree, FLIP included.

@@ -21,11 +21,12 @@ mod tile;
 mod trunk;
 mod twigs;
 
+pub use agree::Outlines;
 pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
 pub use ladder::{
-    CULL, Ladder, Level, Piece, Remember, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on,
+    CULL, Ladder, Level, Memory, Piece, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on,
     palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};

@@ -1,5 +1,7 @@
 //! Tests of the rasterizer: exact pictures, edges that neither overlap nor gap, and broken input.
 
+use glam::Vec2;
+
 use super::*;
 use crate::bake::Maps;
 use crate::base::Seed;
