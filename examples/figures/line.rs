@@ -123,8 +123,11 @@ fn blends() {
     Figure::new("line.blends", 1.0 / time, "1/s", how).goal("thousands").print();
 }
 
+/// The files of a set, by name.
+type Files = Vec<(String, Arc<[u8]>)>;
+
 /// Makes all sets on one and on two threads; gives back the files of the second.
-fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Arc<[u8]>)>> {
+fn sameness(sets: &[PathBuf]) -> Vec<Files> {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         pool.install(|| sets.iter().map(|set| made(set).files).collect::<Vec<_>>())
@@ -137,7 +140,7 @@ fn sameness(sets: &[PathBuf]) -> Vec<Vec<(String, Arc<[u8]>)>> {
     two
 }
 
-fn continuity_and_cloud(sets: &[Vec<(String, Arc<[u8]>)>]) {
+fn continuity_and_cloud(sets: &[Files]) {
     let mut continuity = 1.0_f64;
     let (mut ious, mut coverages) = (Vec::new(), Vec::new());
     let mut variants = 0;

@@ -426,3 +426,41 @@ fn absolute(path: &Path) -> PathBuf {
         _ => full,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use notify::Event;
+    use notify::event::{CreateKind, DataChange};
+
+    use super::*;
+
+    #[test]
+    fn files_are_waited_for_until_they_are_closed_or_renamed_to_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let preset = folder.path().join("oak.ron");
+        std::fs::write(&preset, "()").unwrap();
+        let options = WatchOptions { poll: Some(POLL), ..WatchOptions::new(folder.path(), folder.path().join("out")) };
+        let watcher = Watcher::new(options);
+        let mut burst = Burst::default();
+        let mut hear = |kind: EventKind, path: &Path| {
+            let ours = watcher.hear(Ok(Event::new(kind).add_path(path.to_path_buf())), &mut burst);
+            (ours, burst.begun.is_empty())
+        };
+        let write = EventKind::Modify(ModifyKind::Data(DataChange::Any));
+        let [closed, read] =
+            [AccessMode::Write, AccessMode::Read].map(|mode| EventKind::Access(AccessKind::Close(mode)));
+        let renamed = |mode| EventKind::Modify(ModifyKind::Name(mode));
+        // Begun, read by somebody, written, closed.
+        for (kind, whole) in [(write, false), (read, false), (write, false), (closed, true)] {
+            assert_eq!(hear(kind, &preset), (kind != read, whole), "{kind:?}");
+        }
+        // What others write beside it is not waited for.
+        let beside = folder.path().join("notes.txt");
+        assert_eq!(hear(EventKind::Create(CreateKind::File), &beside), (false, true));
+        // Renamed away and another one to its name.
+        assert_eq!(hear(renamed(RenameMode::From), &preset), (true, false));
+        assert_eq!(hear(renamed(RenameMode::To), &preset), (true, true));
+        assert_eq!(hear(EventKind::Remove(notify::event::RemoveKind::File), &preset), (true, false));
+        assert!(burst.paths.contains(&absolute(&preset)) && burst.paths.contains(&absolute(&beside)));
+    }
+}
