@@ -172,54 +172,64 @@ impl Level {
         Self { width, height, squares }
     }
 
-    /// Chooses the squares of the `k`-th mip that are to be solid.
+    /// Chooses the squares of the `k`-th mip that are to be solid: in each picture as many as it covers.
     fn choose(&mut self, k: usize, pictures: &[Rect]) {
         let mut taken = vec![false; self.squares.len()];
-        // Coverage that rounding to whole squares owes.
-        let mut owed = 0.0_f32;
-        let mut ranked: Vec<(f32, usize)> = Vec::new();
+        let edge = 1 << k;
+        let mut of_pictures: Vec<Vec<Ranked>> = Vec::with_capacity(pictures.len() + 1);
         for rect in pictures {
-            let edge = 1 << k;
             let (x0, y0) = (rect.x as usize / edge, rect.y as usize / edge);
             let x1 = ((rect.x + rect.width) as usize).div_ceil(edge).min(self.width);
             let y1 = ((rect.y + rect.height) as usize).div_ceil(edge).min(self.height);
             let squares = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))).map(|(y, x)| y * self.width + x);
-            ranked.clear();
-            for i in squares {
-                if !std::mem::replace(&mut taken[i], true) {
-                    ranked.push((0.0, i));
-                }
-            }
-            self.pick(&mut ranked, &mut owed);
+            // A square that several pictures share is the first one's.
+            of_pictures
+                .push(squares.filter(|&i| !std::mem::replace(&mut taken[i], true)).map(|i| (0.0, i as u32)).collect());
         }
-        let mut rest: Vec<(f32, usize)> = (0..taken.len()).filter(|&i| !taken[i]).map(|i| (0.0, i)).collect();
-        self.pick(&mut rest, &mut owed);
+        of_pictures.push((0..taken.len()).filter(|&i| !taken[i]).map(|i| (0.0, i as u32)).collect());
+        let wanted: Vec<(f32, usize, usize)> = of_pictures.par_iter_mut().map(|ranked| self.rank(ranked)).collect();
+        // Coverage that rounding to whole squares owes to the next picture.
+        let mut owed = 0.0_f32;
+        let count = |(wanted, forced, able): (f32, usize, usize)| {
+            let wanted = wanted + owed;
+            let count = ((wanted + 0.5).floor().max(0.0) as usize).clamp(forced, able.max(forced));
+            owed = wanted - count as f32;
+            count
+        };
+        let counts: Vec<usize> = wanted.into_iter().map(count).collect();
+        of_pictures.par_iter_mut().zip(&counts).for_each(|(ranked, &count)| {
+            if count < ranked.len() {
+                ranked.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            }
+        });
+        let mut solid = taken;
+        for (ranked, count) in of_pictures.iter().zip(counts) {
+            ranked.iter().enumerate().for_each(|(place, &(_, i))| solid[i as usize] = place < count);
+        }
+        self.squares.par_iter_mut().zip(solid).with_min_len(1 << 13).for_each(|(square, solid)| square.keep(solid));
     }
 
-    /// Of some squares as many as they cover.
-    fn pick(&mut self, ranked: &mut [(f32, usize)], owed: &mut f32) {
-        let wanted = ranked.iter().map(|r| self.squares[r.1].solid).sum::<f32>() + *owed;
-        // Those that can be either go by how full they are; before them come those that can't be clear.
-        for (rank, i) in ranked.iter_mut() {
-            let square = &self.squares[*i];
+    /// Ranks some squares: those that can be either go by how full they are, before them come those that can't be clear.
+    /// How many they cover, how many can't be clear, and how many can be solid.
+    fn rank(&self, ranked: &mut [Ranked]) -> (f32, usize, usize) {
+        let (mut wanted, mut forced, mut able) = (0.0, 0, 0);
+        for (rank, i) in ranked {
+            let square = &self.squares[*i as usize];
+            wanted += square.solid;
             *rank = match () {
                 () if square.low > CLEAR - MARGIN => 9.0,
                 () if square.high < SOLID + MARGIN => -1.0,
                 () => square.solid + square.own * 1e-4,
             };
+            forced += usize::from(*rank > 8.0);
+            able += usize::from(*rank >= 0.0);
         }
-        let (forced, able) =
-            ranked.iter().fold((0, 0), |(f, a), r| (f + usize::from(r.0 > 8.0), a + usize::from(r.0 >= 0.0)));
-        let count = ((wanted + 0.5).floor().max(0.0) as usize).clamp(forced, able.max(forced));
-        *owed = wanted - count as f32;
-        if count < ranked.len() {
-            ranked.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        }
-        for (place, &(_, i)) in ranked.iter().enumerate() {
-            self.squares[i].keep(place < count);
-        }
+        (wanted, forced, able)
     }
 }
+
+/// How soon a square is to be solid, and its number.
+type Ranked = (f32, u32);
 
 /// Moves alpha so that the squares of every mip fall on the sides that were chosen for them.
 fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level]) {
@@ -290,16 +300,21 @@ fn coverage_of(mut alpha: Vec<u8>, mut width: usize, mut height: usize, levels: 
             break;
         }
         let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-        let mut next = Vec::with_capacity(w * h);
-        for y in 0..h {
-            let rows = [(2 * y).min(height - 1) * width, (2 * y + 1).min(height - 1) * width];
-            for x in 0..w {
-                let columns = [(2 * x).min(width - 1), (2 * x + 1).min(width - 1)];
-                let sum: u32 =
-                    rows.iter().flat_map(|r| columns.iter().map(move |c| r + c)).map(|i| u32::from(alpha[i])).sum();
-                next.push(((sum + 2) / 4) as u8);
+        let mut next = vec![0_u8; w * h];
+        next.par_chunks_exact_mut(w).with_min_len(32).enumerate().for_each(|(y, line)| {
+            let row = |y: usize| &alpha[y.min(height - 1) * width..][..width];
+            let (upper, lower) = (row(2 * y), row(2 * y + 1));
+            let mean = |a: u8, b: u8, c: u8, d: u8| {
+                ((u16::from(a) + u16::from(b) + u16::from(c) + u16::from(d) + 2) / 4) as u8
+            };
+            if width == 1 {
+                line[0] = mean(upper[0], upper[0], lower[0], lower[0]);
+                return;
             }
-        }
+            for ((out, up), low) in line.iter_mut().zip(upper.as_chunks::<2>().0).zip(lower.as_chunks::<2>().0) {
+                *out = mean(up[0], up[1], low[0], low[1]);
+            }
+        });
         (alpha, width, height) = (next, w, h);
     }
     shares

@@ -32,7 +32,7 @@ const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
 const SHEET: Stage = Stage("sheet", 5);
 const SHOWN: Stage = Stage("shown", 1);
-const FACTS: Stage = Stage("facts", 1);
+const FACTS: Stage = Stage("facts", 2);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -474,7 +474,8 @@ pub(super) struct Facts {
 /// Looks at every tree that was not looked at before.
 pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
     let one = |tree: &Tree| {
-        let key = FACTS.key().input(tree.key).params(&plan.colliders).finish();
+        // Another budget of a coarser level changes none of it.
+        let key = FACTS.key().input(tree.of).params(&(&plan.colliders, plan.lods.first())).finish();
         cache.remember_here(
             key,
             |facts: &Facts| {
