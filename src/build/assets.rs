@@ -474,8 +474,9 @@ pub(super) struct Facts {
 /// Looks at every tree that was not looked at before.
 pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
     let one = |tree: &Tree| {
-        // Another budget of a coarser level changes none of it.
-        let key = FACTS.key().input(tree.of).params(&(&plan.colliders, plan.lods.first())).finish();
+        // They are the tree's and its first level's: where that is the full one, no budget changes them.
+        let of = if plan.lods.first() == Some(&Lod::Full) { tree.of } else { tree.key };
+        let key = FACTS.key().input(of).params(&plan.colliders).finish();
         cache.remember_here(
             key,
             |facts: &Facts| {

@@ -21,7 +21,7 @@ use crate::source::{estimate, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 4);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 6);
+const IMPORT: Stage = Stage("import", 7);
 const LIKE: Stage = Stage("like", 4);
 const PICTURES: Stage = Stage("pictures", 3);
 const DRAWING: Stage = Stage("drawing", 1);

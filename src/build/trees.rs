@@ -15,7 +15,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 2);
+const DRESS: Stage = Stage("dress", 3);
 const SKETCH: Stage = Stage("sketch", 3);
 const LADDER: Stage = Stage("ladder", 16);
 /// One level; kept in memory only, for edits of one of several.
