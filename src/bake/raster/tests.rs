@@ -110,7 +110,13 @@ fn the_picture_is_the_same_on_one_thread_and_on_many() {
     let green = flat([20, 90, 10, 255]);
     let shot = || draw(&[(&mesh, &green)], &front(1.2), 60, 3);
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-    assert_eq!(pool(1).install(shot), pool(4).install(shot));
+    let one = pool(1).install(shot);
+    assert_eq!(one, pool(4).install(shot));
+    // Pixels show one triangle or several: their normals are units, and zero where nothing is seen.
+    for (normal, covered) in one.normal.iter().zip(&one.coverage) {
+        let length = if *covered > 0.0 { 1.0 } else { 0.0 };
+        assert!((normal.length() - length).abs() < 1e-5, "{normal} where {covered} is covered");
+    }
 }
 
 #[test]
