@@ -136,8 +136,8 @@ impl Layout {
     /// Finds places for pictures of these sizes.
     ///
     /// `groups` are numbers of pictures that belong together, in order. As long as all fit at full size, one group is
-    /// placed after the other, so that the places of the first do not hang on those that come later; else the largest
-    /// come first, whosever they are.
+    /// placed after the other, so that the places of the first do not hang on those that come later; else, and where that
+    /// makes an atlas of half the height, the largest come first, whosever they are.
     ///
     /// # Errors
     ///
@@ -178,25 +178,36 @@ impl Layout {
             .collect();
         let own = |i: usize| ends.partition_point(|&end| end <= i);
         let one = |_: usize| 0;
-        // Bisection for the largest k that fits; `low` always does.
-        let mut best = match fit(SCALES, &own).or_else(|| fit(SCALES, &one)) {
+        let height = |corners: &[(u32, u32)], sizes: &[(u32, u32)]| {
+            let bottom = corners.iter().zip(sizes).map(|(&(_, y), s)| y + s.1 + 2 * margin).max().unwrap_or(1);
+            bottom.next_power_of_two().min(size)
+        };
+        // Half the texels are worth more than places that stay.
+        let grouped = fit(SCALES, &own).map(|grouped| {
+            let all: u64 = sizes.iter().map(|s| u64::from(s.0) * u64::from(s.1)).sum();
+            let may_be_lower = all * 2 < u64::from(size) * u64::from(height(&grouped, sizes));
+            let lower = || fit(SCALES, &one).filter(|ordered| height(ordered, sizes) < height(&grouped, sizes));
+            if may_be_lower { lower().unwrap_or(grouped) } else { grouped }
+        });
+        // Bisection for the largest k that fits; the lower end always does.
+        let mut best = match grouped.or_else(|| fit(SCALES, &one)) {
             Some(corners) => (SCALES, corners),
             None => (1, fit(1, &one).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?),
         };
-        let mut high = SCALES;
-        while high > best.0 + 1 {
-            let k = best.0.midpoint(high);
+        let mut above = SCALES;
+        while above > best.0 + 1 {
+            let k = best.0.midpoint(above);
             match fit(k, &one) {
                 Some(corners) => best = (k, corners),
-                None => high = k,
+                None => above = k,
             }
         }
         let (k, corners) = best;
-        let rects: Vec<Rect> = (corners.iter().zip(sizes_at(k)))
+        let sizes = sizes_at(k);
+        let height = height(&corners, &sizes);
+        let rects: Vec<Rect> = (corners.iter().zip(sizes))
             .map(|(&(x, y), (width, height))| Rect { x: x + margin, y: y + margin, width, height })
             .collect();
-        let bottom = rects.iter().map(|r| r.y + r.height + margin).max().unwrap_or(1);
-        let height = bottom.next_power_of_two().min(size);
         let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
         let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
         Ok(Self { width: size, height, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
@@ -434,6 +445,27 @@ mod tests {
         // Too many for one after the other at full size: still all of them fit.
         let many: Vec<(u32, u32)> = sizes.iter().cycle().take(900).copied().collect();
         assert!(Layout::new(&many, &[300; 3], &params).unwrap().scale < 1.0);
+    }
+
+    #[test]
+    fn groups_never_make_an_atlas_higher_than_it_must_be() {
+        let mut freed = 0;
+        for i in 0..40 {
+            let seed = Seed::new(8).at(i);
+            let edge = |k: u64| 20 + seed.at(k).index(40) as u32;
+            // Trees of a sheet and some cards each.
+            let tree = |k: u64| std::iter::once((180, 180)).chain((0..9).map(move |c| (edge(k * 20 + c), edge(k + c))));
+            let count = 2 + i % 5;
+            let sizes: Vec<(u32, u32)> = (0..count).flat_map(tree).collect();
+            let params = AtlasParams { size: 512, gutter: 2 };
+            let grouped = Layout::new(&sizes, &vec![10; count as usize], &params).unwrap();
+            let free = Layout::new(&sizes, &[], &params).unwrap();
+            if grouped.scale == 1.0 {
+                assert!(grouped.height <= free.height, "{i}");
+            }
+            freed += u32::from(grouped == free);
+        }
+        assert!((1..40).contains(&freed), "{freed}");
     }
 
     #[test]

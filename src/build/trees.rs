@@ -8,7 +8,7 @@ use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Note, Seed};
-use crate::lod::{self, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock};
+use crate::lod::{self, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 3);
 const SKETCH: Stage = Stage("sketch", 3);
-const LADDER: Stage = Stage("ladder", 16);
+const LADDER: Stage = Stage("ladder", 17);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 11);
+const LEVEL: Stage = Stage("level", 12);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 1);
 const REFERENCE: Stage = Stage("reference", 1);
@@ -28,6 +28,8 @@ const STOCK: Stage = Stage("stock", 1);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
+/// The same where room is only to be used up.
+const USED: f64 = 0.86;
 /// Largest edge of an atlas.
 const LARGEST: u32 = 8192;
 
@@ -48,8 +50,8 @@ pub(super) struct Tree {
 pub(super) struct Trees<'a> {
     plan: &'a Plan,
     wardrobe: &'a Wardrobe,
-    /// All of the wardrobe's pictures but their colours, and the mean edge of cards' pictures, once somebody asks.
-    looks: OnceLock<(Key, u32)>,
+    /// All of the wardrobe's pictures but their colours, and how fine pictures are drawn, once somebody asks.
+    looks: OnceLock<(Key, Texels)>,
     /// The same, ready to be drawn; made when a ladder is.
     stock: OnceLock<Arc<Stock>>,
     cache: &'a Cache,
@@ -81,14 +83,14 @@ impl<'a> Trees<'a> {
     pub(super) fn levels(&self, plant: Arc<Plant>, seed: Seed) -> Tree {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
         let content = content(&*plant);
-        let (shapes, edge) =
+        let (shapes, texels) =
             *once(&self.looks, || (self.wardrobe.pictures.shapes(), texels(self.plan, &self.wardrobe.pictures)));
         let tree = |stage: KeyBuilder| stage.input(content).input(shapes).params(mesh);
-        let key = tree(LADDER.key()).params(lods).number(u64::from(edge)).number(seed.bits()).finish();
+        let key = tree(LADDER.key()).params(lods).params(&texels).number(seed.bits()).finish();
         let of_tree = tree(LEVEL.key()).number(seed.bits()).finish();
         let made = self.made(LADDER, key, || {
             let stock = || &**once(&self.stock, || stock(self.plan, &self.wardrobe.pictures, self.cache));
-            lod::ladder_by(&plant, mesh, lods, (&stock, edge), seed, &Known { cache: self.cache, of: of_tree })
+            lod::ladder_by(&plant, mesh, lods, (&stock, texels), seed, &Known { cache: self.cache, of: of_tree })
         });
         Tree { plant, ladder: made, key, of: of_tree }
     }
@@ -157,7 +159,7 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
     let size = plan.atlas.size;
     let at = |size: u32| {
         let atlas = AtlasParams { size, ..plan.atlas.clone() };
-        texels(&Plan { atlas, ..plan.clone() }, pictures)
+        texels(&Plan { atlas, ..plan.clone() }, pictures).cards
     };
     let (own, usual) = (at(size), lod::CARD_TEXELS);
     let is_enough = |texels: u32| texels * 4 >= usual * 3;
@@ -174,45 +176,63 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
     Some(Note { about: "atlas".to_owned(), message })
 }
 
-/// The mean edge of the cards' pictures with which all of a set are likely to fit its atlas: pictures that are drawn
-/// smaller are sharper than those that are scaled when they are packed. In eighths of the usual, so that one more variant
-/// seldom changes the others. Up to twice the usual where impostors are all that wants room: thin twigs need it, and cards
-/// gain nothing.
-fn texels(plan: &Plan, pictures: &Pictures) -> u32 {
-    let cell = |edge: f64| {
-        let edge = edge + f64::from(plan.atlas.gutter) + 4.0;
-        edge * edge
-    };
-    let art: f64 = pictures
-        .leaves
-        .iter()
-        .map(|maps| cell(f64::from(maps.width)) * f64::from(maps.height) / f64::from(maps.width.max(1)))
-        .sum();
-    let tree = |texels: u32| -> f64 {
-        let of = |level: &Lod| {
-            lod::pictures(level, texels)
-                .into_iter()
-                .map(|(count, edge)| f64::from(count) * cell(f64::from(edge)))
-                .sum::<f64>()
-        };
-        plan.lods.iter().map(of).sum()
-    };
-    let room = f64::from(plan.atlas.size) * f64::from(plan.atlas.size) * FILLED - art;
-    let finest =
-        if plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. } | Lod::CrossedQuads)) { 8 } else { 16 };
-    let steps = (2..=finest).rev().map(|eighths| lod::CARD_TEXELS * eighths / 8);
-    let fits =
-        |texels: &u32| tree(*texels) * plan.variants.len() as f64 <= room && squares_fit(plan, pictures, *texels);
-    steps.clone().find(fits).unwrap_or(lod::CARD_TEXELS / 4)
+/// How fine pictures are drawn so that all of a set are likely to fit its atlas: drawn smaller they are sharper than scaled
+/// when they are packed. Room that cards leave goes to impostors, which are seen coarsest of all, and makes them up
+/// to twice as fine; cards gain nothing. All go by steps, so that one more variant seldom changes the others.
+fn texels(plan: &Plan, pictures: &Pictures) -> Texels {
+    let has_cards = plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. } | Lod::CrossedQuads));
+    let edge = plan.atlas.size;
+    let space = |texels: Texels| Space::of(plan, pictures, texels);
+    let at = |eighths: u32| lod::CARD_TEXELS * eighths / 8;
+    let cards =
+        (2..=8).rev().map(at).find(|&texels| space(Texels::all(texels)).fits(FILLED, edge, edge)).unwrap_or(at(2));
+    // Cards' atlas is not to be higher than it is anyway. What has no cards has thin twigs, or few leaves.
+    let least = space(Texels::all(cards));
+    let mut heights = (0..edge.ilog2()).map(|k| 1 << k).filter(|_| has_cards);
+    let height = heights.find(|&height| least.fits(FILLED, edge, height)).unwrap_or(edge);
+    let finer = [16, 14, 12, 10].map(|eighths| Texels { cards, impostors: at(eighths) });
+    finer.into_iter().find(|&texels| space(texels).fits(USED, edge, height)).unwrap_or(Texels::all(cards))
 }
 
-/// Whether the leaf pictures and the sheets of all variants have places: of large squares area tells little.
-fn squares_fit(plan: &Plan, pictures: &Pictures, texels: u32) -> bool {
-    let sheets = plan.lods.iter().filter(|lod| matches!(lod, Lod::Impostor { .. }));
-    let edges: Vec<u32> = sheets.flat_map(|lod| lod::pictures(lod, texels)).map(|(_, edge)| edge).collect();
-    let mut sizes: Vec<(u32, u32)> = pictures.leaves.iter().map(|maps| (maps.width, maps.height)).collect();
-    sizes.extend(edges.iter().flat_map(|&edge| std::iter::repeat_n((edge, edge), plan.variants.len())));
-    sizes.is_empty() || bake::Layout::new(&sizes, &[], &plan.atlas).is_ok_and(|layout| layout.scale == 1.0)
+/// What a set's pictures take of an atlas, about.
+struct Space {
+    /// Texels of all, gutters included.
+    area: f64,
+    /// Sizes of the large ones, leaf pictures and sheets of impostors: of large squares area tells little.
+    large: Vec<(u32, u32)>,
+    gutter: u32,
+}
+
+impl Space {
+    fn of(plan: &Plan, pictures: &Pictures, texels: Texels) -> Self {
+        let gutter = plan.atlas.gutter;
+        let mut large: Vec<(u32, u32)> = pictures.leaves.iter().map(|maps| (maps.width, maps.height)).collect();
+        let mut area: f64 = large.iter().map(|&size| cell(size, gutter)).sum();
+        let count = plan.variants.len();
+        for level in &plan.lods {
+            for (each, edge) in lod::pictures(level, texels) {
+                area += cell((edge, edge), gutter) * f64::from(each) * count as f64;
+                if matches!(level, Lod::Impostor { .. }) {
+                    large.extend(std::iter::repeat_n((edge, edge), count));
+                }
+            }
+        }
+        Self { area, large, gutter }
+    }
+
+    /// Whether all are likely to fit an atlas of that size, of which they fill so much at most.
+    fn fits(&self, filled: f64, width: u32, height: u32) -> bool {
+        let params = AtlasParams { size: width, gutter: self.gutter };
+        let has_places = |layout: bake::Layout| layout.scale == 1.0 && layout.height <= height;
+        self.area <= f64::from(width) * f64::from(height) * filled
+            && (self.large.is_empty() || bake::Layout::new(&self.large, &[], &params).is_ok_and(has_places))
+    }
+}
+
+/// What a picture takes of an atlas.
+fn cell((width, height): (u32, u32), gutter: u32) -> f64 {
+    let room = |texels: u32| f64::from(texels + gutter) + 4.0;
+    room(width) * room(height)
 }
 
 /// The key of a value's content.
@@ -306,4 +326,45 @@ fn is_even(mesh: &Mesh) -> bool {
     let all = [mesh.normals.len(), mesh.uvs.len(), mesh.occlusion.len()];
     let some = [mesh.tangents.len(), mesh.lightmap.len(), mesh.tiles.len(), mesh.chains.len()];
     all == [count; 3] && some.iter().all(|&len| len == 0 || len == count) && check_indices(&mesh.indices, count).is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many trees with a leaf picture of 256 texels.
+    fn texels_of(trees: usize, lods: &str, size: u32) -> Texels {
+        const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+        let text = format!(
+            "(sources: {{\"a\": Grow(species: \"oak.ron\", seed: 1)}}, variants: [Source(\"a\")], lods: {lods}, \
+             atlas: (size: {size}))"
+        );
+        let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
+        let mut plan = loaded.unwrap_or_else(|found| panic!("{found:?}"));
+        plan.variants = vec![plan.variants[0].clone(); trees];
+        let maps = Maps {
+            width: 256,
+            height: 256,
+            color: vec![[0; 4]; 256 * 256],
+            normal: vec![[0; 3]; 256 * 256],
+            orm: vec![[0; 3]; 256 * 256],
+        };
+        texels(&plan, &Pictures { leaves: vec![maps.clone()], bark: maps })
+    }
+
+    #[test]
+    fn room_that_cards_leave_goes_to_impostors() {
+        let clouds = "[Full, BillboardCloud(cards: 48), Impostor(frames: 8)]";
+        let usual = lod::CARD_TEXELS;
+        let of = |trees, size| texels_of(trees, clouds, size);
+        // Two trees take half of an atlas that is half as high as it is wide.
+        let two = of(2, 2048);
+        assert!(two.cards == usual && two.impostors > usual, "{two:?}");
+        // Twelve fill it; more are drawn smaller, cards and sheets alike.
+        let many = of(16, 2048);
+        assert!(many.cards < usual && many.impostors == many.cards, "{many:?}");
+        assert!(of(1, 1024).impostors <= usual * 2);
+        // Without cards it may be as high as it is wide.
+        assert_eq!(texels_of(2, "[Full, Impostor(frames: 8)]", 2048), Texels { cards: usual, impostors: usual * 2 });
+    }
 }

@@ -116,14 +116,40 @@ impl Stock {
     }
 }
 
-/// How many pictures a level brings at a mean edge of its cards of `texels`, about, and their edges.
+/// How fine the pictures of cards and of impostors are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Texels {
+    /// Mean edge of cards' pictures, 8..=1024.
+    pub cards: u32,
+    /// Of impostors: as in a set whose cards have so many, 8..=1024.
+    pub impostors: u32,
+}
+
+impl Texels {
+    /// The same for both.
+    #[must_use]
+    pub const fn all(texels: u32) -> Self {
+        Self { cards: texels, impostors: texels }
+    }
+
+    /// What a level hangs on: none of those without pictures.
+    const fn of(self, level: &Lod) -> Option<u32> {
+        match level {
+            Lod::Full | Lod::Thinned { .. } => None,
+            Lod::BillboardCloud { .. } | Lod::CrossedQuads => Some(self.cards),
+            Lod::Impostor { .. } => Some(self.impostors),
+        }
+    }
+}
+
+/// How many pictures a level brings at so many texels, about, and their edges.
 #[must_use]
-pub fn pictures(level: &Lod, texels: u32) -> Vec<(u32, u32)> {
+pub fn pictures(level: &Lod, texels: Texels) -> Vec<(u32, u32)> {
     match *level {
         Lod::Full | Lod::Thinned { .. } => Vec::new(),
-        Lod::BillboardCloud { cards } => vec![(cards, texels)],
-        Lod::CrossedQuads => vec![(2, texels * super::crossed::EDGE)],
-        Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels, frames))],
+        Lod::BillboardCloud { cards } => vec![(cards, texels.cards)],
+        Lod::CrossedQuads => vec![(2, texels.cards * super::crossed::EDGE)],
+        Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels.impostors, frames))],
     }
 }
 
@@ -138,12 +164,19 @@ pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
 /// `leaf_art` are the pictures by slot, `bark` the tiling bark. Pure, and the same on any number of threads.
 #[must_use]
 pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps], bark: &Maps, seed: Seed) -> Ladder {
-    ladder_with(plant, mesh, lods, &Stock::new(leaf_art, bark), CARD_TEXELS, seed)
+    ladder_with(plant, mesh, lods, &Stock::new(leaf_art, bark), Texels::all(CARD_TEXELS), seed)
 }
 
-/// As [`ladder`], with a mean edge of the cards' pictures of `texels`, 8..=1024.
+/// As [`ladder`], with pictures of so many texels.
 #[must_use]
-pub fn ladder_with(plant: &Plant, mesh: &MeshParams, lods: &[Lod], stock: &Stock, texels: u32, seed: Seed) -> Ladder {
+pub fn ladder_with(
+    plant: &Plant,
+    mesh: &MeshParams,
+    lods: &[Lod],
+    stock: &Stock,
+    texels: Texels,
+    seed: Seed,
+) -> Ladder {
     ladder_by(plant, mesh, lods, (&|| stock, texels), seed, &Forgetful)
 }
 
@@ -215,7 +248,7 @@ pub fn ladder_by<'s>(
     plant: &Plant,
     mesh: &MeshParams,
     lods: &[Lod],
-    (stock, texels): (&dyn Fn() -> &'s Stock, u32),
+    (stock, texels): (&dyn Fn() -> &'s Stock, Texels),
     seed: Seed,
     memory: &dyn Memory,
 ) -> Ladder {
@@ -255,11 +288,11 @@ pub fn ladder_by<'s>(
             Arc::clone(&full)
         } else {
             let sizes = sizes(lod, above);
-            let texels_asked = (!matches!(lod, Lod::Thinned { .. })).then_some(texels);
-            let rung = Rung { lod: lod.clone(), texels: texels_asked, sizes, cells: cells(lod, triangles_above) };
+            let cells = cells(lod, triangles_above);
+            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), sizes, cells };
             memory.level(&rung, &mut || {
                 let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock(), memory));
-                bench.piece(&scene(), cards, &rung, texels, seed)
+                bench.piece(&scene(), cards, &rung, seed)
             })
         };
         let mut made = piece.mesh.clone();
@@ -364,8 +397,9 @@ impl<'a> Bench<'a> {
     }
 
     /// Makes a level and measures it.
-    fn piece(&mut self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, texels: u32, seed: Seed) -> Piece {
+    fn piece(&mut self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, seed: Seed) -> Piece {
         let (lod, sizes) = (&rung.lod, rung.sizes.as_slice());
+        let texels = rung.texels.unwrap_or(CARD_TEXELS);
         let wardrobe = &self.stock.wardrobe;
         let first_tile = wardrobe.leaves.len() as u32;
         let mut impostor = None;
@@ -596,7 +630,7 @@ mod tests {
     }
 
     fn build(plant: &Plant) -> Ladder {
-        ladder_with(plant, &PARAMS, &lods(), &Stock::new(&[maps(255)], &maps(255)), 32, Seed::new(5))
+        ladder_with(plant, &PARAMS, &lods(), &Stock::new(&[maps(255)], &maps(255)), Texels::all(32), Seed::new(5))
     }
 
     #[test]
@@ -636,7 +670,7 @@ mod tests {
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
         assert_eq!(build(&bare).levels.len(), 4);
-        let none = ladder_with(&plant(40), &PARAMS, &lods(), &Stock::new(&[], &maps(0)), 32, Seed::new(5));
+        let none = ladder_with(&plant(40), &PARAMS, &lods(), &Stock::new(&[], &maps(0)), Texels::all(32), Seed::new(5));
         assert_eq!(none.levels.len(), 4);
     }
 }

@@ -26,8 +26,8 @@ pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
 pub use ladder::{
-    CULL, Ladder, Level, Memory, Piece, Rung, Stock, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on,
-    palette, pictures,
+    CULL, Ladder, Level, Memory, Piece, Rung, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels,
+    mesh_levels_on, palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};
 pub(crate) use packed::packed;
