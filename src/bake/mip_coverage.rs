@@ -253,6 +253,10 @@ fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level]) {
     rows.for_each(|((alpha, free), goals)| {
         for (x, goal) in goals.iter().enumerate() {
             let parts = children(x, width);
+            let sum: u32 = parts.iter().map(|&p| u32::from(alpha[p])).sum();
+            if sum as f32 * 0.25 == *goal {
+                continue;
+            }
             let texels = parts.map(|p| Square::texel(alpha[p], free[p]));
             for ((part, goal), texel) in parts.into_iter().zip(handed(*goal, texels)).zip(texels) {
                 alpha[part] = (goal + 0.5).clamp(texel.low, texel.high) as u8;
@@ -263,9 +267,13 @@ fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level]) {
 
 /// The means of four parts that make `goal`: what is free is moved first, each by its room, then the rest.
 fn handed(goal: f32, parts: [Square; 4]) -> [f32; 4] {
-    let mut short = goal * 4.0 - parts.iter().map(|p| p.own).sum::<f32>();
-    let up = short > 0.0;
     let mut at = parts.map(|p| p.own);
+    let mut short = goal * 4.0 - at.iter().sum::<f32>();
+    // Most parts are left as they are: means of whole numbers are exact.
+    if short == 0.0 {
+        return at;
+    }
+    let up = short > 0.0;
     let ends: [fn(&Square) -> f32; 2] = if up { [|s| s.free_high, |s| s.high] } else { [|s| s.free_low, |s| s.low] };
     for end in ends {
         let room: [f32; 4] = std::array::from_fn(|i| end(&parts[i]) - at[i]);

@@ -127,9 +127,13 @@ impl Recipe {
 
     /// Recipes of pictures of one size, `width` pixels wide, laid out as one picture in rows of `columns`.
     #[must_use]
-    pub fn sheet(frames: &[Self], columns: usize, width: usize) -> Self {
+    pub fn sheet(frames: &[&Self], columns: usize, width: usize) -> Self {
         let (columns, width) = (columns.max(1), width.max(1));
-        let mut whole = Self::default();
+        let total = |count: fn(&Self) -> usize| frames.iter().map(|frame| count(frame)).sum();
+        let mut whole = Self {
+            counts: Vec::with_capacity(total(|f| f.counts.len())),
+            parts: Vec::with_capacity(total(|f| f.parts.len())),
+        };
         for block in frames.chunks(columns) {
             let mut starts = vec![0_usize; block.len()];
             for line in 0..block[0].counts.len() / width {
@@ -242,7 +246,7 @@ mod tests {
         let mut other = Recipe::default();
         other.push(&mut vec![(u32::MAX, 1.0)]);
         other.push(&mut vec![(7, 0.5), (7, 0.5)]);
-        let sheet = Recipe::sheet(&[recipe, other], 2, 1);
+        let sheet = Recipe::sheet(&[&recipe, &other], 2, 1);
         assert_eq!(sheet.counts, [4, 1, 0, 1]);
         assert_eq!(sheet.parts[4..], [0xff_ffff << 8 | 255, 7 << 8 | 255]);
     }

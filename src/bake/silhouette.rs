@@ -13,11 +13,29 @@ use super::Cutout;
 use super::cutout::{Level, Run, TEXEL};
 use super::picture::Repeat;
 use super::raster::View;
-use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, project_into, scan};
+use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, project_into, scan};
 use crate::mesh::Mesh;
 
 /// Most samples along an edge.
 const LARGEST: usize = 8192;
+/// Most rows of a triangle's box that is looked at as a whole.
+const FEW: usize = 8;
+
+/// How many of the first bits of a byte are set, for each number of them from one to eight.
+const FIRST: [[u8; 8]; 256] = {
+    let mut first = [[0; 8]; 256];
+    let mut byte = 0;
+    while byte < first.len() {
+        let (mut bit, mut sum) = (0, 0);
+        while bit < 8 {
+            sum += (byte >> bit & 1) as u8;
+            first[byte][bit] = sum;
+            bit += 1;
+        }
+        byte += 1;
+    }
+    first
+};
 
 /// How many bits of a number are set.
 const ONES: [u8; 1 << 10] = {
@@ -146,12 +164,18 @@ impl Silhouette {
         let mut sums = vec![0_u32; stride * (self.rows + 1)];
         for (row, words) in self.bits.chunks_exact(self.words).enumerate() {
             let (above, line) = sums[row * stride..][..2 * stride].split_at_mut(stride);
+            let (above, above_rest) = above[1..].as_chunks::<8>();
+            let (line, rest) = line[1..].as_chunks_mut::<8>();
+            let first = |byte: usize| &FIRST[(words[byte / 8] >> (byte % 8 * 8) & 0xff) as usize];
+            let whole = line.len();
             let mut sum = 0;
-            for ((above, line), word) in above[1..].chunks(64).zip(line[1..].chunks_mut(64)).zip(words) {
-                for (bit, (above, line)) in above.iter().zip(line).enumerate() {
-                    sum += (word >> bit & 1) as u32;
-                    *line = above + sum;
-                }
+            for (byte, (above, line)) in above.iter().zip(line).enumerate() {
+                let first = first(byte);
+                *line = std::array::from_fn(|bit| above[bit] + sum + u32::from(first[bit]));
+                sum += u32::from(first[7]);
+            }
+            for (bit, (above, line)) in above_rest.iter().zip(rest).enumerate() {
+                *line = above + sum + u32::from(first(whole)[bit]);
             }
         }
         Areas { columns: self.columns, rows: self.rows, sums }
@@ -159,6 +183,11 @@ impl Silhouette {
 
     fn add(&mut self, shape: &Shape<'_>, corners: [u32; 3], points: &[Point], grid: Grid) {
         let Some(p) = corner_points(points, corners) else { return };
+        let Some((columns, (top, bottom))) = extent(p, grid) else { return };
+        // Most triangles of a crown are small, and others cover their whole box.
+        if bottom - top < FEW && (top..=bottom).all(|row| is_full(&self.bits[row * self.words..], columns)) {
+            return;
+        }
         let mut cut: Option<Option<Cut<'_>>> = None;
         scan(p, grid, 0..grid.rows, |row, left, right| {
             let line = &mut self.bits[row * self.words..][..self.words];

@@ -361,22 +361,26 @@ impl Views {
         let frames = self.layout.frames;
         let edge = (frames * self.texels) as usize;
         let texels = self.texels as usize;
-        let (mut normal, mut orm) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
-        for drawn in self.drawn.chunks(frames as usize) {
-            for line in 0..texels {
-                let row = line * texels..(line + 1) * texels;
-                for drawn in drawn {
-                    normal.extend_from_slice(&drawn.normal[row.clone()]);
-                    for k in row.clone() {
-                        let depth = (0.5 + 0.5 * drawn.depth[k] / self.layout.radius).clamp(0.0, 1.0);
-                        orm.push([drawn.open[k], ROUGHNESS, (depth * 255.0 + 0.5) as u8]);
+        let relief = || {
+            let (mut normal, mut orm) = (Vec::with_capacity(edge * edge), Vec::with_capacity(edge * edge));
+            for drawn in self.drawn.chunks(frames as usize) {
+                for line in 0..texels {
+                    let row = line * texels..(line + 1) * texels;
+                    for drawn in drawn {
+                        normal.extend_from_slice(&drawn.normal[row.clone()]);
+                        orm.extend(row.clone().map(|k| {
+                            let depth = (0.5 + 0.5 * drawn.depth[k] / self.layout.radius).clamp(0.0, 1.0);
+                            [drawn.open[k], ROUGHNESS, (depth * 255.0 + 0.5) as u8]
+                        }));
                     }
                 }
             }
-        }
-        let recipes: Vec<Recipe> = self.drawn.iter().map(|drawn| drawn.recipe.clone()).collect();
-        let recipe = Recipe::sheet(&recipes, frames as usize, texels);
-        Tile::new((edge as u32, edge as u32), self.alpha(gain), normal, orm, recipe)
+            (normal, orm)
+        };
+        let recipes: Vec<&Recipe> = self.drawn.iter().map(|drawn| &drawn.recipe).collect();
+        let recipe = || Recipe::sheet(&recipes, frames as usize, texels);
+        let ((normal, orm), (alpha, recipe)) = rayon::join(relief, || rayon::join(|| self.alpha(gain), recipe));
+        Tile::new((edge as u32, edge as u32), alpha, normal, orm, recipe)
     }
 }
 

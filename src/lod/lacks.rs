@@ -8,7 +8,7 @@
 //! What a pixel is to cover is drawn away from a half, as much being covered in all: silhouettes are compared at a half,
 //! and what is nearly half covered turns over by the least that remains.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::bake::{Silhouette, View};
@@ -16,12 +16,12 @@ use crate::bake::{Silhouette, View};
 /// The coverage of pixels from one view, and how points get there.
 #[derive(Clone, Debug)]
 struct Grid {
-    view: View,
     width: usize,
-    /// Pixels a metre, and the rows' middle.
-    across: f32,
-    down: f32,
-    middle: (f32, f32),
+    height: usize,
+    /// Pixels to the right and down by metres, and where the origin lies, counted from the first pixel's middle.
+    right: Vec3,
+    down: Vec3,
+    origin: Vec2,
     values: Vec<f32>,
 }
 
@@ -29,29 +29,27 @@ impl Grid {
     /// `columns` by `rows` samples, counted for pixels of `size` an edge.
     fn new(view: &View, (columns, rows): (usize, usize), size: usize) -> Self {
         let of = |samples: usize, half: f32| samples as f32 / (2.0 * half.max(1e-9) * size as f32);
-        let middle = (columns as f32 / (2.0 * size as f32), rows as f32 / (2.0 * size as f32));
-        let (across, down) = (of(columns, view.half_width), of(rows, view.half_height));
-        Self { view: *view, width: columns / size, across, down, middle, values: Vec::new() }
+        let right = view.frame.x * of(columns, view.half_width);
+        let down = -view.frame.y * of(rows, view.half_height);
+        let middle = Vec2::new(columns as f32, rows as f32) / (2.0 * size as f32) - 0.5;
+        let origin = middle - Vec2::new(right.dot(view.centre), down.dot(view.centre));
+        Self { width: columns / size, height: rows / size, right, down, origin, values: Vec::new() }
     }
 
     /// Between the four pixels around a point; zero outside.
     fn at(&self, point: Vec3) -> f32 {
-        let d = point - self.view.centre;
-        let x = self.middle.0 + self.view.frame.x.dot(d) * self.across - 0.5;
-        let y = self.middle.1 - self.view.frame.y.dot(d) * self.down - 0.5;
+        let (x, y) = (self.origin.x + self.right.dot(point), self.origin.y + self.down.dot(point));
         if !(x >= 0.0 && y >= 0.0) {
             return 0.0;
         }
         let (column, row) = (x as usize, y as usize);
         let (fx, fy) = (x - column as f32, y - row as f32);
-        let height = self.values.len() / self.width.max(1);
-        if column + 1 >= self.width || row + 1 >= height {
+        if column + 1 >= self.width || row + 1 >= self.height {
             return 0.0;
         }
-        let [upper, lower] = [row, row + 1].map(|row| {
-            let line = &self.values[row * self.width + column..][..2];
-            line[0] + (line[1] - line[0]) * fx
-        });
+        let four = &self.values[row * self.width + column..][..self.width + 2];
+        let (upper, lower) = ([four[0], four[1]], [four[self.width], four[self.width + 1]]);
+        let [upper, lower] = [upper, lower].map(|[left, right]| left + (right - left) * fx);
         upper + (lower - upper) * fy
     }
 }

@@ -358,8 +358,8 @@ fn full_level(
     (wood, params): (&Wood<'_>, &MeshParams),
     cards: Cards<'_>,
 ) -> TreeMesh {
-    let bark = wood.mesh(light, &TubeDetail::full(params));
-    let leaf = leaf_cards_in(plant, posed, light, &all_cards(plant), cards);
+    let bark = || wood.mesh(light, &TubeDetail::full(params));
+    let (bark, leaf) = rayon::join(bark, || leaf_cards_in(plant, posed, light, &all_cards(plant), cards));
     TreeMesh { bark, leaf }
 }
 
