@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 3);
 const SKETCH: Stage = Stage("sketch", 3);
-const LADDER: Stage = Stage("ladder", 18);
+const LADDER: Stage = Stage("ladder", 19);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 13);
+const LEVEL: Stage = Stage("level", 14);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 1);
 const REFERENCE: Stage = Stage("reference", 1);
