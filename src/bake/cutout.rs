@@ -5,6 +5,8 @@
 //! that share: needles and lobes keep their area however small they are drawn. One byte a texel, so that the inner loops
 //! of the rasterizers stay in the cache.
 
+use std::sync::OnceLock;
+
 use glam::Vec2;
 
 use super::Maps;
@@ -23,15 +25,15 @@ pub(super) struct Level {
     alpha: Vec<u8>,
     /// Smallest alpha that is kept.
     threshold: u8,
-    /// What passes between each texel and those right of it and below, at the middles of sixteen parts: bit 4 y + x. Of the
-    /// full picture only, which alone is magnified.
-    between: Vec<u16>,
+    /// What passes between each texel and those right of it and below, at the middles of sixteen parts: bit 4 y + x. Known
+    /// once a picture is magnified; most are not.
+    between: OnceLock<Vec<u16>>,
 }
 
 /// Parts of a texel's edge that are told apart between texels.
 const PARTS: usize = 4;
 /// Units of places that are whole numbers: taking floats to whole numbers costs more than the look at a texel.
-pub(super) const TEXEL: i64 = 1 << 16;
+pub(super) const TEXEL: i64 = 1 << 32;
 
 /// Places along a row of samples, in units of [`TEXEL`]: the first, the steps between them, and how many, at most 64.
 #[derive(Clone, Copy)]
@@ -51,34 +53,41 @@ impl Run {
         let far = i64::from(count.saturating_sub(1));
         let inside = |v: i64, last: i64| (0..=last).contains(&v);
         let mut bits = 0;
+        // Bits come in from above and are moved down at the end: moving each to its place costs more.
+        let mut next = |covers: bool| bits = bits >> 1 | u64::from(covers) << 63;
         if inside(x, last.0) && inside(y, last.1) && inside(x + dx * far, last.0) && inside(y + dy * far, last.1) {
-            for k in 0..count {
-                bits |= u64::from(covers(x, y)) << k;
+            for _ in 0..count {
+                next(covers(x, y));
                 (x, y) = (x + dx, y + dy);
             }
-            return bits;
+        } else {
+            for _ in 0..count {
+                next(covers(x.clamp(0, last.0), y.clamp(0, last.1)));
+                (x, y) = (x + dx, y + dy);
+            }
         }
-        for k in 0..count {
-            bits |= u64::from(covers(x.clamp(0, last.0), y.clamp(0, last.1))) << k;
-            (x, y) = (x + dx, y + dy);
-        }
-        bits
+        bits >> (64 - count.clamp(1, 64))
     }
 }
 
 impl Level {
-    /// The full picture.
-    fn full(width: u32, height: u32, alpha: Vec<u8>) -> Self {
-        let threshold = 128;
-        let mut between = Vec::with_capacity(alpha.len());
-        let rows: Vec<&[u8]> = alpha.chunks_exact(width as usize).collect();
-        for (y, row) in rows.iter().enumerate() {
-            let below = rows[(y + 1).min(rows.len() - 1)];
-            let last = row.len() - 1;
-            let corners = |x: usize| [row[x], row[(x + 1).min(last)], below[x], below[(x + 1).min(last)]];
-            between.extend((0..=last).map(|x| parts(corners(x), threshold)));
-        }
-        Self { width, height, alpha, threshold, between }
+    /// Tested at a half.
+    fn new(width: u32, height: u32, alpha: Vec<u8>) -> Self {
+        Self { width, height, alpha, threshold: 128, between: OnceLock::new() }
+    }
+
+    fn between(&self) -> &[u16] {
+        self.between.get_or_init(|| {
+            let mut between = Vec::with_capacity(self.alpha.len());
+            let rows: Vec<&[u8]> = self.alpha.chunks_exact(self.width as usize).collect();
+            for (y, row) in rows.iter().enumerate() {
+                let below = rows[(y + 1).min(rows.len() - 1)];
+                let last = row.len() - 1;
+                let corners = |x: usize| [row[x], row[(x + 1).min(last)], below[x], below[(x + 1).min(last)]];
+                between.extend((0..=last).map(|x| parts(corners(x), self.threshold)));
+            }
+            between
+        })
     }
 
     /// Texels.
@@ -100,7 +109,7 @@ impl Level {
     pub(super) fn covers_between(&self, x: f32, y: f32) -> bool {
         let (x, y) = self.clamped(x, y);
         let (x0, y0) = (x as usize, y as usize);
-        match self.between.get(y0 * self.width as usize + x0) {
+        match self.between().get(y0 * self.width as usize + x0) {
             Some(0) => return false,
             Some(&u16::MAX) => return true,
             _ => {}
@@ -124,15 +133,14 @@ impl Level {
         run.covered((i64::from(self.width) * TEXEL - 1, i64::from(self.height) * TEXEL - 1), covers)
     }
 
-    /// As [`covers_between`](Self::covers_between) to a quarter of a texel, for each place of a run, one bit each. Of a level
-    /// that is not the full picture, nothing.
+    /// As [`covers_between`](Self::covers_between) to a quarter of a texel, for each place of a run, one bit each.
     #[inline]
     pub(super) fn run_about(&self, run: Run) -> u64 {
         const PART: u32 = TEXEL.ilog2() - PARTS.ilog2();
-        let wide = self.width as usize;
+        let (wide, between) = (self.width as usize, self.between());
         let covers = |x: i64, y: i64| {
             let (x, y) = ((x >> PART) as usize, (y >> PART) as usize);
-            let of = self.between.get(y / PARTS * wide + x / PARTS).copied().unwrap_or(0);
+            let of = between.get(y / PARTS * wide + x / PARTS).copied().unwrap_or(0);
             of >> (y % PARTS * PARTS + x % PARTS) & 1 != 0
         };
         let run = Run { x: run.x - TEXEL / 2, y: run.y - TEXEL / 2, ..run };
@@ -182,11 +190,11 @@ impl Cutout {
     pub fn new(width: u32, height: u32, mut alpha: Vec<u8>) -> Self {
         let count = width as usize * height as usize;
         if count == 0 || alpha.len() < count {
-            return Self { levels: vec![Level::full(1, 1, vec![255])] };
+            return Self { levels: vec![Level::new(1, 1, vec![255])] };
         }
         alpha.truncate(count);
         let goal = share(&alpha, 128);
-        let mut levels = vec![Level::full(width, height, alpha)];
+        let mut levels = vec![Level::new(width, height, alpha)];
         while let Some(last) =
             levels.last().filter(|l| (l.width / 2).min(l.height / 2) >= SMALLEST_EDGE && levels.len() < MOST_LEVELS)
         {
@@ -275,7 +283,7 @@ fn half(from: &Level) -> Level {
             alpha.push((sum / count.max(1)) as u8);
         }
     }
-    Level { width, height, alpha, threshold: 128, between: Vec::new() }
+    Level::new(width, height, alpha)
 }
 
 fn share(alpha: &[u8], threshold: u8) -> f64 {
@@ -329,13 +337,14 @@ mod tests {
         let noise = |x: u32, y: u32| Seed::new(5).at(u64::from(y * 99 + x)).bits() as u8;
         for alpha in [&noise as &dyn Fn(u32, u32) -> u8, &|x, y| if x + y < 30 { 128 } else { noise(x, y) / 2 + 64 }] {
             let picture = cutout(37, alpha);
-            let slow = Level { between: Vec::new(), ..picture.levels[0].clone() };
+            let slow = Level { between: Vec::new().into(), ..picture.levels[0].clone() };
             let mut off = 0;
             for i in 0..40_000_u64 {
                 let seed = Seed::new(6).at(i);
                 let (x, y) = (seed.at(0).range(-2.0, 40.0), seed.at(1).range(-2.0, 40.0));
                 let middle = |v: f32| (((v - 0.5).clamp(0.0, 36.0) * 4.0).floor() + 0.5) / 4.0 + 0.5;
-                let run = Run { x: (x * 65536.0) as i64, y: (y * 65536.0) as i64, dx: 0, dy: 0, count: 2 };
+                let units = |v: f32| (f64::from(v) * TEXEL as f64) as i64;
+                let run = Run { x: units(x), y: units(y), dx: 0, dy: 0, count: 2 };
                 let about = picture.levels[0].run_about(run);
                 assert!(about == 0 || about == 3);
                 assert_eq!(about == 3, slow.covers_between(middle(x), middle(y)), "{x} {y}");

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::picture::Repeat;
 use super::{Maps, srgb};
-use crate::base::bulk;
+use crate::base::{Key, bulk};
 
 /// Most texels that a pixel is mixed from.
 const MOST: usize = 4;
@@ -38,6 +38,12 @@ impl Palette {
         let pictures: Vec<&Maps> = pictures.collect();
         let colors = pictures.par_iter().flat_map_iter(|maps| reduced(maps)).collect();
         Self { colors }
+    }
+
+    /// The key of its content.
+    #[must_use]
+    pub fn key(&self) -> Key {
+        Key::of_bytes(bytemuck::cast_slice(&self.colors))
     }
 
     /// The texel of the `picture`-th picture at a place of it.

@@ -193,7 +193,7 @@ pub(super) struct Plane {
     /// At the middle of the first sample of all, to the next column and to the next row.
     origin: DVec3,
     pub(super) across: DVec3,
-    down: DVec3,
+    pub(super) down: DVec3,
 }
 
 impl Plane {

@@ -191,37 +191,35 @@ impl Silhouette {
         let mut cut: Option<Option<Cut<'_>>> = None;
         scan(p, grid, 0..grid.rows, |row, left, right| {
             let line = &mut self.bits[row * self.words..][..self.words];
-            if is_full(line, (left, right - 1)) {
-                return;
-            }
-            let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, p)).as_ref();
-            let start = cut.map(|cut| cut.at(left, row));
-            for (word, bits) in line.iter_mut().enumerate().take((right - 1) / 64 + 1).skip(left / 64) {
-                let from = if word == left / 64 { u64::MAX << (left % 64) } else { u64::MAX };
-                let to = if word == (right - 1) / 64 { u64::MAX >> (63 - (right - 1) % 64) } else { u64::MAX };
+            let (first, last) = (left / 64, (right - 1) / 64);
+            for (word, bits) in line.iter_mut().enumerate().take(last + 1).skip(first) {
+                let from = if word == first { u64::MAX << (left % 64) } else { u64::MAX };
+                let to = if word == last { u64::MAX >> (63 - (right - 1) % 64) } else { u64::MAX };
                 let open = from & to & !*bits;
-                *bits |= match (cut, start) {
-                    (Some(cut), Some(start)) if open != 0 => cut.covered(start, (word * 64) as i64 - left as i64, open),
-                    _ => open,
-                };
+                if open != 0 {
+                    let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, p, (columns.0, top)));
+                    *bits |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
+                }
             }
         });
     }
 }
 
-/// How a triangle is cut out.
+/// How a triangle is cut out. Places are in units of [`TEXEL`].
 struct Cut<'a> {
     level: &'a Level,
     magnified: bool,
-    /// Texels.
-    plane: Plane,
-    /// To the next column, in units of [`TEXEL`].
-    step: [i64; 2],
+    /// Column and row of a sample, and the place of its middle.
+    from: [i64; 2],
+    place: [i64; 2],
+    /// To the next column and row.
+    across: [i64; 2],
+    down: [i64; 2],
 }
 
 impl<'a> Cut<'a> {
-    /// None for what is solid.
-    fn new(shape: &Shape<'a>, corners: [u32; 3], p: [Point; 3]) -> Option<Self> {
+    /// None for what is solid. `from` is a sample near the triangle.
+    fn new(shape: &Shape<'a>, corners: [u32; 3], p: [Point; 3], from: (usize, usize)) -> Option<Self> {
         let mesh = shape.mesh;
         if shape.repeat == Repeat::Tiled {
             return None;
@@ -233,29 +231,31 @@ impl<'a> Cut<'a> {
         let share = ((b - a).perp_dot(c - a) * picture.texels() / area).abs();
         let level = picture.at(picture.level(share));
         let plane = Plane::new(p, [a, b, c].map(|uv| (uv * level.size()).extend(0.0)));
-        Some(Self { level, magnified: share < 1.0, plane, step: units(plane.across) })
+        let place = units(plane.at(from.0, from.1), FARTHEST);
+        let [across, down] = [plane.across, plane.down].map(|step| units(step, STEEPEST));
+        Some(Self { level, magnified: share < 1.0, from: [from.0 as i64, from.1 as i64], place, across, down })
     }
 
-    /// At the middle of a sample, in units of [`TEXEL`].
+    /// What is covered of the samples `open`, the first bit of which is `column`.
     #[inline]
-    fn at(&self, column: usize, row: usize) -> [i64; 2] {
-        units(self.plane.at(column, row))
-    }
-
-    /// What is covered of the samples `open`, the first of which lies `ahead` columns from `start`.
-    #[inline]
-    fn covered(&self, [x, y]: [i64; 2], ahead: i64, open: u64) -> u64 {
-        let (first, last) = (i64::from(open.trailing_zeros()), 63 - i64::from(open.leading_zeros()));
-        let [dx, dy] = self.step;
-        let ahead = ahead + first;
-        let run = Run { x: x + dx * ahead, y: y + dy * ahead, dx, dy, count: (last - first + 1) as u32 };
+    fn covered(&self, column: usize, row: usize, open: u64) -> u64 {
+        let (first, last) = (open.trailing_zeros(), 63 - open.leading_zeros());
+        let (right, below) = (column as i64 + i64::from(first) - self.from[0], row as i64 - self.from[1]);
+        let [dx, dy] = self.across;
+        let (x, y) =
+            (self.place[0] + dx * right + self.down[0] * below, self.place[1] + dy * right + self.down[1] * below);
+        let run = Run { x, y, dx, dy, count: last - first + 1 };
         open & (if self.magnified { self.level.run_about(run) } else { self.level.run(run) } << first)
     }
 }
 
-/// Texels in units of [`TEXEL`], so far from none that steps along a row stay numbers. `as` takes NaN to 0.
-fn units(texels: DVec3) -> [i64; 2] {
-    [texels.x, texels.y].map(|v| (v * TEXEL as f64).clamp(-1e15, 1e15) as i64)
+/// Farthest place and longest step, texels: slivers have any, and sums of 8192 steps are to stay numbers.
+const FARTHEST: f64 = (1 << 27) as f64;
+const STEEPEST: f64 = (1 << 13) as f64;
+
+/// Texels in units of [`TEXEL`], no farther than that from none. `as` takes NaN to 0.
+fn units(texels: DVec3, most: f64) -> [i64; 2] {
+    [texels.x, texels.y].map(|v| (v.clamp(-most, most) * TEXEL as f64) as i64)
 }
 
 /// Whether all bits of a range of columns, ends included, are set.

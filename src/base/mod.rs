@@ -7,6 +7,7 @@ mod frame;
 mod gaussian;
 mod key;
 pub mod math;
+mod once;
 mod seed;
 mod simplex;
 
@@ -14,5 +15,6 @@ pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use gaussian::gaussian_shares;
 pub use key::{Key, KeyBuilder};
+pub(crate) use once::once;
 pub use seed::{Draws, Seed};
 pub use simplex::simplex_point;

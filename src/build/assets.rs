@@ -12,9 +12,10 @@ use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
 use crate::bake::{
-    self, CoverageReport, Layout, Maps, Picked, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow,
+    self, CoverageReport, Layout, Maps, Palette, Picked, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout,
+    SheetRow,
 };
-use crate::base::{Diagnostic, Key, Note, Seed, bulk};
+use crate::base::{Diagnostic, Key, Note, Seed, bulk, once};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
     MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
@@ -32,6 +33,7 @@ const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
 const SHEET: Stage = Stage("sheet", 5);
 const SHOWN: Stage = Stage("shown", 1);
+const COLORS: Stage = Stage("colors", 1);
 const FACTS: Stage = Stage("facts", 2);
 
 /// Everything that the files of a set are made from.
@@ -88,8 +90,8 @@ pub(super) struct Placed {
     pub(super) packed: Arc<Packed>,
     /// Its maps.
     maps: Maps,
-    /// Colours of the baked pictures of all trees.
-    colors: Colors,
+    /// Colours of the baked pictures, by variant.
+    colors: Vec<Arc<Colors>>,
     /// By variant and level.
     meshes: Vec<Arc<Vec<TreeMesh>>>,
     /// By variant: what its meshes hang on.
@@ -135,28 +137,56 @@ fn picked<'a>(tile: &'a Tile, color: &'a [[u8; 4]]) -> Picked<'a> {
     Picked { width: tile.width, height: tile.height, color, normal: &tile.normal, orm: &tile.orm }
 }
 
-/// Of each baked picture, one a texel.
-type Colors = Vec<Vec<[u8; 4]>>;
+/// The colours of a tree's baked pictures.
+struct Colors {
+    /// Of each, one a texel.
+    texels: Vec<Vec<[u8; 4]>>,
+    /// As the contact sheet shows them.
+    sheet: Vec<SheetColors>,
+}
 
-/// The atlas in its colours, and those of the baked pictures in it.
-fn painted(packed: &Packed, pictures: &Pictures, trees: &[Tree]) -> Result<(Maps, Colors), Vec<Diagnostic>> {
+impl Colors {
+    fn of(tree: &Tree, palette: &Palette) -> Self {
+        let texels: Vec<Vec<[u8; 4]>> = tree.ladder.tiles.par_iter().map(|tile| tile.color(palette)).collect();
+        let sheet = |(tile, color): (&Tile, &Vec<[u8; 4]>)| SheetColors::of((tile.width, tile.height), color);
+        let sheet = tree.ladder.tiles.par_iter().zip(&texels).map(sheet).collect();
+        Self { texels, sheet }
+    }
+
+    fn weight(&self) -> usize {
+        // With mips, of eight bytes a texel.
+        self.texels.iter().map(|texels| texels.len() * (4 + 8 * 4 / 3)).sum()
+    }
+}
+
+/// The atlas in its colours, and those of the baked pictures in it, by tree.
+fn painted(
+    packed: &Packed,
+    pictures: &Pictures,
+    trees: &[Tree],
+    cache: &Cache,
+) -> Result<(Maps, Vec<Arc<Colors>>), Vec<Diagnostic>> {
     let palette = lod::palette(&pictures.leaves, &pictures.bark);
-    let tiles: Vec<&Tile> = tiles(trees).collect();
-    let colors: Colors = tiles.par_iter().map(|tile| tile.color(&palette)).collect();
+    let worn = palette.key();
+    let colors = trees.par_iter().map(|tree| {
+        let key = COLORS.key().input(tree.key).input(worn).finish();
+        cache.remember_here(key, Colors::weight, || Ok(Colors::of(tree, &palette)))
+    });
+    let colors = colors.collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
+    let texels = colors.iter().flat_map(|colors| &colors.texels);
     let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
-        .chain(tiles.iter().zip(&colors).map(|(tile, color)| picked(tile, color)))
+        .chain(tiles(trees).zip(texels).map(|(tile, color)| picked(tile, color)))
         .collect();
     let mut color = packed.layout.color(&picked).map_err(|e| does_not_fit(&e))?;
     color.iter_mut().zip(&packed.alpha).for_each(|(color, alpha)| color[3] = *alpha);
     let Layout { width, height, .. } = packed.layout;
-    drop(picked);
     Ok((Maps { width, height, color, normal: packed.normal.clone(), orm: packed.orm.clone() }, colors))
 }
 
 /// Packs the atlas and encodes all textures, for the cache.
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let (maps, _) = painted(&packed, pictures, trees)?;
+    let (maps, _) = painted(&packed, pictures, trees, cache)?;
     texture_files(plan, &pictures.bark, "bark", cache)?;
     texture_files(plan, &maps, "leaf", cache).map(drop)
 }
@@ -169,7 +199,7 @@ pub(super) fn place(
     cache: &Cache,
 ) -> Result<Placed, Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
-    let (maps, colors) = painted(&packed, pictures, trees)?;
+    let (maps, colors) = painted(&packed, pictures, trees, cache)?;
     let atlas = &packed.layout;
     let shared = pictures.leaves.len();
     // Where each variant's own pictures start, less the shared ones that its tiles count from.
@@ -396,7 +426,7 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     let keys = layout.cells().par_iter().map(key).collect::<Result<Vec<Key>, Vec<Diagnostic>>>()?;
     // Pictures are wanted of those trees only that are drawn.
     let stock = OnceLock::new();
-    let stock = || trees::once(&stock, || trees::stock(parts.plan, parts.pictures, parts.cache)).wardrobe();
+    let stock = || once(&stock, || trees::stock(parts.plan, parts.pictures, parts.cache)).wardrobe();
     let worn: Vec<OnceLock<Vec<Picture>>> = rows.iter().map(|_| OnceLock::new()).collect();
     let dressed = |row: usize| -> Vec<Picture> {
         let own = lod::packed(&parts.trees[row].ladder.tiles);
@@ -405,29 +435,17 @@ fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Res
     };
     let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
         parts.cache.remember_here(*key, SheetCell::weight, || {
-            let worn = trees::once(&worn[row], || dressed(row));
+            let worn = once(&worn[row], || dressed(row));
             Ok(layout.scale().draw(column, rows[row].columns[column].mesh, &stock().bark[0], worn))
         })
     };
     let drawn = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    let tiles: Vec<&Tile> = tiles(parts.trees).collect();
-    let colors: Vec<SheetColors> = tiles
-        .par_iter()
-        .zip(&placed.colors)
-        .map(|(tile, color)| SheetColors::of((tile.width, tile.height), color))
-        .collect();
     let of_maps = |maps: &Maps| SheetColors::of((maps.width, maps.height), &maps.color);
     let (leaves, bark): (Vec<SheetColors>, _) =
         rayon::join(|| leaves.par_iter().map(of_maps).collect(), || of_maps(bark));
-    let firsts: Vec<usize> = (parts.trees.iter())
-        .scan(0, |next, tree| Some(std::mem::replace(next, *next + tree.ladder.tiles.len())))
-        .collect();
-    let worn = |row: usize| {
-        let own = &colors[firsts[row]..firsts[row] + parts.trees[row].ladder.tiles.len()];
-        leaves.iter().chain(own).collect()
-    };
+    let worn = |row: usize| leaves.iter().chain(&placed.colors[row].sheet).collect();
     let sheet = layout.paint(&drawn, &bark, &worn);
-    export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+    export::encode_quickly(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|e| vec![Diagnostic::new("", e.to_string())])
 }
 

@@ -21,7 +21,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 24;
+pub(super) const VERSION: u32 = 25;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -260,7 +260,8 @@ fn trees(
         step("levels of detail");
         tree
     };
-    places.par_iter().map(one).collect()
+    // New variants stand at the end mostly: what takes longest begins first.
+    places.par_iter().rev().map(one).collect::<Vec<_>>().into_iter().rev().collect()
 }
 
 /// What was mended in the sources, rejected and removed, and what an atlas has no room for.
@@ -292,14 +293,15 @@ pub fn make_set(
     let places: Vec<usize> = (0..plan.variants.len()).collect();
     let trees = trees(plan, &prepared, &selected, cache, &places, step);
     let pictures = &prepared.wardrobe.pictures;
-    let placed = assets::place(plan, pictures, &trees, cache)?;
+    let (placed, facts) =
+        rayon::join(|| assets::place(plan, pictures, &trees, cache), || assets::facts(plan, &trees, cache));
+    let (placed, facts) = (placed?, facts?);
     let clips = clips::clips(plan, &prepared.morphs, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, inputs, &prepared, &selected);
-    let (identities, facts) = (&identities, assets::facts(plan, &trees, cache)?);
-    let parts =
-        SetParts { cache, plan, key, identities, trees: &trees, facts: &facts, pictures, clips: &clips, notes: &notes };
+    let (identities, facts, clips) = (&identities, &facts, &clips);
+    let parts = SetParts { cache, plan, key, identities, trees: &trees, facts, pictures, clips, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

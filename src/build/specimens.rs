@@ -247,7 +247,7 @@ fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>
         .collect();
     let [bark_colors, leaf_colors] = [bark, leaf].map(|maps| SheetColors::of((maps.width, maps.height), &maps.color));
     let sheet = layout.paint(&drawn, &bark_colors, &|_| vec![&leaf_colors]);
-    export::encode(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+    export::encode_quickly(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
         .map_err(|error| vec![Diagnostic::new("", error.to_string())])
 }
 

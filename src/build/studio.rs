@@ -11,9 +11,9 @@ use super::cache::Cache;
 use super::find::Loaded;
 use super::pipeline::{self, Prepared};
 use super::selections::{self, Selected};
-use super::trees::{self, Trees};
+use super::trees::Trees;
 use crate::bake::Maps;
-use crate::base::{Diagnostic, Seed};
+use crate::base::{Diagnostic, Seed, once};
 use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -129,7 +129,7 @@ impl Studio {
     pub fn variant(&self, place: usize) -> Result<Option<Arc<Plant>>, Vec<Diagnostic>> {
         let Prepared { wardrobe, morphs, blended, .. } = &self.prepared;
         let Some(variant) = self.plan.variants.get(place) else { return Ok(None) };
-        let selected = trees::once(&self.selected, || selections::selected(&self.plan, blended));
+        let selected = once(&self.selected, || selections::selected(&self.plan, blended));
         let selected = selected.as_ref().map_err(Clone::clone)?;
         let (_, seed) = blends::identity(&self.plan, variant, selected);
         let bare = blends::variant(&self.plan, variant, &wardrobe.plants, blended, selected, morphs);

@@ -7,7 +7,7 @@ use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
-use crate::base::{Key, KeyBuilder, Note, Seed};
+use crate::base::{Key, KeyBuilder, Note, Seed, once};
 use crate::lod::{self, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
@@ -17,11 +17,11 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 3);
 const SKETCH: Stage = Stage("sketch", 3);
-const LADDER: Stage = Stage("ladder", 19);
+const LADDER: Stage = Stage("ladder", 20);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 14);
+const LEVEL: Stage = Stage("level", 15);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 1);
+const OUTLINES: Stage = Stage("outlines", 2);
 const REFERENCE: Stage = Stage("reference", 1);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
@@ -140,16 +140,6 @@ pub(super) fn stock(plan: &Plan, pictures: &Pictures, cache: &Cache) -> Arc<Stoc
     let key = STOCK.key().input(pictures.shapes()).params(&plan.mesh.leaves).finish();
     let made = cache.remember_here(key, Stock::weight, || Ok(Stock::new(leaves, bark).cut(leaves, plan.mesh.leaves)));
     made.expect("what is made of sound parts never fails")
-}
-
-/// What a cell holds, made where it holds nothing yet, by all who come at the same time. `get_or_init` would hang: a thread
-/// that makes it in parallel may take over the work of another who waits for it.
-pub(super) fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
-    if let Some(held) = cell.get() {
-        return held;
-    }
-    let made = make();
-    cell.get_or_init(|| made)
 }
 
 /// Says so where an atlas is so small that cards lose more than a quarter of their texels along an edge: that costs more of

@@ -30,6 +30,6 @@ pub use manifest::{
     MeasuredErrors, TextureEntry, VariantEntry, WindEntry, switch_distance,
 };
 pub use plot::{Curve, plot};
-pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by};
+pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by, encode_quickly};
 pub use profile::{Colliders, engine_files};
 pub use textures::{MaterialTextures, SetMaterials, webp};

@@ -3,11 +3,14 @@
 //! The full tree is drawn once from all views, a bit a sample, and so is a level; pixels of two, three or more samples an
 //! edge are then counted from the same bits. Colours play no part, so that a new tint changes no threshold.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::lacks::{Lacks, Wanted};
 use super::measure::{Measured, views};
 use crate::bake::{Areas, Cutout, Repeat, Shape, Silhouette, View};
+use crate::base::once;
 use crate::mesh::TreeMesh;
 
 /// Every which view is looked at in searches.
@@ -16,6 +19,8 @@ const SOME: usize = 3;
 /// the samples.
 pub(super) const CARVED: usize = 4;
 const ROUGH: usize = 2;
+/// How far pixels that are carved are drawn from a half.
+const CONTRAST: f32 = 1.5;
 
 /// The outlines of a full tree from all views.
 #[derive(Debug)]
@@ -26,6 +31,8 @@ pub struct Outlines {
     /// Samples along the tree's height.
     lines: u32,
     drawn: Vec<Silhouette>,
+    /// What pixels are to cover that are carved.
+    wanted: OnceLock<Wanted>,
 }
 
 impl Outlines {
@@ -39,7 +46,7 @@ impl Outlines {
             (view.half_width, view.half_height) = (view.half_width * grown(columns), view.half_height * grown(rows));
         }
         let (columns, rows) = (whole(columns), whole(rows));
-        let mut made = Self { views, columns, rows, lines, drawn: Vec::new() };
+        let mut made = Self { views, columns, rows, lines, drawn: Vec::new(), wanted: OnceLock::new() };
         made.drawn = made.draw(tree, cutouts);
         made
     }
@@ -47,7 +54,8 @@ impl Outlines {
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {
-        self.drawn.len() * self.columns.next_multiple_of(64) * self.rows / 8
+        let (samples, carved) = (self.columns.next_multiple_of(64) * self.rows, CARVED * CARVED);
+        self.drawn.len() * (samples / 8 + samples / carved * size_of::<f32>())
     }
 
     /// A level from the same views.
@@ -60,21 +68,11 @@ impl Outlines {
         self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
     }
 
-    /// What pixels are to cover that are carved.
-    pub(super) fn wanted(&self, contrast: f32) -> Wanted {
-        Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (CARVED, contrast))
-    }
-
     /// What a level lacks, drawn roughly from every `step`-th view, the first of them `from`.
-    pub(super) fn lacks(
-        &self,
-        wanted: &Wanted,
-        (from, step): (usize, usize),
-        tree: &TreeMesh,
-        cutouts: &[&Cutout],
-    ) -> Lacks {
+    pub(super) fn lacks(&self, (from, step): (usize, usize), tree: &TreeMesh, cutouts: &[&Cutout]) -> Lacks {
         let views: Vec<usize> = (from..self.views.len()).step_by(step).collect();
-        wanted.lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
+        let new = || Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (CARVED, CONTRAST));
+        once(&self.wanted, new).lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
     }
 
     fn rough(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {

@@ -39,12 +39,10 @@ pub(super) const LIMBS: usize = 1100;
 const VISIBLE: f32 = 0.0025;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
-/// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), the first one's step, and
-/// how far pixels are drawn from a half.
+/// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), and the first one's step.
 const CARVINGS: usize = 5;
 const SUBSETS: usize = 2;
 const STEP: f32 = 1.5;
-const CONTRAST: f32 = 1.5;
 /// Rounds in search of the alpha's gain, and how far coverage may be off.
 const ROUNDS: usize = 6;
 const CLOSE: f32 = 0.012;
@@ -112,11 +110,10 @@ impl Cloud {
 
     /// Moves alpha to where the full tree is seen from all views and away from where it is not.
     pub(super) fn carve(&mut self, outlines: &Outlines, worn: &[&Cutout]) {
-        let wanted = outlines.wanted(CONTRAST);
         for round in 0..CARVINGS {
             let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(1.0)).collect();
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let lacks = outlines.lacks(&wanted, (round % SUBSETS, SUBSETS), &self.tree, &worn);
+            let lacks = outlines.lacks((round % SUBSETS, SUBSETS), &self.tree, &worn);
             let step = STEP / (1.0 + 0.5 * round as f32);
             self.cards.par_iter_mut().for_each(|card| card.adjust(&lacks, step));
         }

@@ -77,7 +77,7 @@ pub(super) fn png(target: &Target) -> Vec<u8> {
         let byte = |v: f32| srgb_byte(v.clamp(0.0, 1.0));
         bytes.extend([byte(color.x), byte(color.y), byte(color.z), (cover.clamp(0.0, 1.0) * 255.0) as u8]);
     }
-    export::encode(&bytes, target.width, target.height, PngKind::Rgba).unwrap_or_default()
+    export::encode_quickly(&bytes, target.width, target.height, PngKind::Rgba).unwrap_or_default()
 }
 
 #[cfg(test)]
