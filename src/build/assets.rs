@@ -1,6 +1,6 @@
 //! The last stages: one atlas for all variants, then the files of the set.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,17 +8,15 @@ use serde::{Deserialize, Serialize};
 use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
+use super::sheet::Sheet;
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
-use crate::bake::{
-    self, CoverageReport, Layout, Maps, Palette, Picked, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout,
-    SheetRow,
-};
-use crate::base::{Diagnostic, Key, Note, Seed, bulk, once};
+use crate::bake::{self, CoverageReport, Layout, Maps, Palette, Picked, SheetColors};
+use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
-    MANIFEST_FORMAT, Manifest, MeasuredErrors, PngKind, SetMaterials, TextureEntry, VariantEntry, WindEntry,
+    MANIFEST_FORMAT, Manifest, MeasuredErrors, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
@@ -31,8 +29,6 @@ const ATLAS: Stage = Stage("atlas", 3);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 1);
-const SHEET: Stage = Stage("sheet", 5);
-const SHOWN: Stage = Stage("shown", 1);
 const COLORS: Stage = Stage("colors", 1);
 const FACTS: Stage = Stage("facts", 2);
 
@@ -54,6 +50,8 @@ pub(super) struct SetParts<'a> {
     pub(super) pictures: &'a Pictures,
     /// The animated files.
     pub(super) clips: &'a [Clip],
+    /// The contact sheet before it has colours.
+    pub(super) sheet: &'a Sheet,
     /// What was mended in the sources.
     pub(super) notes: &'a [Note],
 }
@@ -138,11 +136,11 @@ fn picked<'a>(tile: &'a Tile, color: &'a [[u8; 4]]) -> Picked<'a> {
 }
 
 /// The colours of a tree's baked pictures.
-struct Colors {
+pub(super) struct Colors {
     /// Of each, one a texel.
     texels: Vec<Vec<[u8; 4]>>,
     /// As the contact sheet shows them.
-    sheet: Vec<SheetColors>,
+    pub(super) sheet: Vec<SheetColors>,
 }
 
 impl Colors {
@@ -279,11 +277,16 @@ fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>>
     Err(vec![error.with_hint("build it with the feature `lightmap`, or leave the field out")])
 }
 
+/// The names of a set's variants.
+pub(super) fn names(plan: &Plan) -> Vec<String> {
+    (1..=plan.variants.len()).map(|i| format!("{}_{i:03}", plan.name)).collect()
+}
+
 /// Encodes all files of a set, the manifest last.
 pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<NamedFile>, Vec<Diagnostic>> {
     let set = &parts.plan.name;
     let fail = |error: &dyn std::fmt::Display| vec![Diagnostic::new("", error.to_string())];
-    let names: Vec<String> = (1..=parts.trees.len()).map(|i| format!("{set}_{i:03}")).collect();
+    let names = names(parts.plan);
 
     let (glbs, (bark, (leaf, sheet))) = rayon::join(
         || {
@@ -299,7 +302,7 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<NamedFi
                 || {
                     rayon::join(
                         || texture_files(parts.plan, &placed.maps, "leaf", parts.cache),
-                        || contact_sheet(parts, placed, &names),
+                        || parts.sheet.painted(parts.pictures, &placed.colors),
                     )
                 },
             )
@@ -400,78 +403,8 @@ fn is_generic(plan: &Plan) -> bool {
     plan.engines.iter().all(|profile| profile.engine == Engine::Generic)
 }
 
-/// Every variant at every level of detail: what did change is drawn, and all is painted.
-fn contact_sheet(parts: &SetParts<'_>, placed: &Placed, names: &[String]) -> Result<Vec<u8>, Vec<Diagnostic>> {
-    let Pictures { leaves, bark } = parts.pictures;
-    let rows: Vec<SheetRow<'_>> = (parts.trees.iter().zip(names))
-        .map(|(tree, name)| {
-            let columns = (tree.ladder.levels.iter().enumerate())
-                .map(|(i, level)| SheetColumn {
-                    label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
-                    mesh: &level.mesh,
-                })
-                .collect();
-            SheetRow { label: name.clone(), columns }
-        })
-        .collect();
-    let layout = SheetLayout::new(&rows);
-    let shapes = parts.pictures.shapes();
-    let key = |&(row, column): &(usize, usize)| {
-        let tree = &parts.trees[row];
-        let of = SHOWN.key().input(tree.key).number(column as u64).finish();
-        let shown = parts.cache.remember_here(of, |_| size_of::<Key>(), || Ok(shown(tree, column)))?;
-        let key = SHEET.key().input(shapes).input(*shown).number(column as u64).params(&layout.scale()).finish();
-        Ok(key)
-    };
-    let keys = layout.cells().par_iter().map(key).collect::<Result<Vec<Key>, Vec<Diagnostic>>>()?;
-    // Pictures are wanted of those trees only that are drawn.
-    let stock = OnceLock::new();
-    let stock = || once(&stock, || trees::stock(parts.plan, parts.pictures, parts.cache)).wardrobe();
-    let worn: Vec<OnceLock<Vec<Picture>>> = rows.iter().map(|_| OnceLock::new()).collect();
-    let dressed = |row: usize| -> Vec<Picture> {
-        let own = lod::packed(&parts.trees[row].ladder.tiles);
-        let own = own.par_iter().map(|tile| Picture::new(&tile.uncolored()));
-        stock().leaves.par_iter().cloned().chain(own).collect()
-    };
-    let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
-        parts.cache.remember_here(*key, SheetCell::weight, || {
-            let worn = once(&worn[row], || dressed(row));
-            Ok(layout.scale().draw(column, rows[row].columns[column].mesh, &stock().bark[0], worn))
-        })
-    };
-    let drawn = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
-    let of_maps = |maps: &Maps| SheetColors::of((maps.width, maps.height), &maps.color);
-    let (leaves, bark): (Vec<SheetColors>, _) =
-        rayon::join(|| leaves.par_iter().map(of_maps).collect(), || of_maps(bark));
-    let worn = |row: usize| leaves.iter().chain(&placed.colors[row].sheet).collect();
-    let sheet = layout.paint(&drawn, &bark, &worn);
-    export::encode_quickly(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
-        .map_err(|e| vec![Diagnostic::new("", e.to_string())])
-}
-
-/// The key of what a level shows: another budget of one level leaves the drawings of the others as they are.
-fn shown(tree: &Tree, column: usize) -> Key {
-    let level = &tree.ladder.levels[column];
-    let mut key = SHOWN.key().input(tree.of).params(&level.kind);
-    if level.kind == Lod::Full {
-        return key.finish();
-    }
-    for mesh in [&level.mesh.bark, &level.mesh.leaf] {
-        let positions: Vec<u8> = mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
-        key = key.number(mesh.indices.len() as u64).input(Key::of_bytes(&positions));
-    }
-    if !matches!(level.kind, Lod::Thinned { .. }) {
-        // It wears pictures of its own, and those change each other's alpha.
-        for tile in &tree.ladder.tiles {
-            let relief = [tile.normal.as_flattened(), tile.orm.as_flattened()].map(Key::of_bytes);
-            key = relief.into_iter().fold(key.input(Key::of_bytes(&tile.alpha)), |key, part| key.input(part));
-        }
-    }
-    key.finish()
-}
-
 /// A level's kind as the manifest and the contact sheet name it.
-fn kind(lod: &Lod) -> &'static str {
+pub(super) fn kind(lod: &Lod) -> &'static str {
     match lod {
         Lod::Full => "Full",
         Lod::Thinned { .. } => "Thinned",

@@ -189,6 +189,13 @@ mod tests {
         Entry::new(("oak", 3), start, &reads, &stamps, outputs).unwrap()
     }
 
+    /// As if files had been looked at in the tick in which `path` was written, however long this machine took since.
+    fn looked_at_once(paths: &[PathBuf; 4], path: &Path) -> Entry {
+        let written = fs::metadata(path).unwrap().modified().unwrap();
+        let tick = u64::try_from(written.duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos()).unwrap();
+        Entry { times: (tick, tick), ..entry(paths, tick) }
+    }
+
     #[test]
     fn what_nobody_touched_is_current_and_any_touch_is_noticed() {
         let (_folder, paths) = project();
@@ -196,7 +203,7 @@ mod tests {
         let current = || Index::read(out).current(out, preset);
         assert_eq!(current(), None);
         let add = || Index::add(out, vec![(preset.clone(), entry(&paths, stamp::now()))]);
-        add();
+        Index::add(out, vec![(preset.clone(), looked_at_once(&paths, preset))]);
         // Just written: stamps prove nothing yet, the hashes do, and that is renewed.
         let (renewed, was_renewed) = current().unwrap();
         assert!(was_renewed);
@@ -230,9 +237,7 @@ mod tests {
         let [preset, _, out, asset] = &paths;
         for path in [preset, asset] {
             let old = fs::metadata(path).unwrap().modified().unwrap();
-            let tick = u64::try_from(old.duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos()).unwrap();
-            // Looked at within that tick, however long this machine took to come here.
-            let stale = Entry { times: (tick, tick), ..entry(&paths, tick) };
+            let stale = looked_at_once(&paths, path);
             // The same size, and the same time, as a clock that stands still would show it.
             let text = fs::read_to_string(path).unwrap().replace('s', "z");
             fs::write(path, text).unwrap();

@@ -23,6 +23,7 @@ mod plan;
 mod record;
 mod selections;
 mod shapes;
+mod sheet;
 mod sketches;
 mod specimens;
 mod stages;

@@ -10,6 +10,7 @@ use super::blends::Blends;
 use super::cache::Cache;
 use super::morphs::Morphs;
 use super::selections::Selected;
+use super::sheet::Sheet;
 use super::sketches::Drawn;
 use super::stages::{SourcePlant, Wardrobe};
 use super::trees::{Tree, Trees};
@@ -293,15 +294,17 @@ pub fn make_set(
     let places: Vec<usize> = (0..plan.variants.len()).collect();
     let trees = trees(plan, &prepared, &selected, cache, &places, step);
     let pictures = &prepared.wardrobe.pictures;
-    let (placed, facts) =
-        rayon::join(|| assets::place(plan, pictures, &trees, cache), || assets::facts(plan, &trees, cache));
-    let (placed, facts) = (placed?, facts?);
+    let (placed, (sheet, facts)) = rayon::join(
+        || assets::place(plan, pictures, &trees, cache),
+        || rayon::join(|| Sheet::drawn(plan, pictures, &trees, cache), || assets::facts(plan, &trees, cache)),
+    );
+    let (placed, sheet, facts) = (placed?, sheet?, facts?);
     let clips = clips::clips(plan, &prepared.morphs, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let notes = notes(plan, inputs, &prepared, &selected);
-    let (identities, facts, clips) = (&identities, &facts, &clips);
-    let parts = SetParts { cache, plan, key, identities, trees: &trees, facts, pictures, clips, notes: &notes };
+    let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
+    let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })

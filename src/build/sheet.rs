@@ -1,0 +1,107 @@
+//! The contact sheet of a set: trees are drawn once for all tints, each level by itself, and painted.
+
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+
+use super::assets::{Colors, kind, names};
+use super::cache::{Cache, Stage};
+use super::stages::Pictures;
+use super::trees::{self, Tree};
+use crate::bake::{Maps, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
+use crate::base::{Diagnostic, Key, once};
+use crate::export::{self, PngKind};
+use crate::lod;
+use crate::preset::Plan;
+use crate::preset::plan::Lod;
+
+/// The stages with their versions; kept in memory only.
+const SHEET: Stage = Stage("sheet", 5);
+const SHOWN: Stage = Stage("shown", 1);
+
+/// All trees of a set at all levels, before they have colours.
+pub(super) struct Sheet {
+    layout: SheetLayout,
+    cells: Vec<Arc<SheetCell>>,
+}
+
+impl Sheet {
+    /// Draws what is not remembered.
+    pub(super) fn drawn(
+        plan: &Plan,
+        pictures: &Pictures,
+        trees: &[Tree],
+        cache: &Cache,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let rows: Vec<SheetRow<'_>> = (trees.iter().zip(names(plan)))
+            .map(|(tree, label)| {
+                let columns = (tree.ladder.levels.iter().enumerate())
+                    .map(|(i, level)| SheetColumn {
+                        label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
+                        mesh: &level.mesh,
+                    })
+                    .collect();
+                SheetRow { label, columns }
+            })
+            .collect();
+        let layout = SheetLayout::new(&rows);
+        let shapes = pictures.shapes();
+        let key = |&(row, column): &(usize, usize)| {
+            let tree = &trees[row];
+            let of = SHOWN.key().input(tree.key).number(column as u64).finish();
+            let shown = cache.remember_here(of, |_| size_of::<Key>(), || Ok(shown(tree, column)))?;
+            let key = SHEET.key().input(shapes).input(*shown).number(column as u64).params(&layout.scale()).finish();
+            Ok(key)
+        };
+        let keys = layout.cells().par_iter().map(key).collect::<Result<Vec<Key>, Vec<Diagnostic>>>()?;
+        // Pictures are wanted of those trees only that are drawn.
+        let stock = OnceLock::new();
+        let stock = || once(&stock, || trees::stock(plan, pictures, cache)).wardrobe();
+        let worn: Vec<OnceLock<Vec<Picture>>> = rows.iter().map(|_| OnceLock::new()).collect();
+        let dressed = |row: usize| -> Vec<Picture> {
+            let own = lod::packed(&trees[row].ladder.tiles);
+            let own = own.par_iter().map(|tile| Picture::new(&tile.uncolored()));
+            stock().leaves.par_iter().cloned().chain(own).collect()
+        };
+        let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
+            cache.remember_here(*key, SheetCell::weight, || {
+                let worn = once(&worn[row], || dressed(row));
+                Ok(layout.scale().draw(column, rows[row].columns[column].mesh, &stock().bark[0], worn))
+            })
+        };
+        let cells = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
+        Ok(Self { layout, cells })
+    }
+
+    /// In the colours of its pictures, those of the trees' own by row: a PNG.
+    pub(super) fn painted(&self, pictures: &Pictures, colors: &[Arc<Colors>]) -> Result<Vec<u8>, Vec<Diagnostic>> {
+        let of_maps = |maps: &Maps| SheetColors::of((maps.width, maps.height), &maps.color);
+        let (leaves, bark): (Vec<SheetColors>, _) =
+            rayon::join(|| pictures.leaves.par_iter().map(of_maps).collect(), || of_maps(&pictures.bark));
+        let worn = |row: usize| leaves.iter().chain(&colors[row].sheet).collect();
+        let sheet = self.layout.paint(&self.cells, &bark, &worn);
+        export::encode_quickly(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
+            .map_err(|e| vec![Diagnostic::new("", e.to_string())])
+    }
+}
+
+/// The key of what a level shows: another budget of one level leaves the drawings of the others as they are.
+fn shown(tree: &Tree, column: usize) -> Key {
+    let level = &tree.ladder.levels[column];
+    let mut key = SHOWN.key().input(tree.of).params(&level.kind);
+    if level.kind == Lod::Full {
+        return key.finish();
+    }
+    for mesh in [&level.mesh.bark, &level.mesh.leaf] {
+        let positions: Vec<u8> = mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
+        key = key.number(mesh.indices.len() as u64).input(Key::of_bytes(&positions));
+    }
+    if !matches!(level.kind, Lod::Thinned { .. }) {
+        // It wears pictures of its own, and those change each other's alpha.
+        for tile in &tree.ladder.tiles {
+            let relief = [tile.normal.as_flattened(), tile.orm.as_flattened()].map(Key::of_bytes);
+            key = relief.into_iter().fold(key.input(Key::of_bytes(&tile.alpha)), |key, part| key.input(part));
+        }
+    }
+    key.finish()
+}
