@@ -26,7 +26,7 @@ use super::recipe::{Palette, Recipe};
 use super::samples::{Extent, Grid, Plane, Point, SMALL, corner_points, edge, extent, holds_any, project, scan};
 use super::shade::{Fragment, Light, Shading};
 use super::shader::{Face, Worn};
-use crate::base::Frame;
+use crate::base::{Frame, Seed};
 use crate::mesh::Mesh;
 
 /// Rows of samples that one task fills.
@@ -93,7 +93,7 @@ pub struct Target {
     pub coverage: Vec<f32>,
     /// Linear light, the mean of the covered samples; zero where there are none.
     pub color: Vec<Vec3>,
-    /// Unit normals in the world; zero where nothing is covered.
+    /// Unit normals in the world; zero where nothing is covered. Of [`Shading::Seen`] one that the pixel shows, else the mean.
     pub normal: Vec<Vec3>,
     /// Occlusion of the pictures, 1 is open; the mean of the covered samples.
     pub occlusion: Vec<f32>,
@@ -210,6 +210,7 @@ fn draw(
     let scene = Scene::new(surfaces, &projected, view, grid, *shading == Shading::Nothing);
     let bands = (rows < grid.rows).then(|| Bands::new(&scene, rows));
     let pixels = rows / per_pixel * width as usize;
+    let one_normal = *shading == Shading::Seen;
     let count = width as usize * height as usize;
     // Zeroed by the system, page by page where something is drawn.
     let mut target = Target {
@@ -249,8 +250,13 @@ fn draw(
                     depth[pixel] = deep * scale;
                     if *shading != Shading::Nothing {
                         let mut sum = Fragment::default();
-                        for part in &shown {
+                        let picked = if one_normal { Shown::picked(&shown, hits, pixel) } else { usize::MAX };
+                        let mut normal_of = None;
+                        for (i, part) in shown.iter().enumerate() {
                             let fragment = shader.shade(part);
+                            if i == picked {
+                                normal_of = Some(fragment.normal);
+                            }
                             match noted {
                                 Noted::Nothing => {}
                                 Noted::Palette(starts) => {
@@ -269,7 +275,8 @@ fn draw(
                         color[pixel] = sum.color * scale;
                         // Of one part it has unit length.
                         let is_one = shown.len() == 1;
-                        normal[pixel] = if is_one { sum.normal * scale } else { sum.normal.normalize_or(view.frame.z) };
+                        let mean = || if is_one { sum.normal * scale } else { sum.normal.normalize_or(view.frame.z) };
+                        normal[pixel] = normal_of.unwrap_or_else(mean);
                         occlusion[pixel] = sum.occlusion * scale;
                     }
                 }
@@ -457,6 +464,17 @@ impl Shown {
             }
         }
         deep
+    }
+
+    /// The part that one of a pixel's `hits` samples shows, picked by chance.
+    fn picked(all: &[Self], hits: u32, pixel: usize) -> usize {
+        let mut sample = Seed::new(pixel as u64).index(hits as usize) as u32;
+        let holds = |part: &Self| {
+            let here = sample < part.count;
+            sample = sample.saturating_sub(part.count);
+            here
+        };
+        all.iter().position(holds).unwrap_or(0)
     }
 
     /// The middle of its samples, in units.

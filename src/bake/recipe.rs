@@ -170,6 +170,12 @@ impl Recipe {
         self.counts.iter().map(color).collect()
     }
 
+    /// Makes what it paints so much brighter, in linear light.
+    pub(crate) fn brighten(&mut self, gain: f32) {
+        let scaled = std::array::from_fn::<u32, 256, _>(|share| (share as f32 * gain + 0.5).clamp(0.0, 255.0) as u32);
+        self.parts.iter_mut().for_each(|part| *part = *part & !255 | scaled[(*part & 255) as usize]);
+    }
+
     /// Whether it is one of a picture of so many pixels.
     #[must_use]
     pub fn is_of(&self, pixels: usize) -> bool {
@@ -190,6 +196,24 @@ mod tests {
     use crate::bake::{Picture, Shading, Surface, View, survey};
     use crate::base::Frame;
     use crate::mesh::Mesh;
+
+    #[test]
+    fn brightening_scales_what_is_painted_in_linear_light() {
+        let mut recipe = Recipe::default();
+        recipe.push(&mut vec![(0, 0.6), (1, 0.2)]);
+        recipe.push(&mut vec![(WHITE, 1.0)]);
+        let palette = Palette { colors: vec![Vec3::splat(0.5), Vec3::splat(0.3)] };
+        let linear = |recipe: &Recipe| recipe.paint(&palette).iter().map(|c| srgb::decode(c[0])).collect::<Vec<_>>();
+        let before = linear(&recipe);
+        for gain in [0.8, 1.2] {
+            let mut brighter = recipe.clone();
+            brighter.brighten(gain);
+            let after = linear(&brighter);
+            assert!((after[0] / before[0] - gain).abs() < 0.02, "{gain}: {before:?} {after:?}");
+            // Nothing is whiter than white.
+            assert!((after[1] - gain.min(1.0)).abs() < 0.01, "{gain}: {after:?}");
+        }
+    }
 
     fn plain(color: [u8; 3]) -> Maps {
         let [r, g, b] = color;

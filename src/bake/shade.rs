@@ -46,7 +46,8 @@ pub enum Shading {
     /// on the front, also where the back is seen. For baking.
     Albedo,
     /// The base colour as for [`Albedo`](Self::Albedo), normals turned towards the viewer's side, as an engine turns those of
-    /// leaves. For baking what is seen from one side only.
+    /// leaves. For baking what is seen from one side only. A pixel's normal is that of one of its samples: means of many leaves
+    /// all point to the viewer, and what is lit by them is too bright under a sun behind him and too dark against it.
     Seen,
     /// The base colour in the light, normals turned towards the viewer's side. For looking at.
     Lit(Light),

@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 3);
 const SKETCH: Stage = Stage("sketch", 3);
-const LADDER: Stage = Stage("ladder", 20);
+const LADDER: Stage = Stage("ladder", 21);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 15);
+const LEVEL: Stage = Stage("level", 16);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 2);
 const REFERENCE: Stage = Stage("reference", 1);

@@ -222,6 +222,8 @@ pub(super) struct Views {
     pub(super) layout: Impostor,
     /// Along a frame's edge.
     texels: u32,
+    /// Rows above and below with which a row's alpha is settled.
+    around: usize,
     drawn: Vec<Drawn>,
     /// The mesh for engines without a shader for it.
     pub(super) tree: TreeMesh,
@@ -279,7 +281,8 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
     }
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
-    Views { layout, texels, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
+    let around = if scene.plant.leaves().is_empty() { usize::MAX } else { 1 };
+    Views { layout, texels, around, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
 }
 
 /// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
@@ -351,7 +354,7 @@ impl Views {
     fn alpha(&self, gain: f32) -> Vec<u8> {
         let (frames, texels) = (self.layout.frames as usize, self.texels as usize);
         let alphas: Vec<Vec<u8>> =
-            self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, gain)).collect();
+            self.drawn.par_iter().map(|drawn| alphas(&drawn.coverage, self.texels, (gain, self.around))).collect();
         let rows = alphas.chunks(frames).flat_map(|row| (0..texels).map(move |line| (row, line * texels)));
         rows.flat_map(|(row, start)| row.iter().flat_map(move |alpha| &alpha[start..start + texels])).copied().collect()
     }
@@ -384,28 +387,38 @@ impl Views {
     }
 }
 
-/// Alpha of a frame's texels: as many are solid as the tree covers, times `gain`, the fullest first. A row that would show
-/// nothing of a thin trunk shows its fullest texel.
+/// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, times
+/// `gain`, the fullest first. With one, a bare trunk keeps its width below a crown that is thin, where the texels that show
+/// it in part would all be solid by the crown's measure; of twigs alone all rows are one. A row of less than a texel shows as
+/// much of its fullest one, so that a thin trunk has no gap.
 ///
 /// Halftones were tried: error diffusion and an iterated one, drawn from a half by 1 to 4. They keep what each pixel
 /// covers and lose two to nine hundredths of IoU, since a pixel holds two texels only; contours between texels keep both.
-fn alphas(coverage: &[f32], texels: u32, gain: f32) -> Vec<u8> {
-    let mut ranked: Vec<f32> = coverage.iter().copied().filter(|c| *c > 0.0).collect();
-    ranked.sort_unstable_by(|a, b| b.total_cmp(a));
-    let wanted = (coverage.iter().sum::<f32>() * gain + 0.5) as usize;
-    let threshold = ranked.get(wanted.saturating_sub(1).min(ranked.len().saturating_sub(1)));
-    // A little past the threshold, which itself must pass after rounding to bytes.
-    let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
-    let mut alphas: Vec<u8> = coverage.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
+fn alphas(coverage: &[f32], texels: u32, (gain, around): (f32, usize)) -> Vec<u8> {
     let width = texels as usize;
+    let mut alphas = Vec::with_capacity(coverage.len());
+    let mut ranked: Vec<f32> = Vec::with_capacity(2 * width);
+    for (row, covered) in coverage.chunks_exact(width).enumerate() {
+        let rows = row.saturating_sub(around)..row.saturating_add(around).saturating_add(1).min(width);
+        let part = &coverage[rows.start * width..rows.end * width];
+        ranked.clear();
+        ranked.extend(part.iter().filter(|c| **c > 0.0));
+        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
+        let wanted = (part.iter().sum::<f32>() * gain + 0.5) as usize;
+        let threshold = ranked.get(wanted.saturating_sub(1).min(ranked.len().saturating_sub(1)));
+        // A little past the threshold, which itself must pass after rounding to bytes.
+        let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
+        alphas.extend(covered.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8));
+    }
     for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {
         let sum: f32 = covered.iter().sum();
-        if sum < THIN || row.iter().any(|a| *a >= SOLID) {
+        if sum < THIN || sum >= 1.0 && row.iter().any(|a| *a >= SOLID) {
             continue;
         }
         let fullest = (0..width).fold(0, |best, x| if covered[x] > covered[best] { x } else { best });
         // So wide is a column of texels of this alpha between texels, half a texel at least.
-        row[fullest] = (f32::from(SOLID) / (1.0 - 0.5 * sum.clamp(0.5, 0.98)) + 0.5) as u8;
+        let wide = (f32::from(SOLID) / (1.0 - 0.5 * sum.clamp(0.5, 0.98)) + 0.5) as u8;
+        row[fullest] = row[fullest].max(wide);
     }
     alphas
 }
@@ -484,6 +497,41 @@ mod tests {
             d.y = d.y.abs();
             let off = layout.axes(layout.nearest(d)).z.dot(d);
             assert!(off > 0.97, "{d} {off}");
+        }
+    }
+
+    /// 30 by 30 texels: a crown that is thin, 20 wide and high, over a trunk that stands between two columns.
+    fn crown_and_trunk(trunk: [f32; 2]) -> Vec<f32> {
+        let at = |i: usize| match (i % 30, i / 30) {
+            (x, 0..20) if (5..25).contains(&x) => 0.15 + 0.4 * Seed::new(i as u64).unit(),
+            (x @ (14 | 15), 20..) => trunk[x - 14],
+            _ => 0.0,
+        };
+        (0..900).map(at).collect()
+    }
+
+    #[test]
+    fn a_trunk_keeps_its_width_below_a_thin_crown() {
+        // Both columns are half covered: a texel in all, from middle to middle.
+        let alphas = alphas(&crown_and_trunk([0.5, 0.5]), 30, (1.0, 1));
+        let trunk: Vec<u8> = alphas.chunks(30).skip(22).take(7).flat_map(|row| row[14..16].to_vec()).collect();
+        assert!(trunk.iter().all(|a| (SOLID..SOLID + 8).contains(a)), "{trunk:?}");
+    }
+
+    #[test]
+    fn a_thin_trunk_has_no_gap() {
+        let alphas = alphas(&crown_and_trunk([0.3, 0.05]), 30, (1.0, 1));
+        let trunk: Vec<u8> = alphas.chunks(30).skip(21).take(8).map(|row| row[14]).collect();
+        assert!(trunk.iter().all(|a| *a >= SOLID + 20), "{trunk:?}");
+    }
+
+    #[test]
+    fn as_many_texels_are_solid_as_are_covered() {
+        let coverage = crown_and_trunk([0.5, 0.5]);
+        let covered: f32 = coverage[..30 * 20].iter().sum();
+        for around in [1, usize::MAX] {
+            let solid = alphas(&coverage, 30, (1.0, around)).iter().take(30 * 20).filter(|a| **a >= SOLID).count();
+            assert!((solid as f32 / covered - 1.0).abs() < 0.1, "{around}: {solid} of {covered}");
         }
     }
 

@@ -32,10 +32,10 @@ use crate::preset::plan::{LeafCards, Lod, MeshParams};
 const SCREEN: f32 = 1080.0;
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
-/// Views of a measurement (fewer of thinned levels, which agree from everywhere alike), and every which of them is
-/// looked at for colours.
+/// Views of a measurement (fewer of thinned levels, which agree from everywhere alike), and those of them that are looked at
+/// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
-const COLORED: usize = 8;
+const COLORED: [usize; 2] = [5, 9];
 /// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
 const FINE: u32 = 540;
 const COARSE: u32 = 270;
@@ -441,8 +441,8 @@ impl<'a> Bench<'a> {
                 impostor = Some(views.layout);
                 let (gain, drawn) = settled(&views, &self.outlines(COARSE));
                 let found = self.takes_over(lod, sizes, &drawn);
-                let sheet = views.sheet(gain);
-                let measured = self.impostor_colors(&views.layout, &sheet, found);
+                let mut sheet = views.sheet(gain);
+                let measured = self.impostor_colors(&views.layout, &mut sheet, found);
                 (views.tree, vec![sheet], measured)
             }
         };
@@ -497,19 +497,22 @@ impl<'a> Bench<'a> {
         (at, Measured { color: seen.color, flip: seen.flip, ..found })
     }
 
-    fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, (at, found): (f32, Measured)) -> (f32, Measured) {
+    /// The same of an impostor, whose sheet is made as bright as the full tree: texels that are solid are those that show
+    /// most, and lighter than what stands between them.
+    fn impostor_colors(&self, layout: &Impostor, sheet: &mut Tile, (at, found): (f32, Measured)) -> (f32, Measured) {
         let maps = sheet.maps(&self.stock.palette);
         let seen = |view: &View| TreeMesh {
             leaf: layout.seen_from(view.frame, &maps, (Vec2::ZERO, Vec2::ONE), 0),
             ..TreeMesh::default()
         };
         let wardrobe = Wardrobe { leaves: vec![Picture::new(&maps)], bark: self.stock.wardrobe.bark.clone() };
-        let seen = self.reference(found.pixels).measure_from(&seen, &wardrobe, Asked::All);
+        let (gain, seen) = self.reference(found.pixels).matched(&seen, &wardrobe);
+        sheet.recipe.brighten(gain);
         (at, Measured { color: seen.color, flip: seen.flip, ..found })
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {
-        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, COLORED));
+        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, &COLORED));
         self.memory.reference(pixels, &mut make)
     }
 }

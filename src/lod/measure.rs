@@ -25,6 +25,10 @@ const LINES: u32 = 270;
 const COLOR_LINES: u32 = 150;
 /// The sky behind the trees when pictures are compared, linear light.
 const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
+/// Of linear light (ITU-R BT.709).
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+/// By how much a level's pictures are brightened at least and at most.
+const BRIGHTENED: (f32, f32) = (0.75, 1.25);
 
 /// The pictures that the levels of one tree wear.
 #[derive(Clone, Debug)]
@@ -132,10 +136,11 @@ impl Reference {
         Self::of(tree, wardrobe, (pixels, LINES), views, size)
     }
 
-    /// As [`new`](Self::new), from every `step`-th of so many directions, for their colours.
-    pub(super) fn some(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, (count, step): (u32, usize)) -> Self {
+    /// As [`new`](Self::new), from some of so many directions, for their colours.
+    pub(super) fn some(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, (count, which): (u32, &[usize])) -> Self {
         let (views, size) = self::views(tree, pixels, count);
-        Self::of(tree, wardrobe, (pixels, COLOR_LINES), views.into_iter().skip(step / 2).step_by(step).collect(), size)
+        let some = which.iter().filter_map(|&i| views.get(i).copied()).collect();
+        Self::of(tree, wardrobe, (pixels, COLOR_LINES), some, size)
     }
 
     fn of(
@@ -179,21 +184,38 @@ impl Reference {
         wardrobe: &Wardrobe,
         asked: Asked,
     ) -> Measured {
-        let Some(first) = self.targets.first() else { return Measured::same(self.pixels) };
         let shading = if asked == Asked::All { Shading::Lit(Light::DAY) } else { Shading::Nothing };
-        let drawn: Vec<Target> = self
-            .views
-            .par_iter()
-            .map(|view| {
-                let surfaces = seen(view);
-                rasterize(&wardrobe.dressed(&surfaces), view, first.width, first.height, self.samples, &shading)
-            })
-            .collect();
-        let measured = self.compare(&drawn);
+        self.judged(&self.seen(seen, wardrobe, &shading), asked)
+    }
+
+    /// As [`Reference::measure_from`] everything, of a level whose pictures are to be made so much brighter that it is as bright
+    /// as the full tree: measured as it is then.
+    pub(super) fn matched(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync), wardrobe: &Wardrobe) -> (f32, Measured) {
+        let mut drawn = self.seen(seen, wardrobe, &Shading::Lit(Light::DAY));
+        let (full, level) = (luminance(&self.targets), luminance(&drawn));
+        let gain = if level > 0.0 { (full / level).clamp(BRIGHTENED.0, BRIGHTENED.1) } else { 1.0 };
+        drawn.iter_mut().flat_map(|target| &mut target.color).for_each(|c| *c *= gain);
+        (gain, self.judged(&drawn, Asked::All))
+    }
+
+    /// A level that may turn to the viewer, from all views.
+    fn seen(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync), wardrobe: &Wardrobe, shading: &Shading) -> Vec<Target> {
+        let draw = |(view, full): (&View, &Target)| {
+            let surfaces = seen(view);
+            rasterize(&wardrobe.dressed(&surfaces), view, full.width, full.height, self.samples, shading)
+        };
+        self.views.par_iter().zip(&self.targets).map(draw).collect()
+    }
+
+    fn judged(&self, drawn: &[Target], asked: Asked) -> Measured {
+        if self.targets.is_empty() {
+            return Measured::same(self.pixels);
+        }
+        let measured = self.compare(drawn);
         if asked == Asked::Silhouette {
             return Measured { color: 0.0, ..measured };
         }
-        let flips: Vec<f32> = (self.targets.par_iter().zip(&drawn))
+        let flips: Vec<f32> = (self.targets.par_iter().zip(drawn))
             .map(|(a, b)| flip(&before_sky(a), &before_sky(b), a.width as usize))
             .collect();
         Measured { flip: flips.iter().sum::<f32>() / flips.len() as f32, ..measured }
@@ -212,6 +234,11 @@ impl Reference {
         }
         sum
     }
+}
+
+/// Mean over the views of what is covered, each view as much as the others.
+fn luminance(targets: &[Target]) -> f32 {
+    targets.iter().map(|target| mean_light(target).dot(LUMINANCE)).sum::<f32>() / targets.len().max(1) as f32
 }
 
 /// A picture over the sky.
@@ -236,11 +263,16 @@ fn covered_ratio(a: &Target, b: &Target) -> f32 {
     if area > 0.0 { other / area } else { 1.0 }
 }
 
-/// Mean of what is covered, in sRGB.
-fn mean_color(target: &Target) -> Vec3 {
+/// Mean of what is covered, linear.
+fn mean_light(target: &Target) -> Vec3 {
     let area: f32 = target.coverage.iter().sum();
     let sum: Vec3 = target.color.iter().zip(&target.coverage).map(|(&c, &w)| c * w).sum();
-    let mean = sum / area.max(1e-6);
+    sum / area.max(1e-6)
+}
+
+/// The same in sRGB.
+fn mean_color(target: &Target) -> Vec3 {
+    let mean = mean_light(target);
     let srgb = |l: f32| math::linear_to_srgb(l.min(1.0));
     Vec3::new(srgb(mean.x), srgb(mean.y), srgb(mean.z))
 }
@@ -250,4 +282,48 @@ pub(super) fn bounds(tree: &TreeMesh) -> (Vec3, Vec3) {
     let all = [&tree.bark, &tree.leaf].into_iter().flat_map(|m: &Mesh| m.positions.iter()).filter(|p| p.is_finite());
     let (low, high) = all.fold((Vec3::MAX, Vec3::MIN), |(l, h), &p| (l.min(p), h.max(p)));
     if low.cmple(high).all() { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+
+    /// A card, seen from all sides.
+    fn card() -> TreeMesh {
+        let corners = [(-1.0, 0.0), (1.0, 0.0), (1.0, 2.0), (-1.0, 2.0)];
+        let leaf = Mesh {
+            positions: corners.map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            uvs: corners.map(|(x, y)| Vec2::new(0.5 + 0.5 * x, 1.0 - 0.5 * y)).to_vec(),
+            indices: vec![0, 1, 2, 0, 2, 3],
+            ..Mesh::default()
+        };
+        TreeMesh { leaf, ..TreeMesh::default() }
+    }
+
+    fn green(linear: f32) -> Wardrobe {
+        let byte = |share: f32| (math::linear_to_srgb(linear * share) * 255.0 + 0.5) as u8;
+        let color = [byte(0.5), byte(1.0), byte(0.2), 255];
+        let maps = Maps {
+            width: 4,
+            height: 4,
+            color: vec![color; 16],
+            normal: vec![[128, 128, 255]; 16],
+            orm: vec![[255; 3]; 16],
+        };
+        Wardrobe::new(std::slice::from_ref(&maps), &maps)
+    }
+
+    #[test]
+    fn a_darker_level_is_brightened_to_the_full_one_within_bounds() {
+        let reference = Reference::new(&card(), &green(0.3), 40, 4);
+        for (level, gain) in [(0.3, 1.0), (0.27, 1.111), (0.34, 0.882), (0.1, 1.25), (0.9, 0.75)] {
+            let (found, measured) = reference.matched(&|_| card(), &green(level));
+            assert!((found - gain).abs() < 0.02, "{level}: {found}");
+            let matched = (0.25..0.4).contains(&level);
+            assert_eq!(measured.color < 0.01, matched, "{level}: {measured:?}");
+        }
+    }
 }

@@ -7,6 +7,10 @@ use crate::plant::{Plant, Posed};
 
 /// Most that a line goes aside, metres a metre up.
 const STEEPEST: f32 = 0.7;
+/// The share of a stem's length that may flare.
+const FLARED: f32 = 0.1;
+/// What is thinner than this, of the trunk's radius above its flare, is a limb.
+const THIN: f32 = 0.6;
 
 /// A line from the foot of a plant up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,8 +21,8 @@ pub(super) struct Trunk {
 }
 
 impl Trunk {
-    /// The line through the foot that is nearest to the stem, by least squares, each part by the area that is seen of it.
-    /// Of several stems it is the mean of theirs: those of a shrub lean all ways.
+    /// The line through the foot that is nearest to the stem as far as it is a trunk, by least squares, each part by the area
+    /// that is seen of it. Of several stems it is the mean of theirs: those of a shrub lean all ways.
     pub(super) fn of(plant: &Plant, posed: &Posed) -> Self {
         let (mut feet, mut thick) = (Vec3::ZERO, 0.0_f32);
         let (mut aside, mut up) = (Vec3::ZERO, 0.0_f32);
@@ -27,7 +31,7 @@ impl Trunk {
             let (Some(&foot), Some(&radius)) = (points.first(), radii.first()) else { continue };
             feet += foot * radius;
             thick += radius;
-            for (pair, radius) in points.windows(2).zip(radii) {
+            for (pair, radius) in points[..trunk_end(points, radii)].windows(2).zip(radii) {
                 let middle = (pair[0] + pair[1]) * 0.5 - foot;
                 let weight = pair[0].distance(pair[1]) * radius;
                 aside += middle * (weight * middle.y);
@@ -50,6 +54,21 @@ impl Trunk {
     pub(super) fn along(&self) -> Vec3 {
         (self.lean + Vec3::Y).normalize()
     }
+}
+
+/// How many points of a stem are its trunk's: those up to where it is [`THIN`] as thick as above its flare. Past a fork one of
+/// its limbs goes on by the stem's name, aside.
+fn trunk_end(points: &[Vec3], radii: &[f32]) -> usize {
+    let arc: Vec<f32> = std::iter::once(0.0)
+        .chain(points.windows(2).scan(0.0, |sum, pair| {
+            *sum += pair[0].distance(pair[1]);
+            Some(*sum)
+        }))
+        .collect();
+    let above = arc.partition_point(|s| *s < FLARED * arc[arc.len() - 1]);
+    let thick = radii.get(above).copied().unwrap_or(0.0);
+    let thin = radii.iter().skip(above).position(|r| *r < THIN * thick);
+    thin.map_or(points.len(), |k| above + k).max(2).min(points.len())
 }
 
 #[cfg(test)]
@@ -77,9 +96,11 @@ mod tests {
     }
 
     #[test]
-    fn thin_ends_count_little_and_a_trunk_that_lies_is_bounded() {
-        let trunk = of(&[Vec3::ZERO, Vec3::Y * 6.0, Vec3::new(6.0, 12.0, 0.0)], &[0.5, 0.05, 0.01]);
-        assert!(trunk.lean.x > 0.0 && trunk.lean.x < 0.25, "{trunk:?}");
+    fn limbs_do_not_count_and_a_trunk_that_lies_is_bounded() {
+        let points = [Vec3::ZERO, Vec3::Y * 0.8, Vec3::Y * 3.0, Vec3::Y * 4.0, Vec3::new(2.0, 6.0, 0.0)];
+        let (limb, bent) = (of(&points, &[0.4, 0.3, 0.28, 0.1, 0.05]), of(&points, &[0.4, 0.3, 0.28, 0.26, 0.2]));
+        assert_eq!(limb.lean, Vec3::ZERO);
+        assert!(bent.lean.x > 0.05 && bent.lean.x < 0.33, "{bent:?}");
         let lying = of(&[Vec3::ZERO, Vec3::new(5.0, 0.1, 0.0)], &[0.5, 0.4]);
         assert!(lying.lean.length() < STEEPEST + 1e-5);
         let flat = of(&[Vec3::ZERO, Vec3::X], &[0.5, 0.4]);
