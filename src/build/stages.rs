@@ -19,10 +19,10 @@ use crate::preset::plan::{
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 4);
+const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 7);
-const LIKE: Stage = Stage("like", 4);
+const IMPORT: Stage = Stage("import", 8);
+const LIKE: Stage = Stage("like", 5);
 const PICTURES: Stage = Stage("pictures", 3);
 const DRAWING: Stage = Stage("drawing", 1);
 const BARK: Stage = Stage("bark", 1);

@@ -15,8 +15,8 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 3);
-const SKETCH: Stage = Stage("sketch", 3);
+const DRESS: Stage = Stage("dress", 4);
+const SKETCH: Stage = Stage("sketch", 4);
 const LADDER: Stage = Stage("ladder", 21);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 16);

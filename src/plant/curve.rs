@@ -115,15 +115,22 @@ impl<'a> Curve<'a> {
             self.points[i].lerp(self.points[i + 1], f as f32)
         });
         let shortest = self.length() * 1e-4;
-        let mut frames = [start; STATIONS + 1];
-        let mut frame = start;
-        for k in 0..=STATIONS {
+        // Directions first: they do not wait for each other, as frames do.
+        let mut axis = start.y;
+        let axes: [Vec3; STATIONS + 1] = std::array::from_fn(|k| {
             let chord = at[(k + 1).min(STATIONS)] - at[k.saturating_sub(1)];
+            let length = chord.length();
             // A chain that folds back on itself has no chord here: keep the last direction.
-            if chord.length() > shortest {
-                frame = frame.transported(start.to_world(chord).normalize());
+            if length > shortest {
+                axis = start.to_world(chord / length);
             }
-            frames[k] = frame;
+            axis
+        });
+        let mut frame = start;
+        let mut frames = [start; STATIONS + 1];
+        for (to, axis) in frames.iter_mut().zip(axes) {
+            frame = frame.turned(axis);
+            *to = frame;
         }
         frames
     }
