@@ -127,6 +127,33 @@ fn every_variant_is_connected_and_gets_coarser_from_level_to_level() {
 }
 
 #[test]
+fn variants_stand_in_the_order_of_the_preset() {
+    let project = small_project();
+    let grown = |height: f32| format!("Grow(species: \"species/shrub.ron\", seed: 1, height: {height:?})");
+    let (low, high) = (grown(1.0), grown(2.0));
+    let preset = SMALL
+        .replace("\"a\": Grow(species: \"species/shrub.ron\", seed: 1)", &format!("\"low\": {low}, \"high\": {high}"))
+        .replace("Source(\"a\")", "Source(\"low\"), Source(\"high\")");
+    fs::write(project.path().join("small.ron"), preset).unwrap();
+    let out = project.path().join("out");
+    let output = treewright(&[&"build", &project.path().join("small.ron"), &"--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("small/small.manifest.json")).unwrap()).unwrap();
+    let variants = manifest["variants"].as_array().unwrap();
+    let heights: Vec<f64> = variants.iter().map(|v| v["height"].as_f64().unwrap()).collect();
+    assert_eq!(heights.iter().map(|h| h.round()).collect::<Vec<_>>(), [1.0, 2.0], "{heights:?}");
+    // And each file holds the tree that the manifest says it does.
+    for (variant, height) in variants.iter().zip(heights) {
+        let bytes = fs::read(out.join("small").join(variant["file"].as_str().unwrap())).unwrap();
+        let glb = gltf::Gltf::from_slice(&bytes).unwrap();
+        let tops = glb.meshes().flat_map(|mesh| mesh.primitives().map(|p| p.bounding_box().max[1]).collect::<Vec<_>>());
+        let top = f64::from(tops.fold(0.0, f32::max));
+        assert!((top - height).abs() < 0.3 * height, "{}: {top} of {height}", variant["name"]);
+    }
+}
+
+#[test]
 fn every_asset_reads_back_with_its_levels_and_materials() {
     let mut count = 0;
     for (name, bytes) in shipped().iter().filter(|(name, _)| name.ends_with(".glb")) {

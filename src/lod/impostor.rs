@@ -22,12 +22,13 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::agree::Outlines;
 use super::cloud::{CARD_TEXELS, Scene};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
 use super::tile::Tile;
 use super::trunk::Trunk;
-use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Shading, Target, View, survey};
+use crate::bake::{ALPHA_CUTOFF, Maps, Recipe, Shading, Silhouette, Target, View, survey};
 use crate::base::Frame;
 use crate::mesh::{CardShape, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
 
@@ -46,6 +47,8 @@ const SOLID: u8 = 128;
 /// Texels around one that coverage is sharpened by, and how far.
 const AROUND: usize = 2;
 const SHARP: f32 = 3.0;
+/// Rounds in search of the gain.
+const ROUNDS: usize = 5;
 /// A row that covers so many texels is never left empty.
 const THIN: f32 = 0.08;
 
@@ -226,7 +229,7 @@ pub(super) struct Views {
     around: usize,
     drawn: Vec<Drawn>,
     /// The mesh for engines without a shader for it.
-    pub(super) tree: TreeMesh,
+    quads: Mesh,
 }
 
 /// One frame.
@@ -240,8 +243,8 @@ struct Drawn {
     recipe: Recipe,
 }
 
-/// Draws an impostor's frames, so many along an edge, for cards of so many texels; its mesh wears tile `tile`.
-pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe, tile: u32) -> Views {
+/// Draws an impostor's frames, so many along an edge, for cards of so many texels.
+fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe) -> Views {
     let (frames, texels) = (frames.clamp(2, 32), texels(cards, frames));
     let (low, high) = bounds(scene.full);
     let centre = (low + high) * 0.5;
@@ -276,13 +279,13 @@ pub(super) fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe:
             (least, most) = (least.min(p), most.max(p));
         }
         if least.cmplt(most).all() {
-            layout.add(frame, (least, most), &trunk, tile, &mut leaf);
+            layout.add(frame, (least, most), &trunk, 0, &mut leaf);
         }
     }
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
     let around = if scene.plant.leaves().is_empty() { usize::MAX } else { 1 };
-    Views { layout, texels, around, drawn, tree: TreeMesh { bark: Mesh::default(), leaf } }
+    Views { layout, texels, around, drawn, quads: leaf }
 }
 
 /// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
@@ -298,6 +301,48 @@ fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
         || leaf_cards_in(scene.plant, scene.posed, scene.light, &all_cards(scene.plant), CardShape::Flat),
     );
     TreeMesh { bark, leaf }
+}
+
+/// An impostor, and how it is best shown.
+pub(super) struct Settled {
+    pub(super) views: Views,
+    /// With which it covers as much as the full tree.
+    pub(super) gain: f32,
+    /// Its outlines then.
+    pub(super) drawn: Vec<Silhouette>,
+}
+
+impl Settled {
+    /// Draws a tree's frames and finds the gain by secant steps.
+    pub(super) fn new(scene: &Scene<'_>, sheet: (u32, u32), wardrobe: &Wardrobe, outlines: &Outlines) -> Self {
+        let views = impostor(scene, sheet, wardrobe);
+        let draw = |gain: f32| {
+            let sheet = views.packed(gain);
+            outlines.draw_solid(&|view: &View| views.shown(view.frame, &sheet))
+        };
+        let mut gain = 1.0_f32;
+        let mut best: Option<(f32, f32, Vec<Silhouette>)> = None;
+        let mut before: Option<(f32, f32)> = None;
+        for _ in 0..ROUNDS {
+            let drawn = draw(gain);
+            let off = outlines.ratio(&drawn) - 1.0;
+            if best.as_ref().is_none_or(|b| off.abs() < b.0) {
+                best = Some((off.abs(), gain, drawn));
+            }
+            if off.abs() < 0.008 {
+                break;
+            }
+            // Texels that are moved hide each other.
+            let slope = match before {
+                Some((g, o)) if (gain - g).abs() > 1e-3 => ((off - o) / (gain - g)).clamp(0.2, 1.5),
+                _ => 0.8,
+            };
+            before = Some((gain, off));
+            gain = (gain - off / slope).clamp(0.4, 1.8);
+        }
+        let (gain, drawn) = best.map_or_else(|| (1.0, draw(1.0)), |b| (b.1, b.2));
+        Self { gain, drawn, views }
+    }
 }
 
 impl Drawn {
@@ -318,6 +363,13 @@ impl Drawn {
 }
 
 impl Views {
+    /// The mesh, which wears tile `tile`.
+    pub(super) fn tree(&self, tile: u32) -> TreeMesh {
+        let mut leaf = self.quads.clone();
+        leaf.tiles.fill(tile);
+        TreeMesh { bark: Mesh::default(), leaf }
+    }
+
     /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
     pub(super) fn packed(&self, gain: f32) -> Vec<u8> {
         let edge = self.layout.frames * self.texels;

@@ -8,8 +8,7 @@
 //! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
 //! colours, of a few of the views. So a new tint leaves a ladder as it is.
 
-use std::cell::OnceCell;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -18,13 +17,14 @@ use serde::{Deserialize, Serialize};
 use super::agree::{Outlines, areas};
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
-use super::impostor::{Impostor, Views};
+use super::impostor::{Impostor, Settled};
 use super::measure::{Asked, Measured, Reference, Wardrobe};
+use super::memory::{Forgetful, Memory, Piece, Rung};
 use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
-use crate::base::Seed;
-use crate::mesh::{CardCut, Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
+use crate::base::{Seed, once};
+use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, MeshParams};
 
@@ -39,8 +39,6 @@ const COLORED: [usize; 2] = [5, 9];
 /// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
 const FINE: u32 = 540;
 const COARSE: u32 = 270;
-/// Rounds in search of an impostor's gain.
-const ROUNDS: usize = 5;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -180,75 +178,13 @@ pub fn ladder_with(
     ladder_by(plant, mesh, lods, (&|| stock, texels), seed, &Forgetful)
 }
 
-/// What one level of a tree hangs on, beside the tree, how it is meshed, the leaf pictures and the seed: another budget of
-/// one level leaves the others as they are.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rung {
-    lod: Lod,
-    /// Of those that bring pictures.
-    texels: Option<u32>,
-    /// The sizes at which it may take over.
-    sizes: Vec<usize>,
-    /// Cells by which the cards of a cloud bend, along an edge.
-    cells: usize,
-}
-
-/// A level by itself.
-#[derive(Clone, Debug)]
-pub struct Piece {
-    /// Its own tiles are counted from the leaf pictures on.
-    mesh: TreeMesh,
-    tiles: Vec<Tile>,
-    /// Where it takes over, and how well it agrees there.
-    size: f32,
-    measured: Measured,
-    impostor: Option<Impostor>,
-}
-
-impl Piece {
-    /// Bytes that it takes, about.
-    #[must_use]
-    pub fn weight(&self) -> usize {
-        let mesh = |mesh: &Mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4;
-        mesh(&self.mesh.bark) + mesh(&self.mesh.leaf) + self.tiles.iter().map(Tile::weight).sum::<usize>()
-    }
-}
-
-/// Who remembers what the levels of one tree are made of and measured with: answers with what the last argument makes, now
-/// or earlier for the same question.
-pub trait Memory {
-    /// A level.
-    fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece>;
-    /// The full level's outlines, so many samples high.
-    fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines>;
-    /// The full level in plain colours, so many pixels high.
-    fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference>;
-}
-
-/// Makes all anew.
-struct Forgetful;
-
-impl Memory for Forgetful {
-    fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
-        Arc::new(make())
-    }
-
-    fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
-        Arc::new(make())
-    }
-
-    fn reference(&self, _: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
-        Arc::new(make())
-    }
-}
-
 /// As [`ladder_with`], by somebody with a memory. The stock is asked for when a level is made.
 #[must_use]
 pub fn ladder_by<'s>(
     plant: &Plant,
     mesh: &MeshParams,
     lods: &[Lod],
-    (stock, texels): (&dyn Fn() -> &'s Stock, Texels),
+    (stock, texels): (&(dyn Fn() -> &'s Stock + Sync), Texels),
     seed: Seed,
     memory: &dyn Memory,
 ) -> Ladder {
@@ -257,15 +193,19 @@ pub fn ladder_by<'s>(
     // Only outlines are asked of the pictures yet.
     let cuts = if matches!(mesh.leaves, LeafCards::CutOut { .. }) { stock().cuts.as_slice() } else { &[] };
     let cards = Cards::of(mesh.leaves, cuts);
-    let wood = OnceCell::new();
-    let wood = || wood.get_or_init(|| Wood::of(plant, &posed, &TubeDetail::full(mesh)));
+    let wood = OnceLock::new();
+    let wood = || once(&wood, || Wood::of(plant, &posed, &TubeDetail::full(mesh)));
     let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
-    let full = memory.level(&first, &mut || Piece {
-        mesh: full_level(plant, &posed, &light, (wood(), mesh), cards),
-        tiles: Vec::new(),
-        size: 1.0,
-        measured: Measured::same(SCREEN as u32),
-        impostor: None,
+    let mut is_new = false;
+    let full = memory.level(&first, &mut || {
+        is_new = true;
+        Piece {
+            mesh: full_level(plant, &posed, &light, (wood(), mesh), cards),
+            tiles: Vec::new(),
+            size: 1.0,
+            measured: Measured::same(SCREEN as u32),
+            impostor: None,
+        }
     });
     let leaf_of = leaf_of_triangles(plant, &posed, cards);
     let scene = || Scene {
@@ -277,46 +217,65 @@ pub fn ladder_by<'s>(
         light: &light,
         wood: wood(),
     };
-    let mut bench: Option<Bench<'_>> = None;
-    let mut tiles: Vec<Tile> = Vec::new();
-    let mut levels: Vec<Level> = Vec::with_capacity(lods.len());
-    // Where the level before takes over, and what it has.
-    let mut above = 1.0_f32;
-    let mut triangles_above = usize::MAX;
-    for (i, lod) in lods.iter().enumerate() {
+    let bench = OnceLock::new();
+    let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
+    let step = |climb: &mut Climb, lod: &Lod| {
         let piece = if *lod == Lod::Full {
             Arc::clone(&full)
         } else {
-            let sizes = sizes(lod, above);
-            let cells = cells(lod, triangles_above);
+            let (sizes, cells) = (sizes(lod, climb.above), cells(lod, climb.triangles_above));
             let rung = Rung { lod: lod.clone(), texels: texels.of(lod), sizes, cells };
-            memory.level(&rung, &mut || {
-                let bench = bench.get_or_insert_with(|| Bench::new(&full.mesh, stock(), memory));
-                bench.piece(&scene(), cards, &rung, seed)
-            })
+            memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed))
         };
-        let mut made = piece.mesh.clone();
+        climb.add(lod, &piece);
+    };
+    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new(), above: 1.0, triangles_above: usize::MAX };
+    // Of a new tree all is to be made: an impostor hangs on no other level, and fills the threads while others are made.
+    let is_impostor = |lod: &Lod| matches!(lod, Lod::Impostor { .. });
+    let below = lods.iter().position(is_impostor).filter(|&k| is_new && k > 1).unwrap_or(0);
+    if let Some(Lod::Impostor { frames }) = lods.get(below).filter(|_| below > 0) {
+        let (outlines, sheet) = (bench().outlines(COARSE), (*frames, texels.impostors));
+        let (_, settled) = rayon::join(
+            || lods[..below].iter().for_each(|lod| step(&mut climb, lod)),
+            || Settled::new(&scene(), sheet, stock().wardrobe(), &outlines),
+        );
+        once(&bench().ahead, || (sheet, settled));
+    }
+    lods[below..].iter().for_each(|lod| step(&mut climb, lod));
+    Ladder { levels: climb.levels, tiles: climb.tiles }
+}
+
+/// The levels as far as they are made.
+struct Climb {
+    tiles: Vec<Tile>,
+    levels: Vec<Level>,
+    /// Where the level before takes over, and what it has.
+    above: f32,
+    triangles_above: usize,
+}
+
+impl Climb {
+    fn add(&mut self, lod: &Lod, piece: &Piece) {
+        let mut mesh = piece.mesh.clone();
         if !piece.tiles.is_empty() {
             // Tiles of levels before come first.
-            made.leaf.tiles.iter_mut().for_each(|tile| *tile += tiles.len() as u32);
-            tiles.extend_from_slice(&piece.tiles);
+            mesh.leaf.tiles.iter_mut().for_each(|tile| *tile += self.tiles.len() as u32);
+            self.tiles.extend_from_slice(&piece.tiles);
         }
-        above = piece.size;
-        if i > 0 {
-            levels[i - 1].screen_coverage = above;
+        if let Some(last) = self.levels.last_mut() {
+            last.screen_coverage = piece.size;
         }
-        let triangles = (made.bark.indices.len() + made.leaf.indices.len()) / 3;
-        triangles_above = triangles;
-        levels.push(Level {
+        let triangles = (mesh.bark.indices.len() + mesh.leaf.indices.len()) / 3;
+        (self.above, self.triangles_above) = (piece.size, triangles);
+        self.levels.push(Level {
             kind: lod.clone(),
-            mesh: made,
+            mesh,
             triangles,
-            screen_coverage: CULL.min(above * 0.5),
+            screen_coverage: CULL.min(piece.size * 0.5),
             measured: piece.measured,
             impostor: piece.impostor,
         });
     }
-    Ladder { levels, tiles }
 }
 
 /// Cells by which the cards of a cloud bend: so many that with the limbs' budget it has half the triangles of the level above
@@ -377,7 +336,7 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_
 }
 
 /// The full level's outlines, and those summed up for many sizes.
-type Shown = (Arc<Outlines>, OnceCell<Vec<Areas>>);
+type Shown = (Arc<Outlines>, OnceLock<Vec<Areas>>);
 
 /// What levels are measured with.
 struct Bench<'a> {
@@ -385,19 +344,21 @@ struct Bench<'a> {
     stock: &'a Stock,
     /// Of the leaf pictures.
     cutouts: Vec<&'a Cutout>,
-    fine: Option<Shown>,
-    coarse: Option<Shown>,
+    fine: OnceLock<Shown>,
+    coarse: OnceLock<Shown>,
+    /// An impostor that was made before its turn, with its frames and texels.
+    ahead: OnceLock<((u32, u32), Settled)>,
     memory: &'a dyn Memory,
 }
 
 impl<'a> Bench<'a> {
     fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
         let cutouts = stock.wardrobe.leaves.iter().map(Picture::cutout).collect();
-        Self { full, stock, cutouts, fine: None, coarse: None, memory }
+        Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), ahead: OnceLock::new(), memory }
     }
 
     /// Makes a level and measures it.
-    fn piece(&mut self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, seed: Seed) -> Piece {
+    fn piece(&self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, seed: Seed) -> Piece {
         let (lod, sizes) = (&rung.lod, rung.sizes.as_slice());
         let texels = rung.texels.unwrap_or(CARD_TEXELS);
         let wardrobe = &self.stock.wardrobe;
@@ -437,35 +398,41 @@ impl<'a> Bench<'a> {
                 (made.tree, own, measured)
             }
             Lod::Impostor { frames } => {
-                let views = super::impostor::impostor(scene, (frames, texels), wardrobe, first_tile);
+                let made;
+                let ahead = self.ahead.get().filter(|ahead| ahead.0 == (frames, texels));
+                let Settled { views, gain, drawn } = if let Some((_, settled)) = ahead {
+                    settled
+                } else {
+                    made = Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE));
+                    &made
+                };
                 impostor = Some(views.layout);
-                let (gain, drawn) = settled(&views, &self.outlines(COARSE));
-                let found = self.takes_over(lod, sizes, &drawn);
-                let mut sheet = views.sheet(gain);
+                let found = self.takes_over(lod, sizes, drawn);
+                let mut sheet = views.sheet(*gain);
                 let measured = self.impostor_colors(&views.layout, &mut sheet, found);
-                (views.tree, vec![sheet], measured)
+                (views.tree(first_tile), vec![sheet], measured)
             }
         };
         Piece { mesh, tiles, size, measured, impostor }
     }
 
     /// The full tree's outlines on so many samples.
-    fn outlines(&mut self, lines: u32) -> Arc<Outlines> {
+    fn outlines(&self, lines: u32) -> Arc<Outlines> {
         Arc::clone(&self.shown(lines).0)
     }
 
-    fn shown(&mut self, lines: u32) -> &Shown {
-        let kept = if lines == FINE { &mut self.fine } else { &mut self.coarse };
+    fn shown(&self, lines: u32) -> &Shown {
+        let kept = if lines == FINE { &self.fine } else { &self.coarse };
         let views = if lines == FINE { VIEWS * 3 / 8 } else { VIEWS };
         let mut make = || Outlines::new(self.full, &self.cutouts, lines, views);
-        kept.get_or_insert_with(|| (self.memory.outlines(lines, &mut make), OnceCell::new()))
+        once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
     }
 
     /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
     /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
-    fn takes_over(&mut self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
+    fn takes_over(&self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
         let (outlines, full) = self.shown(lines(lod));
-        let (full, drawn) = (full.get_or_init(|| outlines.areas()), areas(drawn));
+        let (full, drawn) = (once(full, || outlines.areas()), areas(drawn));
         let mut best: Option<(f32, f32, Measured)> = None;
         for &size in sizes {
             let measured = outlines.agreement((full, &drawn), size);
@@ -545,35 +512,6 @@ fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
     }
     let next = lines as f32 / (SCREEN * above * 0.9);
     vec![(next as usize + 1).clamp(1, 64)]
-}
-
-/// The gain with which an impostor covers as much as the full tree, and its outlines with it: secant steps.
-fn settled(views: &Views, outlines: &Outlines) -> (f32, Vec<Silhouette>) {
-    let draw = |gain: f32| {
-        let sheet = views.packed(gain);
-        outlines.draw_solid(&|view: &View| views.shown(view.frame, &sheet))
-    };
-    let mut gain = 1.0_f32;
-    let mut best: Option<(f32, f32, Vec<Silhouette>)> = None;
-    let mut before: Option<(f32, f32)> = None;
-    for _ in 0..ROUNDS {
-        let drawn = draw(gain);
-        let off = outlines.ratio(&drawn) - 1.0;
-        if best.as_ref().is_none_or(|b| off.abs() < b.0) {
-            best = Some((off.abs(), gain, drawn));
-        }
-        if off.abs() < 0.008 {
-            break;
-        }
-        // Texels that are moved hide each other.
-        let slope = match before {
-            Some((g, o)) if (gain - g).abs() > 1e-3 => ((off - o) / (gain - g)).clamp(0.2, 1.5),
-            _ => 0.8,
-        };
-        before = Some((gain, off));
-        gain = (gain - off / slope).clamp(0.4, 1.8);
-    }
-    best.map_or_else(|| (1.0, draw(1.0)), |b| (b.1, b.2))
 }
 
 /// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the

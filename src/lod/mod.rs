@@ -13,6 +13,7 @@ mod impostor;
 mod lacks;
 mod ladder;
 mod measure;
+mod memory;
 mod outline;
 mod packed;
 mod planes;
@@ -26,9 +27,9 @@ pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
 pub use ladder::{
-    CULL, Ladder, Level, Memory, Piece, Rung, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels,
-    mesh_levels_on, palette, pictures,
+    CULL, Ladder, Level, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};
+pub use memory::{Memory, Piece, Rung};
 pub(crate) use packed::packed;
 pub use tile::Tile;

@@ -1,0 +1,74 @@
+//! What the levels of one tree are made of, to be remembered level by level.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::agree::Outlines;
+use super::impostor::Impostor;
+use super::measure::{Measured, Reference};
+use super::tile::Tile;
+use crate::mesh::{Mesh, TreeMesh};
+use crate::preset::plan::Lod;
+
+/// What one level of a tree hangs on, beside the tree, how it is meshed, the leaf pictures and the seed: another budget of
+/// one level leaves the others as they are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rung {
+    pub(super) lod: Lod,
+    /// Of those that bring pictures.
+    pub(super) texels: Option<u32>,
+    /// The sizes at which it may take over.
+    pub(super) sizes: Vec<usize>,
+    /// Cells by which the cards of a cloud bend, along an edge.
+    pub(super) cells: usize,
+}
+
+/// A level by itself.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Its own tiles are counted from the leaf pictures on.
+    pub(super) mesh: TreeMesh,
+    pub(super) tiles: Vec<Tile>,
+    /// Where it takes over, and how well it agrees there.
+    pub(super) size: f32,
+    pub(super) measured: Measured,
+    pub(super) impostor: Option<Impostor>,
+}
+
+impl Piece {
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        let mesh = |mesh: &Mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4;
+        mesh(&self.mesh.bark) + mesh(&self.mesh.leaf) + self.tiles.iter().map(Tile::weight).sum::<usize>()
+    }
+}
+
+/// Who remembers what the levels of one tree are made of and measured with: answers with what the last argument makes, now
+/// or earlier for the same question.
+pub trait Memory: Sync {
+    /// A level.
+    fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece>;
+    /// The full level's outlines, so many samples high.
+    fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines>;
+    /// The full level in plain colours, so many pixels high.
+    fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference>;
+}
+
+/// Makes all anew.
+pub(super) struct Forgetful;
+
+impl Memory for Forgetful {
+    fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
+        Arc::new(make())
+    }
+
+    fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
+        Arc::new(make())
+    }
+
+    fn reference(&self, _: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
+        Arc::new(make())
+    }
+}
