@@ -607,6 +607,36 @@ mod tests {
         assert_eq!(pool(1).install(|| build(&plant)), pool(3).install(|| build(&plant)));
     }
 
+    /// Remembers the finest level only.
+    struct Finest(OnceLock<Arc<Piece>>);
+
+    impl Memory for Finest {
+        fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
+            if rung.lod == Lod::Full { Arc::clone(self.0.get_or_init(|| Arc::new(make()))) } else { Arc::new(make()) }
+        }
+
+        fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
+            Forgetful.outlines(lines, make)
+        }
+
+        fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
+            Forgetful.reference(pixels, make)
+        }
+    }
+
+    #[test]
+    fn an_impostor_is_the_same_made_ahead_of_its_turn_or_in_it() {
+        let (plant, stock) = (plant(400), Stock::new(&[maps(255)], &maps(255)));
+        let lods =
+            [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::Impostor { frames: 4 }, Lod::Impostor { frames: 2 }];
+        let memory = Finest(OnceLock::new());
+        let build = || ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
+        let (ahead, in_turn) = (build(), build());
+        assert_eq!(ahead, in_turn);
+        let frames = ahead.levels.iter().filter_map(|level| level.impostor.map(|layout| layout.frames));
+        assert_eq!(frames.collect::<Vec<_>>(), [4, 2]);
+    }
+
     #[test]
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
