@@ -638,6 +638,24 @@ mod tests {
     }
 
     #[test]
+    fn an_impostor_is_as_bright_as_the_tree() {
+        let stock = Stock::new(&[maps(255)], &maps(255));
+        let lods = [Lod::Full, Lod::Impostor { frames: 6 }];
+        let ladder = ladder_with(&plant(2000), &PARAMS, &lods, &stock, Texels::all(64), Seed::new(5));
+        let level = &ladder.levels[1];
+        let (layout, sheet) = (level.impostor.unwrap(), ladder.tiles[0].maps(&stock.palette));
+        let seen = |view: &View| TreeMesh {
+            leaf: layout.seen_from(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE), 0),
+            ..TreeMesh::default()
+        };
+        let wardrobe = Wardrobe { leaves: vec![Picture::new(&sheet)], bark: stock.wardrobe.bark.clone() };
+        let full = &ladder.levels[0].mesh;
+        let reference = Reference::some(full, &stock.wardrobe, level.measured.pixels, (VIEWS, &COLORED));
+        let (gain, _) = reference.matched(&seen, &wardrobe);
+        assert!((gain - 1.0).abs() < 0.01, "{gain}");
+    }
+
+    #[test]
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
         assert_eq!(build(&bare).levels.len(), 4);
