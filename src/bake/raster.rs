@@ -250,7 +250,8 @@ fn draw(
                     depth[pixel] = deep * scale;
                     if *shading != Shading::Nothing {
                         let mut sum = Fragment::default();
-                        let picked = if one_normal { Shown::picked(&shown, hits, pixel) } else { usize::MAX };
+                        let place = first / per_pixel * width as usize + pixel;
+                        let picked = if one_normal { Shown::picked(&shown, hits, place) } else { usize::MAX };
                         let mut normal_of = None;
                         for (i, part) in shown.iter().enumerate() {
                             let fragment = shader.shade(part);
@@ -466,9 +467,9 @@ impl Shown {
         deep
     }
 
-    /// The part that one of a pixel's `hits` samples shows, picked by chance.
-    fn picked(all: &[Self], hits: u32, pixel: usize) -> usize {
-        let mut sample = Seed::new(pixel as u64).index(hits as usize) as u32;
+    /// The part that one of a pixel's `hits` samples shows, picked by chance that hangs on the pixel's place.
+    fn picked(all: &[Self], hits: u32, place: usize) -> usize {
+        let mut sample = Seed::new(place as u64).index(hits as usize) as u32;
         let holds = |part: &Self| {
             let here = sample < part.count;
             sample = sample.saturating_sub(part.count);

@@ -441,8 +441,8 @@ impl Views {
 
 /// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, times
 /// `gain`, the fullest first. With one, a bare trunk keeps its width below a crown that is thin, where the texels that show
-/// it in part would all be solid by the crown's measure; of twigs alone all rows are one. Of a row of one solid
-/// texel or none the fullest is shown as wide as the row is covered, so that a thin trunk has no gap.
+/// it in part would all be solid by the crown's measure; of twigs alone all rows are one. Of a row of one solid texel or
+/// none the fullest is shown as wide as the row is covered, so that a thin trunk has no gap.
 ///
 /// Halftones were tried: error diffusion and an iterated one, drawn from a half by 1 to 4. They keep what each pixel
 /// covers and lose two to nine hundredths of IoU, since a pixel holds two texels only; contours between texels keep both.

@@ -136,22 +136,27 @@ fn broken_meshes_and_views_draw_nothing_and_never_panic() {
 
 #[test]
 fn what_is_seen_keeps_one_of_its_normals_where_others_take_the_mean() {
-    // Strips across each pixel, of which one in four faces aside.
-    let (mut mesh, strips) = (Mesh::default(), 64);
-    for i in 0..strips {
-        let first = mesh.positions.len() as u32;
-        let (low, high) = [i, i + 1].map(|k| k as f32 / strips as f32 * 2.0 - 1.0).into();
-        mesh.positions.extend([(low, -1.0), (high, -1.0), (high, 1.0), (low, 1.0)].map(|(x, y)| Vec3::new(x, y, 0.0)));
-        mesh.normals.extend([if i % 4 == 0 { Vec3::X } else { Vec3::Z }; 4]);
-        mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
+    // Strips a sample wide, of which one in four faces aside; the larger picture is drawn in bands.
+    for size in [16_u32, 128] {
+        let (mut mesh, strips) = (Mesh::default(), size * 4);
+        for i in 0..strips {
+            let first = mesh.positions.len() as u32;
+            let [low, high] = [i, i + 1].map(|k| k as f32 / strips as f32 * 2.0 - 1.0);
+            let corners = [(low, -1.0), (high, -1.0), (high, 1.0), (low, 1.0)];
+            mesh.positions.extend(corners.map(|(x, y)| Vec3::new(x, y, 0.0)));
+            mesh.normals.extend([if i % 4 == 0 { Vec3::X } else { Vec3::Z }; 4]);
+            mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
+        }
+        let drawn = |shading: Shading| {
+            let surface = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
+            rasterize(&[surface], &front(1.0), size, size, 4, &shading).normal
+        };
+        assert!(drawn(Shading::Albedo).iter().all(|n| n.x > 0.2 && n.x < 0.5));
+        let seen = drawn(Shading::Seen);
+        assert!(seen.iter().all(|n| *n == Vec3::X || *n == Vec3::Z));
+        let aside = seen.iter().filter(|n| **n == Vec3::X).count() as f32 / seen.len() as f32;
+        assert!((aside - 0.25).abs() < 0.08, "{size}: {aside}");
+        let (upper, lower) = seen.split_at(seen.len() / 2);
+        assert_ne!(upper, lower, "{size}: the pattern repeats");
     }
-    let drawn = |shading: Shading| {
-        let surface = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
-        rasterize(&[surface], &front(1.0), 16, 16, 4, &shading).normal
-    };
-    assert!(drawn(Shading::Albedo).iter().all(|n| n.x > 0.2 && n.x < 0.5));
-    let seen = drawn(Shading::Seen);
-    assert!(seen.iter().all(|n| *n == Vec3::X || *n == Vec3::Z));
-    let aside = seen.iter().filter(|n| **n == Vec3::X).count() as f32 / 256.0;
-    assert!((aside - 0.25).abs() < 0.08, "{aside}");
 }
