@@ -70,7 +70,7 @@ fn draw(path: &Path, out: &Path) {
         let surfaces: Vec<Surface<'_>> = parts
             .iter()
             .zip(worn.iter())
-            .map(|(mesh, (picture, repeat))| Surface { mesh, pictures: picture, repeat: *repeat })
+            .map(|(mesh, (picture, repeat))| Surface { mesh, pictures: picture, repeat: *repeat, closed: false })
             .collect();
         let view = View::level(0.6, (low + high) * 0.5, half, half);
         let light = Light {

@@ -120,8 +120,8 @@ impl SheetScale {
         let half = (self.tree.0 as f32 * 0.5 / self.per_metre, self.top * 0.5);
         let view = View::level(AZIMUTH, Vec3::Y * half.1, half.0, half.1);
         let surfaces = [
-            Surface { mesh: &mesh.bark, pictures: std::slice::from_ref(bark), repeat: Repeat::Tiled },
-            Surface { mesh: &mesh.leaf, pictures: leaves, repeat: Repeat::Cutout },
+            Surface { mesh: &mesh.bark, pictures: std::slice::from_ref(bark), repeat: Repeat::Tiled, closed: true },
+            Surface { mesh: &mesh.leaf, pictures: leaves, repeat: Repeat::Cutout, closed: false },
         ];
         let one = |size: (u32, u32), samples: u32| {
             let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);

@@ -95,9 +95,17 @@ impl Level {
         Vec2::new(self.width as f32, self.height as f32)
     }
 
+    /// Whether the picture covers a point of it, 0..=1: alpha test with edges clamped, of the nearest texel or, where texels
+    /// are large, of the four around it.
+    #[inline]
+    pub(super) fn shows(&self, magnified: bool, uv: Vec2) -> bool {
+        let at = uv * self.size();
+        if magnified { self.covers_between(at.x, at.y) } else { self.covers(at.x, at.y) }
+    }
+
     /// Whether the texel at a place, in texels, passes; edges are clamped.
     #[inline]
-    pub(super) fn covers(&self, x: f32, y: f32) -> bool {
+    fn covers(&self, x: f32, y: f32) -> bool {
         // `as` takes NaN to 0 and clamps what is out of range.
         let x = (x as i32).clamp(0, self.width as i32 - 1);
         let y = (y as i32).clamp(0, self.height as i32 - 1);
@@ -106,7 +114,7 @@ impl Level {
 
     /// As [`covers`](Self::covers), of the four texels around the place.
     #[inline]
-    pub(super) fn covers_between(&self, x: f32, y: f32) -> bool {
+    fn covers_between(&self, x: f32, y: f32) -> bool {
         let (x, y) = self.clamped(x, y);
         let (x0, y0) = (x as usize, y as usize);
         match self.between().get(y0 * self.width as usize + x0) {
@@ -225,15 +233,6 @@ impl Cutout {
         level_of(area, self.levels.len())
     }
 
-    /// Whether the picture covers the point: alpha test with edges clamped, of the nearest texel or, where texels are
-    /// large, of the four around it.
-    #[inline]
-    pub(super) fn covers(&self, level: usize, magnified: bool, u: f32, v: f32) -> bool {
-        let level = self.at(level);
-        let at = Vec2::new(u, v) * level.size();
-        if magnified { level.covers_between(at.x, at.y) } else { level.covers(at.x, at.y) }
-    }
-
     /// A level; the last one where there are not so many.
     pub(super) fn at(&self, level: usize) -> &Level {
         &self.levels[level.min(self.levels.len() - 1)]
@@ -323,8 +322,9 @@ mod tests {
         // Needles a pixel wide, one in eight: plain averages would all fall below a half.
         let stripes = cutout(256, |x, _| if x % 8 == 0 { 255 } else { 0 });
         for level in 0..9 {
-            let kept = (0..256 * 256)
-                .filter(|i| stripes.covers(level, false, (i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0));
+            let kept = (0..256 * 256).filter(|i| {
+                stripes.at(level).shows(false, Vec2::new((i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0))
+            });
             assert_eq!(kept.count(), 256 * 32, "level {level}");
         }
         // A disc stays one down to the smallest level.
@@ -358,8 +358,11 @@ mod tests {
     #[test]
     fn nonsense_is_solid_or_clamped() {
         let none = Cutout::new(9, 9, vec![0; 3]);
-        assert!(none.covers(5, true, f32::NAN, f32::INFINITY) && none.covers(0, false, -1e30, f32::NAN));
+        assert!(
+            none.at(5).shows(true, Vec2::new(f32::NAN, f32::INFINITY))
+                && none.at(0).shows(false, Vec2::new(-1e30, f32::NAN))
+        );
         let odd = Cutout::new(131, 77, vec![255; 131 * 77]);
-        assert!(odd.covers(1, false, 2.0, 2.0));
+        assert!(odd.at(1).shows(false, Vec2::new(2.0, 2.0)));
     }
 }

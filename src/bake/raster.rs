@@ -17,13 +17,16 @@
 //! away from the picture are skipped; pictures are at most 8192 samples wide and high.
 
 use bytemuck::zeroed_vec;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::cutout::Level;
 use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
-use super::samples::{Extent, Grid, Plane, Point, SMALL, corner_points, edge, extent, holds_any, project, scan};
+use super::samples::{
+    Extent, Grid, Plane, Point, SMALL, corner_points, edge, extent, holds_any, is_back, project, scan,
+};
 use super::shade::{Fragment, Light, Shading};
 use super::shader::{Face, Worn};
 use crate::base::{Frame, Seed};
@@ -80,6 +83,8 @@ pub struct Surface<'a> {
     pub pictures: &'a [Picture],
     /// Tiled and opaque, or cut out by alpha.
     pub repeat: Repeat,
+    /// Backs are always hidden, and left out: of tubes with ends that views look into from outside never.
+    pub closed: bool,
 }
 
 /// What was drawn; arrays of `width * height`, rows from the top.
@@ -347,6 +352,9 @@ impl<'a> Scene<'a> {
         let (surface, triangle) = self.place(name);
         let corners = self.surfaces[surface].mesh.indices[triangle * 3..].first_chunk::<3>()?;
         let points = corner_points(&self.projected[surface], *corners)?;
+        if self.surfaces[surface].closed && is_back(points) {
+            return None;
+        }
         let (x, y) = extent(points, self.grid)?;
         ((x.1 - x.0 + 1) * (y.1 - y.0 + 1) > FEW || holds_any(points, self.grid)).then_some((x, y))
     }
@@ -378,14 +386,17 @@ impl<'a> Scene<'a> {
         buffer: &mut [Sample],
     ) {
         let Some(points) = corner_points(points, corners) else { return };
+        if surface.closed && is_back(points) {
+            return;
+        }
         let rows = first..first + buffer.len() / self.grid.columns;
         let cutout = surface.repeat == Repeat::Cutout;
-        let mut setup: Option<(Worn, Plane)> = None;
+        let mut setup: Option<(Worn, Plane<DVec3>)> = None;
         scan(points, self.grid, rows, |row, left, right| {
             let (worn, plane) = setup.get_or_insert_with(|| {
                 let area = edge(points[0], points[1], points[2].x, points[2].y);
                 let worn = Worn::new(surface, area, corners, cutout.then_some(1.0));
-                let values = std::array::from_fn(|k| worn.uv[k].extend(points[k].depth));
+                let values = std::array::from_fn(|k| worn.uv[k].extend(points[k].depth).as_dvec3());
                 (worn, Plane::new(points, values))
             });
             let along = (plane.at(left, row).as_vec3(), plane.across.as_vec3());
@@ -407,18 +418,15 @@ impl Range {
         line: &mut [Sample],
     ) {
         // Those that are opaque wear no picture here.
-        let cutout = worn.picture.map(|t| surface.pictures[t].cutout());
+        let level = worn.picture.map(|t| surface.pictures[t].cutout().at(worn.level));
         for (k, sample) in line.iter_mut().enumerate() {
             let depth = start.z + across.z * k as f32;
             let kept = self.first_stays && sample.triangle != NONE;
             if kept || !(depth > sample.depth && depth <= self.near && depth >= self.far) {
                 continue;
             }
-            let shown = cutout.is_none_or(|cutout| {
-                let uv = start + across * k as f32;
-                cutout.covers(worn.level, worn.magnified, uv.x, uv.y)
-            });
-            if shown {
+            let shows = |level: &Level| level.shows(worn.magnified, (start + across * k as f32).truncate());
+            if level.is_none_or(shows) {
                 *sample = Sample { depth, triangle: name };
             }
         }

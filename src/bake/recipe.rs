@@ -250,7 +250,7 @@ mod tests {
         let mesh = squares(3);
         let view = View::new(Frame::WORLD, Vec3::new(1.5, 0.5, 0.0), 1.5, 0.5);
         // Six columns of two pixels a square, but for five, which mix.
-        let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout };
+        let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout, closed: false };
         for columns in [6, 5] {
             let (target, recipe) = survey(&[surface], &view, columns, 2, 4, &Shading::Albedo);
             assert!(recipe.is_of(2 * columns as usize) && !recipe.is_of(7));

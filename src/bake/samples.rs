@@ -4,9 +4,9 @@
 //! the first row that is asked for, the same way for the triangles on both sides of it: they neither overlap nor leave a
 //! gap. Most triangles of a tree cover a row or two, and then an edge or two are all that is looked at.
 
-use std::ops::Range;
+use std::ops::{Add, Mul, Range, Sub};
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::raster::View;
@@ -116,10 +116,15 @@ pub(super) fn holds_any(p: [Point; 3], grid: Grid) -> bool {
 /// Calls `put` with the row and the first and the end of the columns of each run of samples that a triangle covers within
 /// some rows. Samples on an upper or left edge belong to it, those on a lower or right one don't.
 #[inline]
-pub(super) fn scan(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: impl FnMut(usize, usize, usize)) {
-    if extent(p, grid).is_none() {
-        return;
+pub(super) fn scan(p: [Point; 3], grid: Grid, rows: Range<usize>, put: impl FnMut(usize, usize, usize)) {
+    if extent(p, grid).is_some() {
+        scan_box(p, grid, rows, put);
     }
+}
+
+/// As [`scan`], of a triangle whose box is known to hold samples.
+#[inline]
+pub(super) fn scan_box(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: impl FnMut(usize, usize, usize)) {
     let [top, middle, bottom] = by_height(p);
     let row_from = |y: i32| ((y + 127) >> 8).clamp(rows.start as i32, rows.end as i32) as usize;
     let (first, turn, end) = (row_from(top.y), row_from(middle.y), row_from(bottom.y));
@@ -189,18 +194,18 @@ impl Side {
 /// What three corners have, at all samples: affine, since views are orthographic. In double precision, because slivers have
 /// steep slopes.
 #[derive(Clone, Copy)]
-pub(super) struct Plane {
+pub(super) struct Plane<V> {
     /// At the middle of the first sample of all, to the next column and to the next row.
-    origin: DVec3,
-    pub(super) across: DVec3,
-    pub(super) down: DVec3,
+    origin: V,
+    pub(super) across: V,
+    pub(super) down: V,
 }
 
-impl Plane {
+impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Plane<V> {
     /// Nothing sensible where the corners have no area.
-    pub(super) fn new(p: [Point; 3], values: [Vec3; 3]) -> Self {
-        let [a, b, c] = p.map(|p| DVec2::new(f64::from(p.x), f64::from(p.y)) / f64::from(SUBSAMPLE));
-        let [va, vb, vc] = values.map(Vec3::as_dvec3);
+    #[inline]
+    pub(super) fn new(p: [Point; 3], [va, vb, vc]: [V; 3]) -> Self {
+        let [a, b, c] = p.map(|p| DVec2::new(f64::from(p.x), f64::from(p.y)) * (1.0 / f64::from(SUBSAMPLE)));
         let (ab, ac) = (b - a, c - a);
         let inverse = 1.0 / ab.perp_dot(ac);
         let (vb, vc) = ((vb - va) * inverse, (vc - va) * inverse);
@@ -210,9 +215,15 @@ impl Plane {
 
     /// At the middle of a sample.
     #[inline]
-    pub(super) fn at(&self, column: usize, row: usize) -> DVec3 {
+    pub(super) fn at(&self, column: usize, row: usize) -> V {
         self.origin + self.across * column as f64 + self.down * row as f64
     }
+}
+
+/// Whether a triangle looks away from the viewer, or is seen edge on.
+#[inline]
+pub(super) fn is_back(p: [Point; 3]) -> bool {
+    edge(p[0], p[1], p[2].x, p[2].y) >= 0
 }
 
 /// Twice the signed area of the triangle (p, q, (x, y)).

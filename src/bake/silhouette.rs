@@ -7,13 +7,13 @@
 //!
 //! One picture is drawn by one thread: views are what callers spread.
 
-use glam::{DVec3, Vec2};
+use glam::{DVec2, Vec2};
 
 use super::Cutout;
 use super::cutout::{Level, Run, TEXEL};
 use super::picture::Repeat;
 use super::raster::View;
-use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, project_into, scan};
+use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, is_back, project_into, scan_box};
 use crate::mesh::Mesh;
 
 /// Most samples along an edge.
@@ -57,6 +57,8 @@ pub struct Shape<'a> {
     pub cutouts: &'a [&'a Cutout],
     /// Tiled pictures are opaque.
     pub repeat: Repeat,
+    /// Backs are always hidden, and left out.
+    pub closed: bool,
 }
 
 /// Which samples are covered; rows from the top.
@@ -123,6 +125,12 @@ impl Silhouette {
         drawn
     }
 
+    /// Bytes that it takes, about.
+    #[must_use]
+    pub fn weight(&self) -> usize {
+        self.bits.len() * size_of::<u64>()
+    }
+
     /// Samples that are covered.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -183,23 +191,29 @@ impl Silhouette {
 
     fn add(&mut self, shape: &Shape<'_>, corners: [u32; 3], points: &[Point], grid: Grid) {
         let Some(p) = corner_points(points, corners) else { return };
+        if shape.closed && is_back(p) {
+            return;
+        }
         let Some((columns, (top, bottom))) = extent(p, grid) else { return };
         // Most triangles of a crown are small, and others cover their whole box.
         if bottom - top < FEW && (top..=bottom).all(|row| is_full(&self.bits[row * self.words..], columns)) {
             return;
         }
         let mut cut: Option<Option<Cut<'_>>> = None;
-        scan(p, grid, 0..grid.rows, |row, left, right| {
-            let line = &mut self.bits[row * self.words..][..self.words];
+        scan_box(p, grid, top..bottom + 1, |row, left, right| {
             let (first, last) = (left / 64, (right - 1) / 64);
-            for (word, bits) in line.iter_mut().enumerate().take(last + 1).skip(first) {
-                let from = if word == first { u64::MAX << (left % 64) } else { u64::MAX };
-                let to = if word == last { u64::MAX >> (63 - (right - 1) % 64) } else { u64::MAX };
-                let open = from & to & !*bits;
+            let line = &mut self.bits[row * self.words + first..=row * self.words + last];
+            let mut run = u64::MAX << (left % 64);
+            for (word, bits) in (first..).zip(line) {
+                if word == last {
+                    run &= u64::MAX >> (63 - (right - 1) % 64);
+                }
+                let open = run & !*bits;
                 if open != 0 {
                     let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, p, (columns.0, top)));
                     *bits |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
                 }
+                run = u64::MAX;
             }
         });
     }
@@ -230,7 +244,7 @@ impl<'a> Cut<'a> {
         let area = edge(p[0], p[1], p[2].x, p[2].y) as f32 / (SUBSAMPLE * SUBSAMPLE);
         let share = ((b - a).perp_dot(c - a) * picture.texels() / area).abs();
         let level = picture.at(picture.level(share));
-        let plane = Plane::new(p, [a, b, c].map(|uv| (uv * level.size()).extend(0.0)));
+        let plane = Plane::new(p, [a, b, c].map(|uv| (uv * level.size()).as_dvec2()));
         let place = units(plane.at(from.0, from.1), FARTHEST);
         let [across, down] = [plane.across, plane.down].map(|step| units(step, STEEPEST));
         Some(Self { level, magnified: share < 1.0, from: [from.0 as i64, from.1 as i64], place, across, down })
@@ -254,7 +268,7 @@ const FARTHEST: f64 = (1 << 27) as f64;
 const STEEPEST: f64 = (1 << 13) as f64;
 
 /// Texels in units of [`TEXEL`], no farther than that from none. `as` takes NaN to 0.
-fn units(texels: DVec3, most: f64) -> [i64; 2] {
+fn units(texels: DVec2, most: f64) -> [i64; 2] {
     [texels.x, texels.y].map(|v| (v.clamp(-most, most) * TEXEL as f64) as i64)
 }
 
@@ -313,8 +327,13 @@ mod tests {
         let cutouts: Vec<&Cutout> = pictures.iter().map(Picture::cutout).collect();
         let mesh = strewn(300);
         for repeat in [Repeat::Cutout, Repeat::Tiled] {
-            let drawn = Silhouette::new(&[Shape { mesh: &mesh, cutouts: &cutouts, repeat }], &front(1.5), 130, 130);
-            let surface = Surface { mesh: &mesh, pictures: &pictures, repeat };
+            let drawn = Silhouette::new(
+                &[Shape { mesh: &mesh, cutouts: &cutouts, repeat, closed: false }],
+                &front(1.5),
+                130,
+                130,
+            );
+            let surface = Surface { mesh: &mesh, pictures: &pictures, repeat, closed: false };
             let target = rasterize(&[surface], &front(1.5), 130, 130, 1, &Shading::Nothing);
             let differ = drawn.pixels(1).iter().zip(&target.coverage).filter(|(a, b)| **a as f32 != **b).count();
             // Coordinates are stepped here: a sample on the edge of a texel may fall to either side.
@@ -325,8 +344,12 @@ mod tests {
     #[test]
     fn pixels_of_any_size_add_up() {
         let mesh = strewn(60);
-        let drawn =
-            Silhouette::new(&[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled }], &front(1.5), 150, 90);
+        let drawn = Silhouette::new(
+            &[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled, closed: false }],
+            &front(1.5),
+            150,
+            90,
+        );
         for size in [1, 2, 3, 5, 10, 15, 30] {
             let sum: u64 = drawn.pixels(size).iter().map(|c| u64::from(*c)).sum();
             assert_eq!(sum, drawn.count(), "{size}");
@@ -340,7 +363,7 @@ mod tests {
         let mut mesh = strewn(1);
         mesh.indices = vec![0, 1, 99, 2];
         mesh.positions[1] = Vec3::NAN;
-        let shapes = [Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Cutout }];
+        let shapes = [Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Cutout, closed: false }];
         assert_eq!(Silhouette::new(&shapes, &front(f32::NAN), 0, 0).count(), 0);
         assert_eq!(Silhouette::new(&shapes, &front(1.0), 64, 64).count(), 0);
     }

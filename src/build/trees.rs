@@ -8,7 +8,7 @@ use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Note, Seed, once};
-use crate::lod::{self, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
+use crate::lod::{self, Footing, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -17,9 +17,11 @@ use crate::preset::plan::{AtlasParams, Lod, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 4);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 21);
+const LADDER: Stage = Stage("ladder", 22);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 16);
+const LEVEL: Stage = Stage("level", 17);
+/// Where one takes over, likewise.
+const FOOTING: Stage = Stage("footing", 1);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 2);
 const REFERENCE: Stage = Stage("reference", 1);
@@ -123,6 +125,10 @@ impl Known<'_> {
 impl Memory for Known<'_> {
     fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
         self.made(LEVEL.key().params(rung), Piece::weight, make)
+    }
+
+    fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
+        *self.made(FOOTING.key().params(rung).params(&sizes), |_| size_of::<Footing>(), make)
     }
 
     fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {

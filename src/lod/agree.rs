@@ -141,8 +141,8 @@ pub(super) fn areas(drawn: &[Silhouette]) -> Vec<Areas> {
 }
 
 fn outline(tree: &TreeMesh, cutouts: &[&Cutout], view: &View, (columns, rows): (usize, usize)) -> Silhouette {
-    let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled };
-    let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout };
+    let bark = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled, closed: true };
+    let leaf = Shape { mesh: &tree.leaf, cutouts, repeat: Repeat::Cutout, closed: false };
     // Wood first: it asks for no texels.
     Silhouette::new(&[bark, leaf], view, columns, rows)
 }

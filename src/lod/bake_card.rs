@@ -103,12 +103,14 @@ impl Card {
         wardrobe: &Wardrobe,
         light: &CrownLight,
     ) -> Option<Self> {
-        let (drawn, recipe) =
-            survey(&wardrobe.dressed(content), &place.view(), size.0, size.1, SAMPLES, &Shading::Albedo);
+        let mut surfaces = wardrobe.dressed(content);
+        // Ribbons are seen from both sides.
+        surfaces[0].closed = false;
+        let (drawn, recipe) = survey(&surfaces, &place.view(), size.0, size.1, SAMPLES, &Shading::Albedo);
         let mesh =
             if *bend == Bend::FLAT { polygon(&drawn, place, light)? } else { sheet(&drawn, (place, bend), light)? };
         // The polygon drawn like its content gives the normals that a texel's normal is relative to.
-        let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
+        let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout, closed: false };
         let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
         let (normal, orm) = relief(&drawn, &ground, place);
         let mut ranked: Vec<f32> = drawn.coverage.iter().copied().filter(|c| *c > SPECK).collect();

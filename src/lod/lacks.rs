@@ -138,7 +138,15 @@ mod tests {
             indices: vec![0, 1, 2, 0, 2, 3],
             ..Mesh::default()
         };
-        (view, Silhouette::new(&[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled }], &view, 64, 64))
+        (
+            view,
+            Silhouette::new(
+                &[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled, closed: false }],
+                &view,
+                64,
+                64,
+            ),
+        )
     }
 
     #[test]

@@ -18,8 +18,8 @@ use super::agree::{Outlines, areas};
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Settled};
-use super::measure::{Asked, Measured, Reference, Wardrobe};
-use super::memory::{Forgetful, Memory, Piece, Rung};
+use super::measure::{Measured, Reference, Wardrobe};
+use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
 use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
@@ -195,17 +195,11 @@ pub fn ladder_by<'s>(
     let cards = Cards::of(mesh.leaves, cuts);
     let wood = OnceLock::new();
     let wood = || once(&wood, || Wood::of(plant, &posed, &TubeDetail::full(mesh)));
-    let first = Rung { lod: Lod::Full, texels: None, sizes: Vec::new(), cells: 0 };
     let mut is_new = false;
-    let full = memory.level(&first, &mut || {
+    let full = memory.level(&Rung { lod: Lod::Full, texels: None, cells: 0 }, &mut || {
         is_new = true;
-        Piece {
-            mesh: full_level(plant, &posed, &light, (wood(), mesh), cards),
-            tiles: Vec::new(),
-            size: 1.0,
-            measured: Measured::same(SCREEN as u32),
-            impostor: None,
-        }
+        let mesh = full_level(plant, &posed, &light, (wood(), mesh), cards);
+        Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
     });
     let leaf_of = leaf_of_triangles(plant, &posed, cards);
     let scene = || Scene {
@@ -219,60 +213,76 @@ pub fn ladder_by<'s>(
     };
     let bench = OnceLock::new();
     let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
-    let step = |climb: &mut Climb, lod: &Lod| {
-        let piece = if *lod == Lod::Full {
-            Arc::clone(&full)
-        } else {
-            let (sizes, cells) = (sizes(lod, climb.above), cells(lod, climb.triangles_above));
-            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), sizes, cells };
-            memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed))
+    let made = |lods: &[Lod]| {
+        let mut above = usize::MAX;
+        let one = |lod: &Lod| {
+            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), cells: cells(lod, above) };
+            let piece = match lod {
+                Lod::Full => Arc::clone(&full),
+                _ => memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed)),
+            };
+            above = piece.triangles();
+            (rung, piece)
         };
-        climb.add(lod, &piece);
+        lods.iter().map(one).collect::<Vec<_>>()
     };
-    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new(), above: 1.0, triangles_above: usize::MAX };
-    // Of a new tree all is to be made: an impostor hangs on no other level, and fills the threads while others are made.
-    let is_impostor = |lod: &Lod| matches!(lod, Lod::Impostor { .. });
-    let below = lods.iter().position(is_impostor).filter(|&k| is_new && k > 1).unwrap_or(0);
-    if let Some(Lod::Impostor { frames }) = lods.get(below).filter(|_| below > 0) {
-        let (outlines, sheet) = (bench().outlines(COARSE), (*frames, texels.impostors));
-        let (_, settled) = rayon::join(
-            || lods[..below].iter().for_each(|lod| step(&mut climb, lod)),
-            || Settled::new(&scene(), sheet, stock().wardrobe(), &outlines),
-        );
-        once(&bench().ahead, || (sheet, settled));
+    // Of a new tree all is to be made: what is seen from afar hangs on no finer level, and fills the threads beside those.
+    let (near, far) = lods.split_at(if is_new { first_far(lods) } else { lods.len() });
+    let pieces = if near.is_empty() || far.is_empty() {
+        made(lods)
+    } else {
+        bench().outlines(COARSE);
+        let (near, far) = rayon::join(|| made(near), || made(far));
+        near.into_iter().chain(far).collect()
+    };
+    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
+    let mut above = 1.0;
+    for (rung, piece) in &pieces {
+        let footing = if rung.lod == Lod::Full {
+            Footing { size: 1.0, measured: Measured::same(SCREEN as u32), gain: 1.0 }
+        } else {
+            let sizes = sizes(&rung.lod, above);
+            memory.footing(rung, &sizes, &mut || bench().footing(&rung.lod, &sizes, piece))
+        };
+        above = footing.size;
+        climb.add(&rung.lod, piece, footing);
     }
-    lods[below..].iter().for_each(|lod| step(&mut climb, lod));
     Ladder { levels: climb.levels, tiles: climb.tiles }
+}
+
+/// The first of the levels at the end that hang on no other.
+fn first_far(lods: &[Lod]) -> usize {
+    let is_far = |lod: &Lod| matches!(lod, Lod::CrossedQuads | Lod::Impostor { .. });
+    lods.iter().rposition(|lod| !is_far(lod)).map_or(0, |last| last + 1)
 }
 
 /// The levels as far as they are made.
 struct Climb {
     tiles: Vec<Tile>,
     levels: Vec<Level>,
-    /// Where the level before takes over, and what it has.
-    above: f32,
-    triangles_above: usize,
 }
 
 impl Climb {
-    fn add(&mut self, lod: &Lod, piece: &Piece) {
+    fn add(&mut self, lod: &Lod, piece: &Piece, footing: Footing) {
         let mut mesh = piece.mesh.clone();
         if !piece.tiles.is_empty() {
             // Tiles of levels before come first.
             mesh.leaf.tiles.iter_mut().for_each(|tile| *tile += self.tiles.len() as u32);
+            let first = self.tiles.len();
             self.tiles.extend_from_slice(&piece.tiles);
+            if footing.gain != 1.0 {
+                self.tiles[first..].iter_mut().for_each(|tile| tile.recipe.brighten(footing.gain));
+            }
         }
         if let Some(last) = self.levels.last_mut() {
-            last.screen_coverage = piece.size;
+            last.screen_coverage = footing.size;
         }
-        let triangles = (mesh.bark.indices.len() + mesh.leaf.indices.len()) / 3;
-        (self.above, self.triangles_above) = (piece.size, triangles);
         self.levels.push(Level {
             kind: lod.clone(),
             mesh,
-            triangles,
-            screen_coverage: CULL.min(piece.size * 0.5),
-            measured: piece.measured,
+            triangles: piece.triangles(),
+            screen_coverage: CULL.min(footing.size * 0.5),
+            measured: footing.measured,
             impostor: piece.impostor,
         });
     }
@@ -346,26 +356,23 @@ struct Bench<'a> {
     cutouts: Vec<&'a Cutout>,
     fine: OnceLock<Shown>,
     coarse: OnceLock<Shown>,
-    /// An impostor that was made before its turn, with its frames and texels.
-    ahead: OnceLock<((u32, u32), Settled)>,
     memory: &'a dyn Memory,
 }
 
 impl<'a> Bench<'a> {
     fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
         let cutouts = stock.wardrobe.leaves.iter().map(Picture::cutout).collect();
-        Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), ahead: OnceLock::new(), memory }
+        Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), memory }
     }
 
-    /// Makes a level and measures it.
+    /// Makes a level.
     fn piece(&self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, seed: Seed) -> Piece {
-        let (lod, sizes) = (&rung.lod, rung.sizes.as_slice());
+        let lod = &rung.lod;
         let texels = rung.texels.unwrap_or(CARD_TEXELS);
         let wardrobe = &self.stock.wardrobe;
         let first_tile = wardrobe.leaves.len() as u32;
-        let mut impostor = None;
-        let (mesh, tiles, (size, measured)) = match *lod {
-            Lod::Full => (self.full.clone(), Vec::new(), (1.0, Measured::same(SCREEN as u32))),
+        match *lod {
+            Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
             Lod::Thinned { triangles } => {
                 let at = |grown: f32| thinned(scene, cards, triangles, grown, seed.child("thin"));
                 let mut made = at(1.0);
@@ -377,9 +384,7 @@ impl<'a> Bench<'a> {
                     made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
                 }
                 let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
-                let found = self.takes_over(lod, sizes, &drawn);
-                let measured = self.colors(&made, &[], found);
-                (made, Vec::new(), measured)
+                Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }
             }
             Lod::BillboardCloud { .. } | Lod::CrossedQuads => {
                 let mut made = match *lod {
@@ -392,28 +397,26 @@ impl<'a> Bench<'a> {
                 let outlines = self.outlines(lines(lod));
                 made.carve(&outlines, &self.cutouts);
                 let drawn = made.settle(&outlines, &self.cutouts);
-                let found = self.takes_over(lod, sizes, &drawn);
-                let own = made.tiles();
-                let measured = self.colors(&made.tree, &own, found);
-                (made.tree, own, measured)
+                let tiles = made.tiles();
+                Piece { mesh: made.tree, tiles, impostor: None, drawn }
             }
             Lod::Impostor { frames } => {
-                let made;
-                let ahead = self.ahead.get().filter(|ahead| ahead.0 == (frames, texels));
-                let Settled { views, gain, drawn } = if let Some((_, settled)) = ahead {
-                    settled
-                } else {
-                    made = Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE));
-                    &made
-                };
-                impostor = Some(views.layout);
-                let found = self.takes_over(lod, sizes, drawn);
-                let mut sheet = views.sheet(*gain);
-                let measured = self.impostor_colors(&views.layout, &mut sheet, found);
-                (views.tree(first_tile), vec![sheet], measured)
+                let Settled { views, gain, drawn } =
+                    Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE));
+                let mesh = views.tree(first_tile);
+                Piece { mesh, tiles: vec![views.sheet(gain)], impostor: Some(views.layout), drawn }
             }
+        }
+    }
+
+    /// Where a level takes over, of some sizes.
+    fn footing(&self, lod: &Lod, sizes: &[usize], piece: &Piece) -> Footing {
+        let (size, found) = self.takes_over(lod, sizes, &piece.drawn);
+        let (gain, seen) = match (piece.impostor, piece.tiles.as_slice()) {
+            (Some(layout), [sheet]) => self.impostor_colors(&layout, sheet, found.pixels),
+            _ => (1.0, self.colors(&piece.mesh, &piece.tiles, found.pixels)),
         };
-        Piece { mesh, tiles, size, measured, impostor }
+        Footing { size, measured: Measured { color: seen.color, flip: seen.flip, ..found }, gain }
     }
 
     /// The full tree's outlines on so many samples.
@@ -447,8 +450,8 @@ impl<'a> Bench<'a> {
         best.map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |b| (b.1, b.2))
     }
 
-    /// Adds the differences in colour of a level that wears tiles of its own.
-    fn colors(&self, tree: &TreeMesh, own: &[Tile], (at, found): (f32, Measured)) -> (f32, Measured) {
+    /// The differences in colour of a level that may wear tiles of its own.
+    fn colors(&self, tree: &TreeMesh, own: &[Tile], pixels: u32) -> Measured {
         let dressed;
         let wardrobe = if own.is_empty() {
             &self.stock.wardrobe
@@ -459,23 +462,19 @@ impl<'a> Bench<'a> {
             dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
             &dressed
         };
-        let reference = self.reference(found.pixels);
-        let seen = reference.measure_from(&|_| tree.clone(), wardrobe, Asked::All);
-        (at, Measured { color: seen.color, flip: seen.flip, ..found })
+        self.reference(pixels).measure(tree, wardrobe)
     }
 
-    /// The same of an impostor, whose sheet is made as bright as the full tree: texels that are solid are those that show
-    /// most, and lighter than what stands between them.
-    fn impostor_colors(&self, layout: &Impostor, sheet: &mut Tile, (at, found): (f32, Measured)) -> (f32, Measured) {
+    /// The same of an impostor, and by how much its sheet is to be brighter to be as bright as the full tree: texels that are
+    /// solid are those that show most, and lighter than what stands between them.
+    fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, pixels: u32) -> (f32, Measured) {
         let maps = sheet.maps(&self.stock.palette);
         let seen = |view: &View| TreeMesh {
             leaf: layout.seen_from(view.frame, &maps, (Vec2::ZERO, Vec2::ONE), 0),
             ..TreeMesh::default()
         };
         let wardrobe = Wardrobe { leaves: vec![Picture::new(&maps)], bark: self.stock.wardrobe.bark.clone() };
-        let (gain, seen) = self.reference(found.pixels).matched(&seen, &wardrobe);
-        sheet.recipe.brighten(gain);
-        (at, Measured { color: seen.color, flip: seen.flip, ..found })
+        self.reference(pixels).matched(&seen, &wardrobe)
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {
@@ -613,6 +612,10 @@ mod tests {
     impl Memory for Finest {
         fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
             if rung.lod == Lod::Full { Arc::clone(self.0.get_or_init(|| Arc::new(make()))) } else { Arc::new(make()) }
+        }
+
+        fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
+            Forgetful.footing(rung, sizes, make)
         }
 
         fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {

@@ -47,12 +47,12 @@ impl Wardrobe {
         Self { leaves, bark: Arc::new(vec![bark]) }
     }
 
-    /// What a level shows.
+    /// What a level shows; its wood is closed.
     #[must_use]
     pub fn dressed<'a>(&'a self, tree: &'a TreeMesh) -> [Surface<'a>; 2] {
         [
-            Surface { mesh: &tree.bark, pictures: &self.bark, repeat: Repeat::Tiled },
-            Surface { mesh: &tree.leaf, pictures: &self.leaves, repeat: Repeat::Cutout },
+            Surface { mesh: &tree.bark, pictures: &self.bark, repeat: Repeat::Tiled, closed: true },
+            Surface { mesh: &tree.leaf, pictures: &self.leaves, repeat: Repeat::Cutout, closed: false },
         ]
     }
 }

@@ -8,6 +8,7 @@ use super::agree::Outlines;
 use super::impostor::Impostor;
 use super::measure::{Measured, Reference};
 use super::tile::Tile;
+use crate::bake::Silhouette;
 use crate::mesh::{Mesh, TreeMesh};
 use crate::preset::plan::Lod;
 
@@ -18,8 +19,6 @@ pub struct Rung {
     pub(super) lod: Lod,
     /// Of those that bring pictures.
     pub(super) texels: Option<u32>,
-    /// The sizes at which it may take over.
-    pub(super) sizes: Vec<usize>,
     /// Cells by which the cards of a cloud bend, along an edge.
     pub(super) cells: usize,
 }
@@ -30,19 +29,34 @@ pub struct Piece {
     /// Its own tiles are counted from the leaf pictures on.
     pub(super) mesh: TreeMesh,
     pub(super) tiles: Vec<Tile>,
-    /// Where it takes over, and how well it agrees there.
-    pub(super) size: f32,
-    pub(super) measured: Measured,
     pub(super) impostor: Option<Impostor>,
+    /// Its outlines, as many samples high as its kind is compared on.
+    pub(super) drawn: Vec<Silhouette>,
 }
 
 impl Piece {
+    pub(super) fn triangles(&self) -> usize {
+        (self.mesh.bark.indices.len() + self.mesh.leaf.indices.len()) / 3
+    }
+
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {
         let mesh = |mesh: &Mesh| mesh.positions.len() * 64 + mesh.indices.len() * 4;
-        mesh(&self.mesh.bark) + mesh(&self.mesh.leaf) + self.tiles.iter().map(Tile::weight).sum::<usize>()
+        let tiles: usize = self.tiles.iter().map(Tile::weight).sum();
+        mesh(&self.mesh.bark) + mesh(&self.mesh.leaf) + tiles + self.drawn.iter().map(Silhouette::weight).sum::<usize>()
     }
+}
+
+/// Where a level takes over.
+#[derive(Clone, Copy, Debug)]
+pub struct Footing {
+    /// The share of the screen's height that the tree covers there.
+    pub(super) size: f32,
+    /// How well it agrees there.
+    pub(super) measured: Measured,
+    /// By how much its pictures are brightened.
+    pub(super) gain: f32,
 }
 
 /// Who remembers what the levels of one tree are made of and measured with: answers with what the last argument makes, now
@@ -50,6 +64,8 @@ impl Piece {
 pub trait Memory: Sync {
     /// A level.
     fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece>;
+    /// Where a level takes over, of some sizes.
+    fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing;
     /// The full level's outlines, so many samples high.
     fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines>;
     /// The full level in plain colours, so many pixels high.
@@ -62,6 +78,10 @@ pub(super) struct Forgetful;
 impl Memory for Forgetful {
     fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
         Arc::new(make())
+    }
+
+    fn footing(&self, _: &Rung, _: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
+        make()
     }
 
     fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {

@@ -30,6 +30,6 @@ pub use ladder::{
     CULL, Ladder, Level, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, palette, pictures,
 };
 pub use measure::{Asked, Measured, Reference, Wardrobe};
-pub use memory::{Memory, Piece, Rung};
+pub use memory::{Footing, Memory, Piece, Rung};
 pub(crate) use packed::packed;
 pub use tile::Tile;

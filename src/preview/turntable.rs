@@ -63,8 +63,8 @@ pub(super) fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32
     let (half_width, half_height) = (metres * framing.width as f32 * 0.5, metres * framing.height as f32 * 0.5);
     let view = View::level(framing.azimuth, Vec3::Y * middle, half_width, half_height);
     let surfaces = [
-        Surface { mesh: &tree.bark, pictures: &wear.bark, repeat: Repeat::Tiled },
-        Surface { mesh: &tree.leaf, pictures: &wear.leaf, repeat: Repeat::Cutout },
+        Surface { mesh: &tree.bark, pictures: &wear.bark, repeat: Repeat::Tiled, closed: true },
+        Surface { mesh: &tree.leaf, pictures: &wear.leaf, repeat: Repeat::Cutout, closed: false },
     ];
     rasterize(&surfaces, &view, framing.width, framing.height, samples, &Shading::Lit(Light::DAY))
 }

@@ -35,7 +35,7 @@ fn front(half: f32) -> View {
 fn draw(meshes: &[(&Mesh, &Picture)], view: &View, size: u32, samples: u32) -> Target {
     let surfaces: Vec<Surface<'_>> = meshes
         .iter()
-        .map(|(mesh, p)| Surface { mesh, pictures: std::slice::from_ref(*p), repeat: Repeat::Cutout })
+        .map(|(mesh, p)| Surface { mesh, pictures: std::slice::from_ref(*p), repeat: Repeat::Cutout, closed: false })
         .collect();
     rasterize(&surfaces, view, size, size, samples, &Shading::Albedo)
 }
@@ -148,7 +148,7 @@ fn what_is_seen_keeps_one_of_its_normals_where_others_take_the_mean() {
             mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
         }
         let drawn = |shading: Shading| {
-            let surface = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout };
+            let surface = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout, closed: false };
             rasterize(&[surface], &front(1.0), size, size, 4, &shading).normal
         };
         assert!(drawn(Shading::Albedo).iter().all(|n| n.x > 0.2 && n.x < 0.5));
