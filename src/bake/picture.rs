@@ -312,7 +312,7 @@ mod tests {
     #[test]
     fn broken_maps_and_coordinates_are_answered() {
         let empty = Picture::new(&Maps { width: 9, height: 9, color: vec![], normal: vec![], orm: vec![] });
-        assert!(empty.cutout().at(5).shows(true, Vec2::new(f32::NAN, f32::INFINITY)));
+        assert!(empty.cutout().at(5).shows(true, glam::Vec2::new(f32::NAN, f32::INFINITY)));
         for repeat in [Repeat::Tiled, Repeat::Cutout] {
             let texel = Picture::new(&maps(3, 5, |_, _| [9, 9, 9, 255])).sample(9, true, (f32::NAN, -1e30), repeat);
             assert!(texel.color.is_finite());

@@ -166,3 +166,49 @@ fn iou(a: &Areas, b: &Areas, size: usize) -> f32 {
     }
     if either == 0 { 1.0 } else { both as f32 / either as f32 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::{Shading, Surface, rasterize};
+    use crate::base::Seed;
+    use crate::mesh::{CrownLight, TubeDetail, Wood};
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::{Forks, LeafCards, MeshParams};
+    use glam::Vec3;
+
+    #[test]
+    fn wood_is_seen_without_its_backs_as_with_them() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::new(0.1, 1.0, 0.0), Vec3::Y * 2.0], &[0.2, 0.15, 0.1]);
+        for i in 0..30 {
+            let seed = Seed::new(9).at(i);
+            let way = (seed.direction() + Vec3::Y * 0.5) * 0.8;
+            builder.branch(stem, seed.at(1).range(0.2, 1.0), &[Vec3::ZERO, way * 0.5, way], &[0.05, 0.03, 0.01]);
+        }
+        let plant = builder.finish().unwrap();
+        let posed = plant.pose();
+        let light = CrownLight::of(&plant, &posed);
+        for forks in [Forks::Collar, Forks::Plain] {
+            let params = MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks, leaves: LeafCards::Folded };
+            let detail = TubeDetail::full(&params);
+            let bark = Wood::of(&plant, &posed, &detail).mesh(&light, &detail);
+            let tree = TreeMesh { bark, ..TreeMesh::default() };
+            let (views, (columns, rows)) = views(&tree, 200, 8);
+            for view in views {
+                let drawn = |closed: bool| {
+                    let shape = Shape { mesh: &tree.bark, cutouts: &[], repeat: Repeat::Tiled, closed };
+                    let surface = Surface { mesh: &tree.bark, pictures: &[], repeat: Repeat::Tiled, closed };
+                    let seen = rasterize(&[surface], &view, columns, rows, 1, &Shading::Albedo);
+                    (Silhouette::new(&[shape], &view, columns as usize, rows as usize), seen)
+                };
+                let ((outline, seen), (with_backs, seen_with_backs)) = (drawn(true), drawn(false));
+                assert_eq!(outline, with_backs);
+                assert_eq!(seen.coverage, seen_with_backs.coverage);
+                let differ = seen.depth.iter().zip(&seen_with_backs.depth).filter(|(a, b)| (*a - *b).abs() > 0.01);
+                // Snapped, a back may come before a front at an edge.
+                assert!(differ.count() * 1000 < outline.count() as usize);
+            }
+        }
+    }
+}

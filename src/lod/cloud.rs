@@ -41,7 +41,7 @@ const VISIBLE: f32 = 0.0025;
 const LONGEST: u32 = 4;
 /// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), and the first one's step.
 const CARVINGS: usize = 5;
-const SUBSETS: usize = 2;
+const SUBSETS: usize = 3;
 const STEP: f32 = 1.5;
 /// Rounds in search of the alpha's gain, and how far coverage may be off.
 const ROUNDS: usize = 6;

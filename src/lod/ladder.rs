@@ -527,6 +527,8 @@ fn agrees(lod: &Lod, measured: &Measured) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use glam::Vec3;
 
     use super::*;
@@ -606,12 +608,19 @@ mod tests {
         assert_eq!(pool(1).install(|| build(&plant)), pool(3).install(|| build(&plant)));
     }
 
-    /// Remembers the finest level only.
-    struct Finest(OnceLock<Arc<Piece>>);
+    /// Remembers levels, in the order in which they were made.
+    #[derive(Default)]
+    struct Known(Mutex<Vec<(Rung, Arc<Piece>)>>);
 
-    impl Memory for Finest {
+    impl Memory for Known {
         fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
-            if rung.lod == Lod::Full { Arc::clone(self.0.get_or_init(|| Arc::new(make()))) } else { Arc::new(make()) }
+            let known =
+                || self.0.lock().unwrap().iter().find(|known| known.0 == *rung).map(|known| Arc::clone(&known.1));
+            known().unwrap_or_else(|| {
+                let made = Arc::new(make());
+                self.0.lock().unwrap().push((rung.clone(), Arc::clone(&made)));
+                made
+            })
         }
 
         fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
@@ -628,16 +637,32 @@ mod tests {
     }
 
     #[test]
-    fn an_impostor_is_the_same_made_ahead_of_its_turn_or_in_it() {
+    fn an_impostor_is_the_same_made_beside_finer_levels_or_after_them() {
         let (plant, stock) = (plant(400), Stock::new(&[maps(255)], &maps(255)));
         let lods =
             [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::Impostor { frames: 4 }, Lod::Impostor { frames: 2 }];
-        let memory = Finest(OnceLock::new());
+        let memory = Known::default();
         let build = || ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
-        let (ahead, in_turn) = (build(), build());
-        assert_eq!(ahead, in_turn);
-        let frames = ahead.levels.iter().filter_map(|level| level.impostor.map(|layout| layout.frames));
+        let beside = build();
+        memory.0.lock().unwrap().truncate(1);
+        assert_eq!(beside, build());
+        let frames = beside.levels.iter().filter_map(|level| level.impostor.map(|layout| layout.frames));
         assert_eq!(frames.collect::<Vec<_>>(), [4, 2]);
+    }
+
+    #[test]
+    fn another_budget_leaves_the_levels_below_as_they_are() {
+        let (plant, stock) = (plant(2000), Stock::new(&[maps(255)], &maps(255)));
+        let memory = Known::default();
+        let build = |triangles: f32, memory: &dyn Memory| {
+            let lods = [Lod::Full, Lod::Thinned { triangles }, Lod::CrossedQuads, Lod::Impostor { frames: 4 }];
+            ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), memory)
+        };
+        let before = build(0.6, &memory);
+        let after = build(0.1, &memory);
+        assert_eq!(memory.0.lock().unwrap().len(), 5, "one more level was made");
+        assert_eq!(after, build(0.1, &Forgetful));
+        assert_ne!(before.levels[1], after.levels[1]);
     }
 
     #[test]
