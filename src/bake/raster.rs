@@ -259,7 +259,7 @@ fn draw(
                         let picked = if one_normal { Shown::picked(&shown, hits, place) } else { usize::MAX };
                         let mut normal_of = None;
                         for (i, part) in shown.iter().enumerate() {
-                            let fragment = shader.shade(part);
+                            let fragment = shader.shade(part, !one_normal || i == picked);
                             if i == picked {
                                 normal_of = Some(fragment.normal);
                             }
@@ -560,7 +560,7 @@ impl Shader<'_> {
     }
 
     #[inline]
-    fn shade(&mut self, part: &Shown) -> Fragment {
+    fn shade(&mut self, part: &Shown, has_normal: bool) -> Fragment {
         if self.held != part.triangle {
             self.held = part.triangle;
             let (surface, triangle) = self.scene.place(part.triangle);
@@ -570,7 +570,8 @@ impl Shader<'_> {
             self.face =
                 corners.and_then(|corners| Face::new(surface, corner_points(points, corners)?, corners, self.area));
         }
-        let fragment = self.face.as_ref().map_or_else(Fragment::default, |face| face.fragment(part.middle()));
+        let fragment =
+            self.face.as_ref().map_or_else(Fragment::default, |face| face.fragment(part.middle(), has_normal));
         self.shading.apply(fragment, self.scene.surfaces[self.surface].repeat)
     }
 }

@@ -7,6 +7,7 @@ use super::raster::Surface;
 use super::recipe::Palette;
 use super::samples::{Point, SUBSAMPLE, edge};
 use super::shade::Fragment;
+use crate::mesh::Mesh;
 
 /// No tile, no texel.
 const NONE: u32 = u32::MAX;
@@ -46,11 +47,8 @@ pub(super) struct Face<'a> {
     worn: Worn,
     picture: Option<&'a Picture>,
     repeat: Repeat,
-    normals: [Vec3; 3],
-    /// Zero where there are none.
-    tangents: [Vec3; 3],
-    /// Of the bitangent.
-    hand: f32,
+    mesh: &'a Mesh,
+    corners: [u32; 3],
     /// Occlusion of the vertices.
     shades: [f32; 3],
 }
@@ -64,16 +62,14 @@ impl<'a> Face<'a> {
         }
         let mesh = surface.mesh;
         let worn = Worn::new(surface, area, corners, Some(samples));
-        let tangent = |c: u32| mesh.tangents.get(c as usize).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
         Some(Self {
             points,
             inverse: 1.0 / area as f32,
             picture: worn.picture.and_then(|picture| surface.pictures.get(picture)),
             worn,
             repeat: surface.repeat,
-            normals: corners.map(|c| mesh.normals.get(c as usize).copied().unwrap_or(Vec3::ZERO)),
-            tangents: corners.map(|c| Vec3::from_slice(&tangent(c)[..3])),
-            hand: tangent(corners[2])[3],
+            mesh,
+            corners,
             shades: corners.map(|c| mesh.occlusion.get(c as usize).map_or(1.0, |&o| f32::from(o) / 255.0)),
         })
     }
@@ -104,35 +100,45 @@ impl<'a> Face<'a> {
         })
     }
 
-    /// What it shows at a place within it, in units.
-    #[inline]
-    pub(super) fn fragment(&self, at: (i32, i32)) -> Fragment {
-        let weights @ [wa, wb, wc] = self.weights(at);
+    /// The normal by its corners and, where it has tangents, by that of its picture.
+    fn normal(&self, [wa, wb, wc]: [f32; 3], relief: Option<Vec3>) -> Vec3 {
         let mixed = |[a, b, c]: [Vec3; 3]| a * wa + b * wb + c * wc;
+        let normals = self.corners.map(|c| self.mesh.normals.get(c as usize).copied().unwrap_or(Vec3::ZERO));
+        let normal = mixed(normals).normalize_or(Vec3::Y);
+        let Some(n) = relief else { return normal };
+        let tangents =
+            self.corners.map(|c| self.mesh.tangents.get(c as usize).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]));
+        let tangent = mixed(tangents.map(|t| Vec3::new(t[0], t[1], t[2])));
+        let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+        if tangent == Vec3::ZERO {
+            return normal;
+        }
+        let hand = tangents[2][3];
+        (tangent * n.x + normal.cross(tangent) * (n.y * hand) + normal * n.z).normalize_or(normal)
+    }
+
+    /// What it shows at a place within it, in units; the normal is zero where it is not asked for.
+    #[inline]
+    pub(super) fn fragment(&self, at: (i32, i32), has_normal: bool) -> Fragment {
+        let weights @ [wa, wb, wc] = self.weights(at);
         let shade = self.shades[0] * wa + self.shades[1] * wb + self.shades[2] * wc;
-        let normal = mixed(self.normals).normalize_or(Vec3::Y);
+        let normal = |relief: Option<Vec3>| if has_normal { self.normal(weights, relief) } else { Vec3::ZERO };
         let mut fragment = Fragment {
             color: Vec3::splat(shade),
             light: Vec3::splat(shade),
-            normal,
+            normal: Vec3::ZERO,
             occlusion: 1.0,
             back: self.inverse > 0.0,
             shade,
             place: NONE,
         };
-        let Some(picture) = self.picture else { return fragment };
+        let Some(picture) = self.picture else { return Fragment { normal: normal(None), ..fragment } };
         let uv = self.uv(weights);
         let texel = picture.sample(self.worn.level, self.worn.magnified, (uv.x, uv.y), self.repeat);
         fragment.color = texel.color * shade;
         fragment.occlusion = texel.occlusion;
         fragment.place = Palette::place(self.picture() as u32, uv, self.repeat);
-        let tangent = mixed(self.tangents);
-        let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-        if tangent != Vec3::ZERO {
-            let n = texel.normal;
-            let bent = tangent * n.x + normal.cross(tangent) * (n.y * self.hand) + normal * n.z;
-            fragment.normal = bent.normalize_or(normal);
-        }
+        fragment.normal = normal(Some(texel.normal));
         fragment
     }
 }
