@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::draft::Draft;
 use super::letters::{ADVANCE, HEIGHT, rows as letter_rows};
-use super::picture::{Picture, Repeat};
+use super::picture::Picture;
 use super::raster::{Surface, View, draft};
 use super::shade::Light;
 use super::srgb::encode;
@@ -119,10 +119,7 @@ impl SheetScale {
     pub fn draw(&self, column: usize, mesh: &TreeMesh, bark: &Picture, leaves: &[Picture]) -> SheetCell {
         let half = (self.tree.0 as f32 * 0.5 / self.per_metre, self.top * 0.5);
         let view = View::level(AZIMUTH, Vec3::Y * half.1, half.0, half.1);
-        let surfaces = [
-            Surface { mesh: &mesh.bark, pictures: std::slice::from_ref(bark), repeat: Repeat::Tiled, closed: true },
-            Surface { mesh: &mesh.leaf, pictures: leaves, repeat: Repeat::Cutout, closed: false },
-        ];
+        let surfaces = Surface::of_tree(mesh, std::slice::from_ref(bark), leaves);
         let one = |size: (u32, u32), samples: u32| {
             let (target, draft) = draft(&surfaces, &view, (size.0, size.1, samples), Light::DAY);
             Drawing { width: target.width, coverage: target.coverage, draft }

@@ -30,7 +30,7 @@ use super::samples::{
 use super::shade::{Fragment, Light, Shading};
 use super::shader::{Face, Worn};
 use crate::base::{Frame, Seed};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, TreeMesh};
 
 /// Rows of samples that one task fills.
 const BAND: usize = 32;
@@ -85,6 +85,17 @@ pub struct Surface<'a> {
     pub repeat: Repeat,
     /// Backs are always hidden, and left out: of tubes with ends that views look into from outside never.
     pub closed: bool,
+}
+
+impl<'a> Surface<'a> {
+    /// A tree in its pictures: wood, which is closed, and leaves, whose tiles count theirs.
+    #[must_use]
+    pub fn of_tree(tree: &'a TreeMesh, bark: &'a [Picture], leaves: &'a [Picture]) -> [Self; 2] {
+        [
+            Self { mesh: &tree.bark, pictures: bark, repeat: Repeat::Tiled, closed: true },
+            Self { mesh: &tree.leaf, pictures: leaves, repeat: Repeat::Cutout, closed: false },
+        ]
+    }
 }
 
 /// What was drawn; arrays of `width * height`, rows from the top.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::flip::flip;
-use crate::bake::{Light, Maps, Picture, Repeat, Shading, Surface, Target, View, rasterize};
+use crate::bake::{Light, Maps, Picture, Shading, Surface, Target, View, rasterize};
 use crate::base::{Frame, math};
 use crate::mesh::{Mesh, TreeMesh};
 
@@ -47,13 +47,10 @@ impl Wardrobe {
         Self { leaves, bark: Arc::new(vec![bark]) }
     }
 
-    /// What a level shows; its wood is closed.
+    /// What a level shows.
     #[must_use]
     pub fn dressed<'a>(&'a self, tree: &'a TreeMesh) -> [Surface<'a>; 2] {
-        [
-            Surface { mesh: &tree.bark, pictures: &self.bark, repeat: Repeat::Tiled, closed: true },
-            Surface { mesh: &tree.leaf, pictures: &self.leaves, repeat: Repeat::Cutout, closed: false },
-        ]
+        Surface::of_tree(tree, &self.bark, &self.leaves)
     }
 }
 

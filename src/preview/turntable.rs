@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::scene::Wear;
-use crate::bake::{Light, Repeat, Shading, Surface, Target, View, rasterize, srgb_byte};
+use crate::bake::{Light, Shading, Surface, Target, View, rasterize, srgb_byte};
 use crate::export::{self, PngKind};
 use crate::mesh::TreeMesh;
 
@@ -62,10 +62,7 @@ pub(super) fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32
     let (metres, middle) = framing.scale();
     let (half_width, half_height) = (metres * framing.width as f32 * 0.5, metres * framing.height as f32 * 0.5);
     let view = View::level(framing.azimuth, Vec3::Y * middle, half_width, half_height);
-    let surfaces = [
-        Surface { mesh: &tree.bark, pictures: &wear.bark, repeat: Repeat::Tiled, closed: true },
-        Surface { mesh: &tree.leaf, pictures: &wear.leaf, repeat: Repeat::Cutout, closed: false },
-    ];
+    let surfaces = Surface::of_tree(tree, &wear.bark, &wear.leaf);
     rasterize(&surfaces, &view, framing.width, framing.height, samples, &Shading::Lit(Light::DAY))
 }
 
