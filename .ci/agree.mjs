@@ -5,8 +5,8 @@
 //     node .ci/agree.mjs out/avenue [VARIANTS] [CHROMIUM]
 //
 // Silhouettes are compared as `src/lod/measure.rs` does: orthographic views on a golden spiral from level to 45 degrees,
-// samples of a pixel counted, a pixel drawn where half of them are covered. Impostors are left out: without their shader
-// they are something else. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
+// samples of a pixel counted, a pixel drawn where half of them are covered. Impostors wear their shader
+// (`examples/engines/impostor.js`). Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";
@@ -29,6 +29,7 @@ const set = JSON.parse(await readFile(path.join(folder, `${path.basename(folder)
 const { tab, faults, close } = await open(folder, `
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { impostor } from "/engines/impostor.js";
 const renderer = new THREE.WebGLRenderer({ antialias: false });
 renderer.setClearColor(0x000000, 0);
 
@@ -80,8 +81,9 @@ function drawn(level, { cameras, width, height }, samples) {
 window.compare = async (file, levels, lines) => {
   const gltf = await new GLTFLoader().loadAsync("/files/" + encodeURIComponent(file));
   const names = gltf.parser.json.meshes.map((mesh) => mesh.name);
-  const mesh = async (name) => {
+  const mesh = async (name, kind) => {
     const level = (await gltf.parser.getDependency("mesh", names.indexOf(name))).clone();
+    if (kind === "Impostor") return impostor(level);
     level.traverse((o) => {
       if (!o.material) return;
       const { map, alphaTest, side } = o.material;
@@ -92,10 +94,10 @@ window.compare = async (file, levels, lines) => {
   const full = await mesh(levels[0].mesh);
   const box = new THREE.Box3().setFromObject(full);
   const found = [];
-  for (const { mesh: name, pixels, count } of levels.slice(1)) {
+  for (const { mesh: name, kind, pixels, count } of levels.slice(1)) {
     const from = views(box, pixels, count);
     const samples = Math.min(40, Math.max(2, Math.ceil(lines / pixels)));
-    const [a, b] = [drawn(full, from, samples), drawn(await mesh(name), from, samples)];
+    const [a, b] = [drawn(full, from, samples), drawn(await mesh(name, kind), from, samples)];
     let [iou, coverage] = [0, 0];
     a.forEach((pixels, view) => {
       let [both, either, area, other] = [0, 0, 0, 0];
@@ -117,8 +119,8 @@ window.compare = async (file, levels, lines) => {
 let compared = 0;
 const worst = [0, 0];
 for (const variant of set.variants.slice(0, Number(most))) {
-  const told = variant.levels.filter((level) => level.measured && ["Thinned", "BillboardCloud"].includes(level.kind));
-  const asked = told.map(({ mesh, measured }) => ({ mesh, pixels: measured.pixels, count: measured.views }));
+  const told = variant.levels.filter((level) => level.measured && ["Thinned", "BillboardCloud", "Impostor"].includes(level.kind));
+  const asked = told.map(({ mesh, kind, measured }) => ({ mesh, kind, pixels: measured.pixels, count: measured.views }));
   const found = await tab
     .evaluate(([file, levels, lines]) => window.compare(file, levels, lines), [variant.file, [variant.levels[0], ...asked], lines])
     .catch((error) => faults.push(`${variant.file}: ${error}`));

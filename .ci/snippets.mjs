@@ -27,7 +27,7 @@ cpSync(join(root, "presets/species"), join(scratch, "species"), { recursive: tru
 writeFileSync(join(scratch, "avenue.ron"), `(
     sources: {"oak": Grow(species: "species/oak.ron", seed: 1, height: 9.0)},
     variants: [Source("oak")],
-    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 24), CrossedQuads],
+    lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 24), Impostor],
     foliage: (density: 0.4),
     atlas: (size: 1024),
     engines: [Generic, Web],
@@ -61,7 +61,8 @@ const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "
 const server = createServer((request, response) => {
   const url = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
   if (url === "/") return response.writeHead(200, { "content-type": "text/html" }).end(page);
-  const file = url.startsWith("/three/") ? join(three, url.slice(7)) : join(scratch, "out", url);
+  const beside = url === "/impostor.js" && join(root, "examples/engines", url);
+  const file = beside || (url.startsWith("/three/") ? join(three, url.slice(7)) : join(scratch, "out", url));
   if (!existsSync(file)) return response.writeHead(404).end();
   response.writeHead(200, { "content-type": types[extname(file)] ?? "application/octet-stream" }).end(readFileSync(file));
 });

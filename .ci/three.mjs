@@ -1,13 +1,15 @@
 // three.js in Chromium: a page with a module that may import "three" and "three/addons/…", and reads the files of one folder
-// below /files/. For the checks beside it.
+// below /files/ and examples/engines below /engines/. For the checks beside it.
 
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import path from "node:path";
+import { fileURLToPath } from "node:url";
 import { chromium as browsers } from "playwright-core";
 
 const three = path.join(path.dirname(createRequire(import.meta.url).resolve("three")), "..");
+const engines = fileURLToPath(new URL("../examples/engines", import.meta.url));
 const types = { ".wasm": "application/wasm", ".webp": "image/webp", ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png" };
 
 // Opens a page that runs `module` and waits until it has set `window.ready`. What goes wrong there is kept in `faults`.
@@ -21,7 +23,7 @@ window.ready = true;
     const url = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
     if (url === "/") return response.writeHead(200, { "content-type": "text/html" }).end(page);
     if (url === "/favicon.ico") return response.writeHead(204).end();
-    const base = url.startsWith("/three/") ? three : url.startsWith("/files/") ? folder : null;
+    const base = { three, files: folder, engines }[url.split("/")[1]];
     const file = base && path.join(base, path.normalize(url.replace(/^\/\w+\//, "/")));
     try {
       if (!file?.startsWith(base)) throw new Error();

@@ -1,5 +1,6 @@
 //! Levels of detail of the shipped sets, read back from their files and measured against LOD0 by the rasterizer.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use glam::Vec3;
@@ -110,9 +111,9 @@ fn moved(full: &TreeMesh, reference: &Reference, set: &Set, pixels: u32) -> f64 
         let by = (view.frame.x + view.frame.y) * (0.25 * (high - low) / pixels.max(1) as f32);
         let mut tree = full.clone();
         tree.bark.positions.iter_mut().chain(&mut tree.leaf.positions).for_each(|p| *p += by);
-        tree
+        (Cow::Owned(tree), Cow::Borrowed(&set.wardrobe))
     };
-    f64::from(reference.measure_from(&seen, &set.wardrobe, Asked::Silhouette).iou)
+    f64::from(reference.measure_from(&seen, Asked::Silhouette).iou)
 }
 
 /// Every level of every variant of a set.
@@ -127,13 +128,10 @@ fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
             let layout = set.impostors[v].filter(|_| kind == "Impostor");
             let seen = |view: &View| match layout {
                 // As its shader shows it.
-                Some((layout, [low, high])) => {
-                    let leaf = layout.seen_from(view.frame, &set.leaf, (low, high), 0);
-                    TreeMesh { leaf, ..TreeMesh::default() }
-                }
-                None => levels[i].0.clone(),
+                Some((layout, [low, high])) => layout.as_seen(view.frame, &set.leaf, (low, high)),
+                None => (Cow::Borrowed(&levels[i].0), Cow::Borrowed(&set.wardrobe)),
             };
-            let measured = reference.measure_from(&seen, &set.wardrobe, Asked::All);
+            let measured = reference.measure_from(&seen, Asked::All);
             of_set.entry((i, kind.clone())).or_default().push(measured);
             let entry = kinds.entry(kind).or_default();
             entry.measured.push((format!("{set_name} {} LOD{i}", v + 1), measured));

@@ -16,6 +16,7 @@ use super::picture::Picture;
 use super::raster::{Surface, View, draft};
 use super::shade::Light;
 use super::srgb::encode;
+use crate::base::Frame;
 use crate::mesh::TreeMesh;
 
 /// Pixels around a tree, and between cells.
@@ -114,6 +115,12 @@ struct Drawing {
 }
 
 impl SheetScale {
+    /// The axes of who looks at the trees.
+    #[must_use]
+    pub fn viewer() -> Frame {
+        View::level(AZIMUTH, Vec3::ZERO, 1.0, 1.0).frame
+    }
+
     /// Draws one tree at one level; colours of pictures are not looked at. `leaves` are those that the mesh's tiles count.
     #[must_use]
     pub fn draw(&self, column: usize, mesh: &TreeMesh, bark: &Picture, leaves: &[Picture]) -> SheetCell {

@@ -62,7 +62,7 @@ fn byte(x: f32) -> u8 {
 
 /// The channels of all pixels, those of unseen ones from what is seen around them; none where nothing is to be filled or
 /// there is nothing to fill it from.
-pub(super) fn filled<const N: usize>(
+pub(crate) fn filled<const N: usize>(
     alphas: &[u8],
     width: u32,
     height: u32,

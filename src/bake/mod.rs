@@ -40,8 +40,9 @@ pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
 pub use card_cut::{card_cut, card_cuts};
-pub use contact_sheet::{Sheet, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
+pub use contact_sheet::{Sheet, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow, SheetScale};
 pub use cutout::Cutout;
+pub(crate) use dilate::filled;
 pub use dilate::{dilate, dilate_color};
 pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
@@ -54,8 +55,7 @@ pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};
 pub use silhouette::{Areas, Shape, Silhouette};
 pub use spray::spray_span;
-#[cfg(feature = "preview")]
-pub(crate) use srgb::encode as srgb_byte;
+pub(crate) use srgb::{decode as srgb_linear, encode as srgb_byte};
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 use crate::base::bulk;

@@ -19,7 +19,7 @@ pub(crate) fn encode(linear: f32) -> u8 {
 }
 
 /// The linear value of a byte.
-pub(super) fn decode(byte: u8) -> f32 {
+pub(crate) fn decode(byte: u8) -> f32 {
     DECODE[usize::from(byte)]
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
 use super::record::{GENERATOR, manifest_name};
-use super::sheet::Sheet;
+use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
@@ -144,10 +144,13 @@ pub(super) struct Colors {
 }
 
 impl Colors {
-    fn of(tree: &Tree, palette: &Palette) -> Self {
+    fn of(tree: &Tree, shared: usize, palette: &Palette) -> Self {
         let texels: Vec<Vec<[u8; 4]>> = tree.ladder.tiles.par_iter().map(|tile| tile.color(palette)).collect();
-        let sheet = |(tile, color): (&Tile, &Vec<[u8; 4]>)| SheetColors::of((tile.width, tile.height), color);
-        let sheet = tree.ladder.tiles.par_iter().zip(&texels).map(sheet).collect();
+        let sheet = |(i, (tile, color)): (usize, (&Tile, &Vec<[u8; 4]>))| match facing(&tree.ladder, shared, i) {
+            Some(facing) => SheetColors::of(facing.size(), &facing.color(color, tile.width as usize)),
+            None => SheetColors::of((tile.width, tile.height), color),
+        };
+        let sheet = tree.ladder.tiles.par_iter().zip(&texels).enumerate().map(sheet).collect();
         Self { texels, sheet }
     }
 
@@ -168,7 +171,7 @@ fn painted(
     let worn = palette.key();
     let colors = trees.par_iter().map(|tree| {
         let key = COLORS.key().input(tree.key).input(worn).finish();
-        cache.remember_here(key, Colors::weight, || Ok(Colors::of(tree, &palette)))
+        cache.remember_here(key, Colors::weight, || Ok(Colors::of(tree, pictures.leaves.len(), &palette)))
     });
     let colors = colors.collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
     let texels = colors.iter().flat_map(|colors| &colors.texels);

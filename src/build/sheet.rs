@@ -2,22 +2,24 @@
 
 use std::sync::{Arc, OnceLock};
 
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::assets::{Colors, kind, names};
 use super::cache::{Cache, Stage};
 use super::stages::Pictures;
 use super::trees::{self, Tree};
-use crate::bake::{Maps, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
+use crate::bake::{Maps, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow, SheetScale};
 use crate::base::{Diagnostic, Key, once};
 use crate::export::{self, PngKind};
-use crate::lod;
+use crate::lod::{self, Facing, Ladder, Level, Tile};
+use crate::mesh::TreeMesh;
 use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
-const SHEET: Stage = Stage("sheet", 5);
-const SHOWN: Stage = Stage("shown", 1);
+const SHEET: Stage = Stage("sheet", 6);
+const SHOWN: Stage = Stage("shown", 2);
 
 /// All trees of a set at all levels, before they have colours.
 pub(super) struct Sheet {
@@ -58,15 +60,23 @@ impl Sheet {
         let stock = OnceLock::new();
         let stock = || once(&stock, || trees::stock(plan, pictures, cache)).wardrobe();
         let worn: Vec<OnceLock<Vec<Picture>>> = rows.iter().map(|_| OnceLock::new()).collect();
+        let shared = pictures.leaves.len();
         let dressed = |row: usize| -> Vec<Picture> {
-            let own = lod::packed(&trees[row].ladder.tiles);
-            let own = own.par_iter().map(|tile| Picture::new(&tile.uncolored()));
+            let ladder = &trees[row].ladder;
+            let shown = |(i, tile): (usize, &Tile)| {
+                let maps = tile.uncolored();
+                Picture::new(&facing(ladder, shared, i).map_or_else(|| maps.clone(), |facing| facing.maps(&maps)))
+            };
+            let own = lod::packed(&ladder.tiles);
+            let own = own.par_iter().enumerate().map(shown);
             stock().leaves.par_iter().cloned().chain(own).collect()
         };
         let draw = |(&(row, column), key): (&(usize, usize), &Key)| {
             cache.remember_here(*key, SheetCell::weight, || {
                 let worn = once(&worn[row], || dressed(row));
-                Ok(layout.scale().draw(column, rows[row].columns[column].mesh, &stock().bark[0], worn))
+                let turned = turned(&trees[row].ladder, shared, column);
+                let mesh = turned.as_ref().unwrap_or(rows[row].columns[column].mesh);
+                Ok(layout.scale().draw(column, mesh, &stock().bark[0], worn))
             })
         };
         let cells = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
@@ -83,6 +93,24 @@ impl Sheet {
         export::encode_quickly(&sheet.pixels, sheet.width, sheet.height, PngKind::Rgb)
             .map_err(|e| vec![Diagnostic::new("", e.to_string())])
     }
+}
+
+/// Where the sheet is looked at from, a tree's own picture is that of an impostor as its shader shows it; none of others.
+/// `shared` pictures come before its own.
+pub(super) fn facing(ladder: &Ladder, shared: usize, picture: usize) -> Option<Facing> {
+    let wears = |level: &&Level| level.mesh.leaf.tiles.first().is_some_and(|tile| *tile as usize == shared + picture);
+    let layout = ladder.levels.iter().find(wears)?.impostor?;
+    let tile = ladder.tiles.get(picture)?;
+    layout.facing(SheetScale::viewer(), (tile.width, tile.height), &tile.orm, (Vec2::ZERO, Vec2::ONE))
+}
+
+/// The rectangle that such a level is there.
+fn turned(ladder: &Ladder, shared: usize, column: usize) -> Option<TreeMesh> {
+    let level = ladder.levels.get(column).filter(|level| level.impostor.is_some())?;
+    let tile = *level.mesh.leaf.tiles.first()?;
+    let mut leaf = facing(ladder, shared, (tile as usize).checked_sub(shared)?)?.quad();
+    leaf.tiles.fill(tile);
+    Some(TreeMesh { leaf, ..TreeMesh::default() })
 }
 
 /// The key of what a level shows: another budget of one level leaves the drawings of the others as they are.

@@ -63,9 +63,22 @@ impl Outlines {
         self.views.par_iter().map(|view| self.one(view, tree, cutouts)).collect()
     }
 
-    /// As [`draw`](Self::draw), of a level that turns to the viewer, without holes.
-    pub(super) fn draw_solid(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync)) -> Vec<Silhouette> {
-        self.views.par_iter().map(|view| self.one(view, &seen(view), &[])).collect()
+    /// What a level that turns to the viewer has for each view.
+    pub(super) fn from_each<T: Send>(&self, of: impl Fn(&View) -> T + Send + Sync) -> Vec<T> {
+        self.views.par_iter().map(of).collect()
+    }
+
+    /// As [`draw`](Self::draw), of such a level: `shown` is its leaves and what cuts them out.
+    pub(super) fn draw_each<T: Sync>(
+        &self,
+        of: &[T],
+        shown: impl Fn(&T) -> (TreeMesh, Cutout) + Sync,
+    ) -> Vec<Silhouette> {
+        let one = |(view, of): (&View, &T)| {
+            let (tree, cutout) = shown(of);
+            self.one(view, &tree, &[&cutout])
+        };
+        self.views.par_iter().zip(of).map(one).collect()
     }
 
     /// What a level lacks, drawn roughly from every `step`-th view, the first of them `from`.

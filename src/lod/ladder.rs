@@ -469,12 +469,7 @@ impl<'a> Bench<'a> {
     /// solid are those that show most, and lighter than what stands between them.
     fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, pixels: u32) -> (f32, Measured) {
         let maps = sheet.maps(&self.stock.palette);
-        let seen = |view: &View| TreeMesh {
-            leaf: layout.seen_from(view.frame, &maps, (Vec2::ZERO, Vec2::ONE), 0),
-            ..TreeMesh::default()
-        };
-        let wardrobe = Wardrobe { leaves: vec![Picture::new(&maps)], bark: self.stock.wardrobe.bark.clone() };
-        self.reference(pixels).matched(&seen, &wardrobe)
+        self.reference(pixels).matched(&|view: &View| layout.as_seen(view.frame, &maps, (Vec2::ZERO, Vec2::ONE)))
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {
@@ -672,14 +667,9 @@ mod tests {
         let ladder = ladder_with(&plant(2000), &PARAMS, &lods, &stock, Texels::all(64), Seed::new(5));
         let level = &ladder.levels[1];
         let (layout, sheet) = (level.impostor.unwrap(), ladder.tiles[0].maps(&stock.palette));
-        let seen = |view: &View| TreeMesh {
-            leaf: layout.seen_from(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE), 0),
-            ..TreeMesh::default()
-        };
-        let wardrobe = Wardrobe { leaves: vec![Picture::new(&sheet)], bark: stock.wardrobe.bark.clone() };
         let full = &ladder.levels[0].mesh;
         let reference = Reference::some(full, &stock.wardrobe, level.measured.pixels, (VIEWS, &COLORED));
-        let (gain, _) = reference.matched(&seen, &wardrobe);
+        let (gain, _) = reference.matched(&|view: &View| layout.as_seen(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE)));
         assert!((gain - 1.0).abs() < 0.01, "{gain}");
     }
 

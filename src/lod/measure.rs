@@ -6,6 +6,7 @@
 //! what popping of brightness follows; colour is compared by the mean of the lit pixels, and FLIP compares the pictures
 //! before a sky.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -90,6 +91,9 @@ pub enum Asked {
     All,
 }
 
+/// What a view shows of a level, and what that wears.
+pub type Seen<'a> = dyn Fn(&View) -> (Cow<'a, TreeMesh>, Cow<'a, Wardrobe>) + Sync + 'a;
+
 /// The full tree, drawn from all views at one size.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -170,25 +174,20 @@ impl Reference {
     /// Compares a level with the full tree, FLIP included.
     #[must_use]
     pub fn measure(&self, tree: &TreeMesh, wardrobe: &Wardrobe) -> Measured {
-        self.measure_from(&|_| tree.clone(), wardrobe, Asked::All)
+        self.measure_from(&|_| (Cow::Borrowed(tree), Cow::Borrowed(wardrobe)), Asked::All)
     }
 
     /// As [`Reference::measure`], of a level that may turn to the viewer: `seen` is what a view shows.
     #[must_use]
-    pub fn measure_from(
-        &self,
-        seen: &(dyn Fn(&View) -> TreeMesh + Sync),
-        wardrobe: &Wardrobe,
-        asked: Asked,
-    ) -> Measured {
+    pub fn measure_from(&self, seen: &Seen<'_>, asked: Asked) -> Measured {
         let shading = if asked == Asked::All { Shading::Lit(Light::DAY) } else { Shading::Nothing };
-        self.judged(&self.seen(seen, wardrobe, &shading), asked)
+        self.judged(&self.seen(seen, &shading), asked)
     }
 
     /// As [`Reference::measure_from`] everything, of a level whose pictures are to be made so much brighter that it is as bright
     /// as the full tree: measured as it is then.
-    pub(super) fn matched(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync), wardrobe: &Wardrobe) -> (f32, Measured) {
-        let mut drawn = self.seen(seen, wardrobe, &Shading::Lit(Light::DAY));
+    pub(super) fn matched(&self, seen: &Seen<'_>) -> (f32, Measured) {
+        let mut drawn = self.seen(seen, &Shading::Lit(Light::DAY));
         let (full, level) = (luminance(&self.targets), luminance(&drawn));
         let gain = if level > 0.0 { (full / level).clamp(BRIGHTENED.0, BRIGHTENED.1) } else { 1.0 };
         drawn.iter_mut().flat_map(|target| &mut target.color).for_each(|c| *c *= gain);
@@ -196,10 +195,10 @@ impl Reference {
     }
 
     /// A level that may turn to the viewer, from all views.
-    fn seen(&self, seen: &(dyn Fn(&View) -> TreeMesh + Sync), wardrobe: &Wardrobe, shading: &Shading) -> Vec<Target> {
+    fn seen(&self, seen: &Seen<'_>, shading: &Shading) -> Vec<Target> {
         let draw = |(view, full): (&View, &Target)| {
-            let surfaces = seen(view);
-            rasterize(&wardrobe.dressed(&surfaces), view, full.width, full.height, self.samples, shading)
+            let (tree, wardrobe) = seen(view);
+            rasterize(&wardrobe.dressed(&tree), view, full.width, full.height, self.samples, shading)
         };
         self.views.par_iter().zip(&self.targets).map(draw).collect()
     }
@@ -317,7 +316,7 @@ mod tests {
     fn a_darker_level_is_brightened_to_the_full_one_within_bounds() {
         let reference = Reference::new(&card(), &green(0.3), 40, 4);
         for (level, gain) in [(0.3, 1.0), (0.27, 1.111), (0.34, 0.882), (0.1, 1.25), (0.9, 0.75)] {
-            let (found, measured) = reference.matched(&|_| card(), &green(level));
+            let (found, measured) = reference.matched(&|_| (Cow::Owned(card()), Cow::Owned(green(level))));
             assert!((found - gain).abs() < 0.02, "{level}: {found}");
             let matched = (0.25..0.4).contains(&level);
             assert_eq!(measured.color < 0.01, matched, "{level}: {measured:?}");

@@ -16,6 +16,7 @@ mod measure;
 mod memory;
 mod outline;
 mod packed;
+mod parallax;
 mod planes;
 mod thin;
 mod tile;
@@ -29,7 +30,8 @@ pub use impostor::Impostor;
 pub use ladder::{
     CULL, Ladder, Level, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, palette, pictures,
 };
-pub use measure::{Asked, Measured, Reference, Wardrobe};
+pub use measure::{Asked, Measured, Reference, Seen, Wardrobe};
 pub use memory::{Footing, Memory, Piece, Rung};
 pub(crate) use packed::packed;
+pub(crate) use parallax::Facing;
 pub use tile::Tile;

@@ -1,7 +1,8 @@
 //! three.js, where the machine has it: the page never asks another server for anything.
 //!
-//! `npm install three` beside the presets is enough. Five files of the package are served, with the names that they
-//! import each other by turned into names beside them, since a browser knows no packages.
+//! `npm install three` beside the presets is enough. Some files of the package are served, and the shader of impostors that
+//! engines are given, with the names that they import each other by turned into names beside them, since a browser knows no
+//! packages.
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,8 @@ const FILES: [(&str, &str); 6] = [
     ("BufferGeometryUtils.js", "examples/jsm/utils/BufferGeometryUtils.js"),
     ("SkeletonUtils.js", "examples/jsm/utils/SkeletonUtils.js"),
 ];
+/// The shader of impostors, which imports three.js.
+const IMPOSTOR: (&str, &str) = ("impostor.js", include_str!("../../examples/engines/impostor.js"));
 /// Largest file of it that is served, bytes.
 const LARGEST: u64 = 8 << 20;
 
@@ -51,6 +54,9 @@ fn at(folder: &Path) -> Option<Three> {
 impl Three {
     /// A file of it as the page imports it.
     pub(super) fn file(&self, name: &str) -> Option<String> {
+        if name == IMPOSTOR.0 {
+            return Some(beside(IMPOSTOR.1));
+        }
         let (_, path) = FILES.iter().find(|(known, _)| *known == name)?;
         let path = self.folder.join(path);
         let fits = std::fs::metadata(&path).is_ok_and(|m| m.len() <= LARGEST);
@@ -105,6 +111,7 @@ mod tests {
         let three = found(Some(folder.path()), folder.path()).unwrap().unwrap();
         assert_eq!(three.version, "0.1");
         assert!(three.file("three.module.js").is_some());
+        assert!(three.file("impostor.js").unwrap().contains("} from './three.module.js'"));
         for name in ["package.json", "../package.json", "build/three.module.js", ""] {
             assert_eq!(three.file(name), None, "{name}");
         }

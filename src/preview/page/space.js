@@ -3,6 +3,7 @@
 import * as THREE from '/three/three.module.js';
 import { GLTFLoader } from '/three/GLTFLoader.js';
 import { OrbitControls } from '/three/OrbitControls.js';
+import { impostor } from '/three/impostor.js';
 
 const FIELD = 60;
 const TREES = 1000;
@@ -97,18 +98,24 @@ export function space(box, tell) {
             // No alpha to coverage: the canvas has alpha of its own, and the page would shine through the leaves.
             if (part.material.alphaTest > 0 || /leaf/.test(part.material.name)) part.material.side = THREE.DoubleSide;
           });
-          group.add(copy);
+          group.add(level.kind === 'Impostor' ? impostor(copy) : copy);
           return group;
         }));
       })());
     }
     return files.get(name);
   }
+  /** A part's material in the wind; an impostor's shader is its own. */
+  function swaying({ material, geometry, userData }, height) {
+    if (userData.facing) return material;
+    const own = material.clone();
+    sway(own, time, strength, Boolean(geometry.attributes._wind), height);
+    return own;
+  }
   function dressed(group, height) {
     group.traverse(part => {
       if (!part.isMesh || part.userData.swaying) return;
-      part.material = part.material.clone();
-      sway(part.material, time, strength, Boolean(part.geometry.attributes._wind), height);
+      part.material = swaying(part, height);
       part.userData.swaying = true;
     });
     return group;
@@ -186,9 +193,7 @@ export function space(box, tell) {
       const made = [];
       group.traverse(part => {
         if (!part.isMesh) return;
-        const material = part.material.clone();
-        sway(material, time, strength, Boolean(part.geometry.attributes._wind), some[v].height);
-        const mesh = new THREE.InstancedMesh(part.geometry, material, counts[v]);
+        const mesh = new THREE.InstancedMesh(part.geometry, swaying(part, some[v].height), counts[v]);
         mesh.frustumCulled = false;
         made.push({ mesh, level });
       });
