@@ -64,7 +64,7 @@ impl Outlines {
     }
 
     /// What a level that turns to the viewer has for each view.
-    pub(super) fn from_each<T: Send>(&self, of: impl Fn(&View) -> T + Send + Sync) -> Vec<T> {
+    pub(super) fn for_each_view<T: Send>(&self, of: impl Fn(&View) -> T + Send + Sync) -> Vec<T> {
         self.views.par_iter().map(of).collect()
     }
 

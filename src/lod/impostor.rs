@@ -216,7 +216,7 @@ impl Settled {
         let edge = (views.layout.frames * views.texels) as usize;
         let depth = views.laid_out(|i| &views.drawn[i].depth);
         let depths = Texels { all: &depth, wide: edge, first: (0, 0), size: (edge, edge) };
-        let seen = outlines.from_each(|view| Facing::new(&views.layout, view.frame, depths, |deep| *deep));
+        let seen = outlines.for_each_view(|view| Facing::new(&views.layout, view.frame, depths, |deep| *deep));
         let draw = |gain: f32| {
             let sheet = views.packed(gain);
             outlines.draw_each(&seen, |seen| {
