@@ -7,7 +7,7 @@
 //
 // The layout is what the manifest tells of the level, and stands in the extras of its mesh, where it is taken from.
 
-import { BufferGeometry, Float32BufferAttribute, Mesh, MeshDepthMaterial, MeshStandardMaterial, Sphere, Vector3, Vector4 } from 'three';
+import { BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshDepthMaterial, MeshStandardMaterial, Sphere, Vector3, Vector4 } from 'three';
 
 const LAYOUT = /* glsl */`
 uniform vec4 sheet;    // upper left and lower right corner in the atlas
@@ -155,7 +155,7 @@ export function impostor(level) {
   geometry.setIndex([0, 1, 2, 0, 2, 3]);
   // The shader puts the corners elsewhere.
   geometry.boundingSphere = new Sphere(uniforms.middle.value.clone(), radius);
-  const mesh = new Mesh(geometry, wearing(new MeshStandardMaterial({ roughness, metalness: 0, alphaTest }), uniforms));
+  const mesh = new Mesh(geometry, wearing(new MeshStandardMaterial({ roughness, metalness: 0, alphaTest, shadowSide: DoubleSide }), uniforms));
   mesh.customDepthMaterial = wearing(new MeshDepthMaterial({ alphaTest }), uniforms);
   mesh.name = plain.name;
   mesh.userData.facing = true;
