@@ -133,3 +133,45 @@ fn shown(tree: &Tree, column: usize) -> Key {
     }
     key.finish()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::base::{Rotation, Seed};
+    use crate::lod::{Stock, Texels, ladder_with};
+    use crate::plant::{Leaf, PlantBuilder};
+    use crate::preset::plan::{Forks, LeafCards, MeshParams};
+
+    #[test]
+    fn an_impostor_is_shown_as_its_shader_shows_it_and_cards_as_they_are() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.1]);
+        for i in 0..200 {
+            let seed = Seed::new(2).at(i);
+            let orientation = Rotation::about(seed.direction(), 1.0);
+            builder.leaf(Leaf::new(stem, seed.at(1).range(0.4, 1.0), orientation, 0.8, 0));
+        }
+        let mesh = MeshParams { sides: 6, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+        let green = |alpha: u8| Maps {
+            width: 8,
+            height: 8,
+            color: vec![[60, 110, 30, alpha]; 64],
+            normal: vec![[128, 128, 255]; 64],
+            orm: vec![[255, 200, 0]; 64],
+        };
+        let stock = Stock::new(&[green(255)], &green(255));
+        let lods = [Lod::Full, Lod::BillboardCloud { cards: 4 }, Lod::Impostor { frames: 4 }];
+        let ladder = ladder_with(&builder.finish().unwrap(), &mesh, &lods, &stock, Texels::all(32), Seed::new(5));
+        let sheet = ladder.tiles.len() - 1;
+        let (width, height) = (ladder.tiles[sheet].width / 4, ladder.tiles[sheet].height / 4);
+        assert_eq!(facing(&ladder, 1, sheet).map(|f| f.size()), Some((width * 2, height * 2)));
+        assert!((0..sheet).all(|card| facing(&ladder, 1, card).is_none()));
+        assert!((0..2).all(|level| turned(&ladder, 1, level).is_none()));
+        let quad = turned(&ladder, 1, 2).unwrap();
+        assert_eq!((quad.leaf.indices.len(), quad.bark.indices.len()), (6, 0));
+        assert!(quad.leaf.tiles.iter().all(|tile| *tile as usize == 1 + sheet));
+        assert!(quad.leaf.normals.iter().all(|n| n.distance(SheetScale::viewer().z) < 1e-6));
+    }
+}
