@@ -453,6 +453,21 @@ mod tests {
     }
 
     #[test]
+    fn sharpened_coverage_has_its_sum_and_more_contrast() {
+        let before: Vec<f32> = crown_and_trunk([0.5, 0.2]);
+        let spread = |all: &[f32]| all.iter().map(|c| c * c).sum::<f32>();
+        let mut last = spread(&before);
+        for by in [0.0, SHARP, SHARP_TWIGS] {
+            let mut after = before.clone();
+            sharpen(&mut after, 30, by);
+            assert!((after.iter().sum::<f32>() / before.iter().sum::<f32>() - 1.0).abs() < 1e-3);
+            assert!(after.iter().zip(&before).all(|(a, b)| *a >= 0.0 && (*b > 0.0 || *a == 0.0)));
+            assert!(by == 0.0 || spread(&after) > last * 1.05, "{by}: {} after {last}", spread(&after));
+            last = spread(&after);
+        }
+    }
+
+    #[test]
     fn rectangles_hold_the_line_of_a_leaning_trunk() {
         let mut builder = PlantBuilder::new();
         builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::new(2.0, 8.0, 1.0)], &[0.2, 0.1]);
