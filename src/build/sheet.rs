@@ -65,7 +65,10 @@ impl Sheet {
             let ladder = &trees[row].ladder;
             let shown = |(i, tile): (usize, &Tile)| {
                 let maps = tile.uncolored();
-                Picture::new(&facing(ladder, shared, i).map_or_else(|| maps.clone(), |facing| facing.maps(&maps)))
+                Picture::new(&match facing(ladder, shared, i) {
+                    Some(facing) => facing.maps(&maps),
+                    None => maps,
+                })
             };
             let own = lod::packed(&ladder.tiles);
             let own = own.par_iter().enumerate().map(shown);

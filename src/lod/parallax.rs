@@ -350,14 +350,17 @@ mod tests {
                 "{frame:?} {mixed:?}"
             );
         }
-        for i in 0..500 {
-            let d = crate::base::Seed::new(4).at(i).direction();
-            let mixed = LAYOUT.blended(d);
-            assert!((mixed.iter().map(|m| m.1).sum::<f32>() - 1.0).abs() < 1e-5);
-            let d = d.with_y(d.y.max(0.0)).normalize();
-            let most = mixed.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-            assert!(mixed.iter().all(|m| m.0.0 < 8 && m.0.1 < 8));
-            assert!(LAYOUT.axes(most.0).z.dot(d) > 0.93, "{d} {mixed:?}");
+        let fine = Impostor { frames: 12, ..LAYOUT };
+        for (layout, near) in [(LAYOUT, 0.93), (fine, 0.97)] {
+            for i in 0..500 {
+                let d = crate::base::Seed::new(4).at(i).direction();
+                let mixed = layout.blended(d);
+                assert!((mixed.iter().map(|m| m.1).sum::<f32>() - 1.0).abs() < 1e-5);
+                assert!(mixed.iter().all(|m| m.0.0 < layout.frames && m.0.1 < layout.frames));
+                let d = d.with_y(d.y.max(0.0)).normalize();
+                let most = mixed.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+                assert!(layout.axes(most.0).z.dot(d) > near, "{d} {mixed:?}");
+            }
         }
     }
 
