@@ -48,6 +48,8 @@ const INK: [u8; 3] = [40, 46, 52];
 pub struct SheetColumn<'a> {
     /// Which level, how many triangles.
     pub label: String,
+    /// Where it is shown, in the line above; the first column's is the row's.
+    pub shown: String,
     /// Bark, and leaves whose tiles count pictures of the row; the origin is the foot of the trunk.
     pub mesh: &'a TreeMesh,
 }
@@ -184,10 +186,15 @@ impl SheetLayout {
         };
         for (r, row) in rows.iter().take(count as usize).enumerate() {
             let text = MARGIN / 2;
-            let mut texts = vec![(MARGIN, text, cell.0 * columns, row.label.clone())];
+            let alone = row.columns.iter().skip(1).all(|column| column.shown.is_empty());
+            let room = if alone { cell.0 * columns } else { cell.0 - MARGIN };
+            let mut texts = vec![(MARGIN, text, room, row.label.clone())];
             for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
                 let left = c as u32 * cell.0;
                 texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
+                if c > 0 {
+                    texts.push((left + MARGIN, text, cell.0 - MARGIN, shown.shown.clone()));
+                }
                 sheet.cells.push((r, c));
             }
             sheet.texts.push(texts);
@@ -341,7 +348,7 @@ mod tests {
     }
 
     fn row(mesh: &TreeMesh) -> SheetRow<'_> {
-        let column = |label: &str| SheetColumn { label: label.to_owned(), mesh };
+        let column = |label: &str| SheetColumn { label: label.to_owned(), shown: String::new(), mesh };
         SheetRow { label: "oak_001".into(), columns: vec![column("LOD0 Full 12 tris"), column("\u{1f333}")] }
     }
 

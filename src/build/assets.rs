@@ -429,7 +429,7 @@ pub(super) struct Facts {
 pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
     let one = |tree: &Tree| {
         // They are the tree's and its first level's: where that is the full one, no budget changes them.
-        let of = if plan.lods.first() == Some(&Lod::Full) { tree.of } else { tree.key };
+        let of = if plan.lods.first().is_some_and(|level| level.lod == Lod::Full) { tree.of } else { tree.key };
         let key = FACTS.key().input(of).params(&plan.colliders).finish();
         cache.remember_here(
             key,

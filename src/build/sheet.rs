@@ -37,9 +37,13 @@ impl Sheet {
     ) -> Result<Self, Vec<Diagnostic>> {
         let rows: Vec<SheetRow<'_>> = (trees.iter().zip(names(plan)))
             .map(|(tree, label)| {
-                let columns = (tree.ladder.levels.iter().enumerate())
-                    .map(|(i, level)| SheetColumn {
+                let levels = &tree.ladder.levels;
+                let above = std::iter::once(None).chain(levels.iter().map(|level| Some(level.screen_coverage)));
+                let columns = (levels.iter().zip(above).enumerate())
+                    .map(|(i, (level, above))| SheetColumn {
                         label: format!("LOD{i} {} {} tris", kind(&level.kind), level.triangles),
+                        shown: above
+                            .map_or_else(String::new, |size| format!("below {:.1} % of the screen", size * 100.0)),
                         mesh: &level.mesh,
                     })
                     .collect();
@@ -145,7 +149,7 @@ mod tests {
     use crate::base::{Rotation, Seed};
     use crate::lod::{Stock, Texels, ladder_with};
     use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards, MeshParams};
+    use crate::preset::plan::{Forks, LeafCards, LodBudget, MeshParams};
 
     #[test]
     fn an_impostor_is_shown_as_its_shader_shows_it_and_cards_as_they_are() {
@@ -165,7 +169,7 @@ mod tests {
             orm: vec![[255, 200, 0]; 64],
         };
         let stock = Stock::new(&[green(255)], &green(255));
-        let lods = [Lod::Full, Lod::BillboardCloud { cards: 4 }, Lod::Impostor { frames: 4 }];
+        let lods = [Lod::Full, Lod::BillboardCloud { cards: 4 }, Lod::Impostor { frames: 4 }].map(LodBudget::from);
         let ladder = ladder_with(&builder.finish().unwrap(), &mesh, &lods, &stock, Texels::all(32), Seed::new(5));
         let sheet = ladder.tiles.len() - 1;
         let (width, height) = (ladder.tiles[sheet].width / 4, ladder.tiles[sheet].height / 4);

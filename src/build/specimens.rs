@@ -226,6 +226,7 @@ fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>
         .collect();
     let column = |(plant, (mesh, seed))| SheetColumn {
         label: format!("seed {seed}  {:.1} m", crate::plant::Plant::height(plant)),
+        shown: String::new(),
         mesh,
     };
     let row = SheetRow {

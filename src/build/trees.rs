@@ -12,7 +12,7 @@ use crate::lod::{self, Footing, Ladder, Memory, Outlines, Piece, Reference, Rung
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{AtlasParams, Lod, Variant};
+use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 4);
@@ -151,7 +151,7 @@ pub(super) fn stock(plan: &Plan, pictures: &Pictures, cache: &Cache) -> Arc<Stoc
 /// Says so where an atlas is so small that cards lose more than a quarter of their texels along an edge: that costs more of
 /// a cloud's silhouette than anything else.
 pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
-    let has_cards = plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. }));
+    let has_cards = plan.lods.iter().any(|level| matches!(level.lod, Lod::BillboardCloud { .. }));
     let size = plan.atlas.size;
     let at = |size: u32| {
         let atlas = AtlasParams { size, ..plan.atlas.clone() };
@@ -176,7 +176,7 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
 /// when they are packed. Room that cards leave goes to impostors, which are seen coarsest of all, and makes them up
 /// to twice as fine; cards gain nothing. All go by steps, so that one more variant seldom changes the others.
 fn texels(plan: &Plan, pictures: &Pictures) -> Texels {
-    let has_cards = plan.lods.iter().any(|lod| matches!(lod, Lod::BillboardCloud { .. } | Lod::CrossedQuads));
+    let has_cards = plan.lods.iter().any(|level| matches!(level.lod, Lod::BillboardCloud { .. } | Lod::CrossedQuads));
     let edge = plan.atlas.size;
     let space = |texels: Texels| Space::of(plan, pictures, texels);
     let at = |eighths: u32| lod::CARD_TEXELS * eighths / 8;
@@ -205,7 +205,7 @@ impl Space {
         let mut large: Vec<(u32, u32)> = pictures.leaves.iter().map(|maps| (maps.width, maps.height)).collect();
         let mut area: f64 = large.iter().map(|&size| cell(size, gutter)).sum();
         let count = plan.variants.len();
-        for level in &plan.lods {
+        for LodBudget { lod: level, .. } in &plan.lods {
             for (each, edge) in lod::pictures(level, texels) {
                 area += cell((edge, edge), gutter) * f64::from(each) * count as f64;
                 if matches!(level, Lod::Impostor { .. }) {

@@ -1,8 +1,8 @@
 //! The ladder: every level of a tree, and where each takes over.
 //!
 //! A level takes over at the largest of some sizes at which its silhouette agrees with the full tree's as well as its
-//! kind must (IoU of silhouettes at that very size); where it never does, where it agrees best. Sizes are shares of the
-//! screen's height that the tree's height covers, on a screen of [`SCREEN`] lines.
+//! kind must (IoU of silhouettes at that very size); where it never does, where it agrees best; or where the preset tells it
+//! to. Sizes are shares of the screen's height that the tree's height covers, on a screen of [`SCREEN`] lines.
 //!
 //! Nothing here hangs on colours: shapes, thinning, thresholds and alpha are those of outlines, the colours of tiles are
 //! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
@@ -20,25 +20,21 @@ use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
+use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, lines, share, sizes};
 use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::{Seed, once};
 use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
-use crate::preset::plan::{LeafCards, Lod, MeshParams};
+use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
 
-/// Lines of the screen that sizes are measured on.
-const SCREEN: f32 = 1080.0;
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
 /// Views of a measurement (fewer of thinned levels, which agree from everywhere alike), and those of them that are looked at
 /// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
-/// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
-const FINE: u32 = 540;
-const COARSE: u32 = 270;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,7 +157,14 @@ pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
 ///
 /// `leaf_art` are the pictures by slot, `bark` the tiling bark. Pure, and the same on any number of threads.
 #[must_use]
-pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps], bark: &Maps, seed: Seed) -> Ladder {
+pub fn ladder(
+    plant: &Plant,
+    mesh: &MeshParams,
+    lods: &[LodBudget],
+    leaf_art: &[Maps],
+    bark: &Maps,
+    seed: Seed,
+) -> Ladder {
     ladder_with(plant, mesh, lods, &Stock::new(leaf_art, bark), Texels::all(CARD_TEXELS), seed)
 }
 
@@ -170,7 +173,7 @@ pub fn ladder(plant: &Plant, mesh: &MeshParams, lods: &[Lod], leaf_art: &[Maps],
 pub fn ladder_with(
     plant: &Plant,
     mesh: &MeshParams,
-    lods: &[Lod],
+    lods: &[LodBudget],
     stock: &Stock,
     texels: Texels,
     seed: Seed,
@@ -183,7 +186,7 @@ pub fn ladder_with(
 pub fn ladder_by<'s>(
     plant: &Plant,
     mesh: &MeshParams,
-    lods: &[Lod],
+    lods: &[LodBudget],
     (stock, texels): (&(dyn Fn() -> &'s Stock + Sync), Texels),
     seed: Seed,
     memory: &dyn Memory,
@@ -213,9 +216,9 @@ pub fn ladder_by<'s>(
     };
     let bench = OnceLock::new();
     let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
-    let made = |lods: &[Lod]| {
+    let made = |lods: &[LodBudget]| {
         let mut above = usize::MAX;
-        let one = |lod: &Lod| {
+        let one = |LodBudget { lod, .. }: &LodBudget| {
             let rung = Rung { lod: lod.clone(), texels: texels.of(lod), cells: cells(lod, above) };
             let piece = match lod {
                 Lod::Full => Arc::clone(&full),
@@ -237,12 +240,13 @@ pub fn ladder_by<'s>(
     };
     let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
     let mut above = 1.0;
-    for (rung, piece) in &pieces {
+    for (i, (rung, piece)) in pieces.iter().enumerate() {
         let footing = if rung.lod == Lod::Full {
             Footing { size: 1.0, measured: Measured::same(SCREEN as u32), gain: 1.0 }
         } else {
-            let sizes = sizes(&rung.lod, above);
-            memory.footing(rung, &sizes, &mut || bench().footing(&rung.lod, &sizes, piece))
+            let Sizes { measured, told } = sizes(&lods[i..], above);
+            let found = memory.footing(rung, &measured, &mut || bench().footing(&rung.lod, &measured, piece));
+            Footing { size: told.unwrap_or(found.size), ..found }
         };
         above = footing.size;
         climb.add(&rung.lod, piece, footing);
@@ -251,9 +255,9 @@ pub fn ladder_by<'s>(
 }
 
 /// The first of the levels at the end that hang on no other.
-fn first_far(lods: &[Lod]) -> usize {
-    let is_far = |lod: &Lod| matches!(lod, Lod::CrossedQuads | Lod::Impostor { .. });
-    lods.iter().rposition(|lod| !is_far(lod)).map_or(0, |last| last + 1)
+fn first_far(lods: &[LodBudget]) -> usize {
+    let is_far = |level: &LodBudget| matches!(level.lod, Lod::CrossedQuads | Lod::Impostor { .. });
+    lods.iter().rposition(|level| !is_far(level)).map_or(0, |last| last + 1)
 }
 
 /// The levels as far as they are made.
@@ -478,48 +482,6 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Samples along a tree's height for a kind of level.
-fn lines(lod: &Lod) -> u32 {
-    match lod {
-        Lod::Full | Lod::Thinned { .. } => FINE,
-        _ => COARSE,
-    }
-}
-
-/// The share of the screen that a tree covers whose pixels are so many of its samples wide.
-fn share(lines: u32, size: usize) -> f32 {
-    lines as f32 / (size as f32 * SCREEN)
-}
-
-/// The sizes at which a level may take over, in samples a pixel, growing; all below where the one before did.
-fn sizes(lod: &Lod, above: f32) -> Vec<usize> {
-    let all: &[usize] = match lod {
-        Lod::Full => &[1],
-        Lod::Thinned { .. } => &[2, 3, 4, 5, 6, 7, 8, 9],
-        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12],
-        Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13, 15, 17, 19],
-    };
-    let lines = lines(lod);
-    let below: Vec<usize> = all.iter().copied().filter(|&size| share(lines, size) < above * 0.9).collect();
-    if !below.is_empty() {
-        return below;
-    }
-    let next = lines as f32 / (SCREEN * above * 0.9);
-    vec![(next as usize + 1).clamp(1, 64)]
-}
-
-/// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the
-/// ladder are few; the bounds leave a margin for those between them.
-fn agrees(lod: &Lod, measured: &Measured) -> f32 {
-    let (mean, worst) = match lod {
-        Lod::CrossedQuads => (0.8, 0.5),
-        // Of few views.
-        Lod::Thinned { .. } => (0.922, 0.88),
-        _ => (0.912, 0.872),
-    };
-    (measured.iou - mean).min(measured.worst_iou - worst)
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
@@ -534,8 +496,8 @@ mod tests {
     const PARAMS: MeshParams =
         MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Folded };
 
-    fn lods() -> Vec<Lod> {
-        vec![Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]
+    fn lods() -> [Lod; 4] {
+        [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]
     }
 
     /// A trunk with a ball of twigs and leaves.
@@ -567,7 +529,14 @@ mod tests {
     }
 
     fn build(plant: &Plant) -> Ladder {
-        ladder_with(plant, &PARAMS, &lods(), &Stock::new(&[maps(255)], &maps(255)), Texels::all(32), Seed::new(5))
+        ladder_with(
+            plant,
+            &PARAMS,
+            &lods().map(LodBudget::from),
+            &Stock::new(&[maps(255)], &maps(255)),
+            Texels::all(32),
+            Seed::new(5),
+        )
     }
 
     #[test]
@@ -636,6 +605,7 @@ mod tests {
         let (plant, stock) = (plant(400), Stock::new(&[maps(255)], &maps(255)));
         let lods =
             [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::Impostor { frames: 4 }, Lod::Impostor { frames: 2 }];
+        let lods = lods.map(LodBudget::from);
         let memory = Known::default();
         let build = || ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
         let beside = build();
@@ -651,7 +621,7 @@ mod tests {
         let memory = Known::default();
         let build = |triangles: f32, memory: &dyn Memory| {
             let lods = [Lod::Full, Lod::Thinned { triangles }, Lod::CrossedQuads, Lod::Impostor { frames: 4 }];
-            ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), memory)
+            ladder_by(&plant, &PARAMS, &lods.map(LodBudget::from), (&|| &stock, Texels::all(32)), Seed::new(5), memory)
         };
         let before = build(0.6, &memory);
         let after = build(0.1, &memory);
@@ -661,9 +631,31 @@ mod tests {
     }
 
     #[test]
+    fn a_level_takes_over_where_the_preset_tells_it_to() {
+        let (plant, stock) = (plant(800), Stock::new(&[maps(255)], &maps(255)));
+        let memory = Known::default();
+        let build = |screens: [Option<f32>; 4]| {
+            let lods: Vec<LodBudget> =
+                lods().into_iter().zip(screens).map(|(lod, screen)| LodBudget { lod, screen }).collect();
+            ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory)
+        };
+        let found = build([None; 4]);
+        let levels = memory.0.lock().unwrap().len();
+        let told = build([None, Some(0.5), None, Some(0.11)]);
+        assert_eq!(memory.0.lock().unwrap().len(), levels, "a level was made anew");
+        let ends = |ladder: &Ladder| ladder.levels.iter().map(|level| level.screen_coverage).collect::<Vec<_>>();
+        let (ends, found_ends) = (ends(&told), ends(&found));
+        assert_eq!((ends[0], ends[2]), (0.5, 0.11));
+        assert!(ends[1] < 0.5 && ends[1] > 0.11 && found_ends[0] < 0.5, "{ends:?}, {found_ends:?}");
+        assert_eq!(told.levels[1].measured.pixels, 540);
+        assert!(told.levels[1].measured.iou < found.levels[1].measured.iou);
+        assert!(told.levels.iter().zip(&found.levels).all(|(a, b)| a.mesh == b.mesh));
+    }
+
+    #[test]
     fn an_impostor_is_as_bright_as_the_tree() {
         let stock = Stock::new(&[maps(255)], &maps(255));
-        let lods = [Lod::Full, Lod::Impostor { frames: 6 }];
+        let lods = [Lod::Full, Lod::Impostor { frames: 6 }].map(LodBudget::from);
         let ladder = ladder_with(&plant(2000), &PARAMS, &lods, &stock, Texels::all(64), Seed::new(5));
         let level = &ladder.levels[1];
         let (layout, sheet) = (level.impostor.unwrap(), ladder.tiles[0].maps(&stock.palette));
@@ -677,7 +669,14 @@ mod tests {
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
         assert_eq!(build(&bare).levels.len(), 4);
-        let none = ladder_with(&plant(40), &PARAMS, &lods(), &Stock::new(&[], &maps(0)), Texels::all(32), Seed::new(5));
+        let none = ladder_with(
+            &plant(40),
+            &PARAMS,
+            &lods().map(LodBudget::from),
+            &Stock::new(&[], &maps(0)),
+            Texels::all(32),
+            Seed::new(5),
+        );
         assert_eq!(none.levels.len(), 4);
     }
 }

@@ -18,6 +18,7 @@ mod outline;
 mod packed;
 mod parallax;
 mod planes;
+mod sizes;
 mod thin;
 mod tile;
 mod trunk;

@@ -1,6 +1,8 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
-use super::plan::{AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, Profile, TextureFormat, WindData};
+use super::plan::{
+    AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
+};
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -198,7 +200,7 @@ pub(super) static LODS: Choice = Choice {
             form: Form::Fields(&CLOUD),
             about: "leaves and thin branches as textured cards",
         },
-        KindOf { name: "CrossedQuads", form: Form::Plain, about: "two crossed quads; the last level" },
+        KindOf { name: "CrossedQuads", form: Form::Fields(&CROSSED), about: "two crossed quads; the last level" },
         KindOf {
             name: "Impostor",
             form: Form::Fields(&IMPOSTOR),
@@ -207,38 +209,56 @@ pub(super) static LODS: Choice = Choice {
     ],
 };
 
+const SCREEN: Field = Field {
+    name: "screen",
+    kind: Kind::Number { low: 0.002, high: 1.0, unit: "of the screen's height" },
+    default: Default::Else("measured: where its silhouette agrees with the full level's"),
+    about: "the level is shown where the tree is not higher; less from level to level",
+};
+
 static THINNED: Record = Record {
     title: "Thinned",
     about: "Meshed again, and leaves thinned in a fixed order.",
-    fields: &[Field {
-        name: "triangles",
-        kind: Kind::Number { low: 0.01, high: 0.95, unit: "" },
-        default: Default::Required,
-        about: "share of the full level's triangles",
-    }],
+    fields: &[
+        Field {
+            name: "triangles",
+            kind: Kind::Number { low: 0.01, high: 0.95, unit: "" },
+            default: Default::Required,
+            about: "share of the full level's triangles",
+        },
+        SCREEN,
+    ],
 };
 
 static CLOUD: Record = Record {
     title: "BillboardCloud",
     about: "Cards fitted to groups of leaves.",
-    fields: &[Field {
-        name: "cards",
-        kind: Kind::Integer { low: 4, high: 512, unit: "cards" },
-        default: Default::Is("48"),
-        about: "at most",
-    }],
+    fields: &[
+        Field {
+            name: "cards",
+            kind: Kind::Integer { low: 4, high: 512, unit: "cards" },
+            default: Default::Is("48"),
+            about: "at most",
+        },
+        SCREEN,
+    ],
 };
+
+static CROSSED: Record = Record { title: "CrossedQuads", about: "Two pictures of the tree.", fields: &[SCREEN] };
 
 static IMPOSTOR: Record = Record {
     title: "Impostor",
     about: "The tree from all sides in one square of the atlas: colour with alpha, normals, and depth in the blue channel \
             of the occlusion map. `extras` of the level's mesh tell the layout.",
-    fields: &[Field {
-        name: "frames",
-        kind: Kind::Integer { low: 4, high: 24, unit: "views" },
-        default: Default::Is("8"),
-        about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
-    }],
+    fields: &[
+        Field {
+            name: "frames",
+            kind: Kind::Integer { low: 4, high: 24, unit: "views" },
+            default: Default::Is("8"),
+            about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
+        },
+        SCREEN,
+    ],
 };
 
 /// The engine profiles.
@@ -308,24 +328,34 @@ static TEXTURES: Choice = Choice {
 };
 
 /// The ladder: `Full` first, then ever coarser.
-pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<Lod> {
+pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
     let items = set.list("lods");
-    let mut levels: Vec<Lod> = Vec::new();
+    let mut levels: Vec<LodBudget> = Vec::new();
+    let mut told = None;
     for item in &items {
         let level = set.kind(&LODS, item, |kind, fields| {
-            Some(match kind {
-                "Full" => Lod::Full,
+            let lod = match kind {
+                "Full" => return Some(LodBudget::from(Lod::Full)),
                 "Thinned" => Lod::Thinned { triangles: fields.number("triangles") },
                 "BillboardCloud" => Lod::BillboardCloud { cards: fields.count("cards") },
                 "Impostor" => Lod::Impostor { frames: fields.count("frames") },
                 _ => Lod::CrossedQuads,
-            })
+            };
+            let screen = fields.has("screen").then(|| fields.number("screen"));
+            if let (Some(before), Some(screen)) = (told, screen)
+                && screen >= before
+            {
+                let message = format!("{screen} is not less than the {before} of a level before");
+                fields.fault("screen", message, "the coarser a level, the smaller the tree where it takes over");
+            }
+            Some(LodBudget { lod, screen })
         });
-        let Some(level) = level else { return vec![Lod::Full] };
-        order(set, levels.last(), &level, item);
+        let Some(level) = level else { return vec![Lod::Full.into()] };
+        order(set, levels.last().map(|level| &level.lod), &level.lod, item);
+        told = level.screen.or(told);
         levels.push(level);
     }
-    if levels.is_empty() { vec![Lod::Full] } else { levels }
+    if levels.is_empty() { vec![Lod::Full.into()] } else { levels }
 }
 
 /// Reports a level that is not coarser than the one before it.

@@ -69,7 +69,7 @@ pub struct Plan {
     #[serde(skip_serializing_if = "is_still")]
     pub wind: WindData,
     /// The levels of detail, finest first; never empty, the first is `Full`.
-    pub lods: Vec<Lod>,
+    pub lods: Vec<LodBudget>,
     /// The set's atlas.
     pub atlas: AtlasParams,
     /// Simple shapes for physics; not written where they are the usual ones, so that such plans keep their keys.
@@ -529,6 +529,22 @@ pub enum Lod {
         /// Views along an edge of the sheet, 4..=24.
         frames: u32,
     },
+}
+
+/// A level of detail, and where it takes over.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LodBudget {
+    /// What it is made of.
+    pub lod: Lod,
+    /// Largest height of the tree, as a share of the screen's, at which it is shown, 0.002..=1; falls from level to level.
+    /// None: measured, where it agrees with the full level.
+    pub screen: Option<f32>,
+}
+
+impl From<Lod> for LodBudget {
+    fn from(lod: Lod) -> Self {
+        Self { lod, screen: None }
+    }
 }
 
 /// The set's atlas.

@@ -1,0 +1,137 @@
+//! The sizes at which a level may take over: shares of the screen's height that the tree's height covers.
+//!
+//! Silhouettes are compared on so many samples along the tree's height ([`lines`]), whole ones a pixel; so sizes that are
+//! measured are those fractions. Where the preset tells a size, it is that size, and what is measured there is measured at the
+//! nearest fraction.
+
+use super::measure::Measured;
+use crate::base::math::pow;
+use crate::preset::plan::{Lod, LodBudget};
+
+/// Lines of the screen that sizes are measured on.
+pub(super) const SCREEN: f32 = 1080.0;
+/// Samples along a tree's height where outlines are compared: of thinned levels, and of those that are seen from afar.
+pub(super) const FINE: u32 = 540;
+pub(super) const COARSE: u32 = 270;
+/// How much smaller a level's tree is than where the level before took over, at least.
+const STEP: f32 = 0.9;
+/// The most samples a pixel.
+const MOST: usize = 64;
+
+/// Where a level may take over.
+#[derive(Debug, PartialEq)]
+pub(super) struct Sizes {
+    /// In samples a pixel, growing; never empty.
+    pub(super) measured: Vec<usize>,
+    /// The very share, where there is nothing to be found.
+    pub(super) told: Option<f32>,
+}
+
+impl Sizes {
+    fn told(lod: &Lod, share: f32) -> Self {
+        let nearest = (lines(lod) as f32 / (SCREEN * share)).round();
+        Self { measured: vec![(nearest as usize).clamp(1, MOST)], told: Some(share) }
+    }
+}
+
+/// Samples along a tree's height for a kind of level.
+pub(super) fn lines(lod: &Lod) -> u32 {
+    match lod {
+        Lod::Full | Lod::Thinned { .. } => FINE,
+        _ => COARSE,
+    }
+}
+
+/// The share of the screen that a tree covers whose pixels are so many of its samples wide.
+pub(super) fn share(lines: u32, size: usize) -> f32 {
+    lines as f32 / (size as f32 * SCREEN)
+}
+
+/// The sizes at which the first of some levels may take over: where the preset tells, or all below `above`, where the level
+/// before did, and above what is told of a level further on.
+pub(super) fn sizes(levels: &[LodBudget], above: f32) -> Sizes {
+    let Some(LodBudget { lod, screen }) = levels.first() else { return Sizes { measured: vec![1], told: None } };
+    if let Some(share) = *screen {
+        return Sizes::told(lod, share);
+    }
+    let next = levels.iter().enumerate().find_map(|(i, level)| Some((i, level.screen?)));
+    let least = next.map_or(0.0, |(steps, share)| (0..steps).fold(share, |share, _| share / STEP));
+    let all: &[usize] = match lod {
+        Lod::Full => &[1],
+        Lod::Thinned { .. } => &[2, 3, 4, 5, 6, 7, 8, 9],
+        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12],
+        Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13, 15, 17, 19],
+    };
+    let lines = lines(lod);
+    let may = |size: usize| share(lines, size) < above * STEP && share(lines, size) > least;
+    let measured: Vec<usize> = all.iter().copied().filter(|&size| may(size)).collect();
+    if !measured.is_empty() {
+        return Sizes { measured, told: None };
+    }
+    match next {
+        // Of the way down to what is told, as much as of the other levels before it.
+        Some((steps, share)) => Sizes::told(lod, above * pow(share / above, 1.0 / (steps + 1) as f32)),
+        None => {
+            let size = (lines as f32 / (SCREEN * above * STEP)) as usize + 1;
+            if size <= MOST { Sizes { measured: vec![size], told: None } } else { Sizes::told(lod, above * STEP) }
+        }
+    }
+}
+
+/// By how much a level agrees better with the full one than it must to take over; negative where it does not. Views of the
+/// ladder are few; the bounds leave a margin for those between them.
+pub(super) fn agrees(lod: &Lod, measured: &Measured) -> f32 {
+    let (mean, worst) = match lod {
+        Lod::CrossedQuads => (0.8, 0.5),
+        // Of few views.
+        Lod::Thinned { .. } => (0.922, 0.88),
+        _ => (0.912, 0.872),
+    };
+    (measured.iou - mean).min(measured.worst_iou - worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const THINNED: Lod = Lod::Thinned { triangles: 0.4 };
+    const CLOUD: Lod = Lod::BillboardCloud { cards: 12 };
+
+    fn at(lod: Lod, screen: f32) -> LodBudget {
+        LodBudget { lod, screen: Some(screen) }
+    }
+
+    #[test]
+    fn what_the_preset_tells_is_taken_and_measured_nearby() {
+        assert_eq!(sizes(&[at(THINNED, 0.25)], 1.0), Sizes { measured: vec![2], told: Some(0.25) });
+        assert_eq!(sizes(&[at(CLOUD, 0.9)], 1.0), Sizes { measured: vec![1], told: Some(0.9) });
+        assert_eq!(sizes(&[at(CLOUD, 0.002)], 1.0), Sizes { measured: vec![64], told: Some(0.002) });
+    }
+
+    #[test]
+    fn what_is_sought_lies_between_the_level_before_and_what_is_told_further_on() {
+        let found = sizes(&[THINNED.into(), CLOUD.into(), at(Lod::CrossedQuads, 0.1)], 0.3);
+        assert_eq!(found, Sizes { measured: vec![2, 3, 4], told: None });
+        for size in found.measured {
+            let size = share(FINE, size);
+            assert!(size < 0.3 * STEP && size > 0.1 / (STEP * STEP));
+        }
+    }
+
+    #[test]
+    fn levels_fall_from_one_to_the_next_however_narrow_it_is() {
+        for told in [0.99, 0.5, 0.0021] {
+            let levels = [THINNED.into(), CLOUD.into(), at(THINNED, told), CLOUD.into(), Lod::CrossedQuads.into()];
+            let mut above = 1.0;
+            for i in 0..levels.len() {
+                let found = sizes(&levels[i..], above);
+                let least = found.told.unwrap_or_else(|| share(lines(&levels[i].lod), *found.measured.last().unwrap()));
+                assert!(
+                    least < above && least >= if i < 3 { told } else { 0.0 },
+                    "{i} of {told}: {found:?} below {above}"
+                );
+                above = least;
+            }
+        }
+    }
+}
