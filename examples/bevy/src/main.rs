@@ -4,11 +4,13 @@
 //!     cargo run -- trees/avenue                        # a set, below `assets`
 //!     cargo run -- trees/avenue --shots shots          # no window: writes shots/1.png, and one more a swap
 //!
-//! Every tree of the set stands at four distances, so that each level is seen. What to load, and when to load it again,
-//! the manifest says: treewright writes it last, and it lists every file with its hash. Bevy's own `file_watcher` sees
+//! Every tree of the set stands at four distances, just behind where each of its levels takes over: those are measured and
+//! may be hundreds of metres away, so that the last ones are small. What to load, and when to load it again, the manifest says: treewright writes it last, and it lists every file with its hash. Bevy's own `file_watcher` sees
 //! files that are written in place; on Linux treewright swaps a set's whole folder in one step, which that reports as a
 //! renamed folder and loads nothing of. Reading one small file now and then works everywhere, and no tree is loaded
 //! from a set that is only half there.
+
+mod impostor;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,8 +29,10 @@ use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy::world_serialization::WorldInstanceReady;
 
-/// Where the rows of trees stand, metres from the first; each shows other levels.
-const ROWS: [f32; 4] = [0.0, 35.0, 90.0, 220.0];
+/// To the right of straight ahead, for the trees that show the same level: radians.
+const ROWS: [f32; 4] = [-0.42, 0.0, 0.26, 0.46];
+/// How far away those stand that show the first, and how far apart, metres.
+const NEAR: (f32, f32) = (34.0, 14.0);
 /// Frames that a change is given before it is photographed.
 const SETTLED: u32 = 60;
 
@@ -39,9 +43,13 @@ struct Set {
     hashes: BTreeMap<String, String>,
 }
 
-/// A tree by its file.
+/// A tree by its file, which of those it is, and the level that it is to show.
 #[derive(Component)]
-struct Tree(String);
+struct Tree {
+    file: String,
+    number: usize,
+    level: usize,
+}
 
 /// Where to photograph to, how many were made, and how many frames ago something changed.
 #[derive(Resource)]
@@ -75,23 +83,34 @@ fn main() {
     app.insert_resource(Set { folder, ..default() })
         .insert_resource(ClearColor(Color::srgb(0.62, 0.72, 0.82)))
         .insert_resource(GlobalAmbientLight { brightness: 900.0, ..default() })
-        .add_systems(Startup, move |commands: Commands, images: ResMut<Assets<Image>>| {
-            stage(commands, images, shots.as_deref());
-        })
+        .add_systems(
+            Startup,
+            (ground, move |commands: Commands, images: ResMut<Assets<Image>>| {
+                stage(commands, images, shots.as_deref());
+            }),
+        )
         .add_systems(Update, follow.run_if(on_timer(Duration::from_millis(250))))
         .add_systems(Update, photograph.run_if(resource_exists::<Shots>))
+        .add_plugins(impostor::ImpostorPlugin)
         .add_observer(levels)
         .run();
 }
 
-/// Light, ground and a camera.
+/// What trees stand on, and throw their shadows on.
+fn ground(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
+    let soil = StandardMaterial { base_color: Color::srgb(0.36, 0.38, 0.28), perceptual_roughness: 1.0, ..default() };
+    commands
+        .spawn((Mesh3d(meshes.add(Plane3d::new(Vec3::Y, Vec2::splat(4000.0)))), MeshMaterial3d(materials.add(soil))));
+}
+
+/// Light and a camera.
 fn stage(mut commands: Commands, mut images: ResMut<Assets<Image>>, shots: Option<&Path>) {
     commands.spawn((
-        DirectionalLight { illuminance: 9_000.0, ..default() },
+        DirectionalLight { illuminance: 9_000.0, shadow_maps_enabled: true, ..default() },
         Transform::from_xyz(-2.0, 3.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     // Some tone mappings need tables that this program does without.
-    let eye = Transform::from_xyz(-14.0, 9.0, 30.0).looking_at(Vec3::new(6.0, 5.0, -20.0), Vec3::Y);
+    let eye = Transform::from_xyz(0.0, 3.0, 0.0).looking_at(Vec3::new(0.0, 6.0, -NEAR.0), Vec3::Y);
     let mut camera = commands.spawn((Camera3d::default(), Tonemapping::AcesFitted, eye));
     if let Some(folder) = shots {
         let target = images.add(Image::new_target_texture(960, 600, TextureFormat::Rgba8UnormSrgb, None));
@@ -123,7 +142,7 @@ fn follow(
         info!("{file} changed");
         server.reload(format!("{}/{file}", set.folder));
     }
-    for (entity, _) in trees.iter().filter(|(_, tree)| !hashes.contains_key(&tree.0)) {
+    for (entity, _) in trees.iter().filter(|(_, tree)| !hashes.contains_key(&tree.file)) {
         commands.entity(entity).despawn();
     }
     // Those with colliders end in `.colliders.bevy.glb`, and are for the physics.
@@ -131,13 +150,11 @@ fn follow(
     for (i, file) in hashes.keys().filter(shown).enumerate().filter(|(_, file)| !set.hashes.contains_key(*file)) {
         info!("{file} loads");
         let scene = server.load(GltfAssetLabel::Scene(0).from_asset(format!("{}/{file}", set.folder)));
-        for away in ROWS {
-            // The further away, the wider apart, so that no row hides behind another.
-            let place = Vec3::new(i as f32 * 12.0 + away * 0.35, 0.0, -away);
+        for level in 0..ROWS.len() {
             commands.spawn((
-                Tree(file.clone()),
+                Tree { file: file.clone(), number: i, level },
                 WorldAssetRoot(scene.clone()),
-                Transform::from_translation(place).with_rotation(Quat::from_rotation_y(away)),
+                Transform::from_rotation(Quat::from_rotation_y(level as f32)),
             ));
         }
     }
@@ -147,21 +164,30 @@ fn follow(
     }
 }
 
-/// Gives every level its range once its tree is there, also when it is there again. A node's extras hold the range;
-/// what is drawn are the meshes below it, which do not inherit it.
+/// Gives every level its range once its tree is there, also when it is there again, and the tree its place. A node's extras
+/// hold the range; what is drawn are the meshes below it, which do not inherit it.
 fn levels(
     ready: On<WorldInstanceReady>,
     mut commands: Commands,
+    mut trees: Query<(&Tree, &mut Transform)>,
     children: Query<&Children>,
     extras: Query<&GltfExtras>,
     meshes: Query<(), With<Mesh3d>>,
 ) {
+    let mut begins = Vec::new();
     for node in children.iter_descendants(ready.entity) {
         let Some(range) = extras.get(node).ok().and_then(|extras| range(&extras.value)) else { continue };
+        begins.push(range.start_margin.end);
         for mesh in children.iter_descendants(node).filter(|&mesh| meshes.contains(mesh)) {
             commands.entity(mesh).insert(range.clone());
         }
     }
+    begins.sort_by(f32::total_cmp);
+    let Ok((tree, mut place)) = trees.get_mut(ready.entity) else { return };
+    let away = begins.get(tree.level).or(begins.last()).map_or(0.0, |begin| begin * 1.05).max(NEAR.0);
+    // The further away, the wider apart, so that none hides behind another.
+    let apart = NEAR.1 * (away / 60.0).max(1.0) * tree.number as f32;
+    place.translation = Vec3::new(ROWS[tree.level].tan() * away + apart, 0.0, -away);
 }
 
 /// The range of a level out of its extras, with a tenth on both sides to fade from one to the next: all levels of a tree
