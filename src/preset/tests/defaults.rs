@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::{BlendTree, ColliderParams, LeafCards, Pick, Wear};
+use crate::preset::plan::{BlendTree, ColliderParams, LeafCards, Lod, LodBudget, Pick, Wear};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -76,6 +76,30 @@ fn leaf_cards_and_colliders_are_as_asked_and_the_usual_ones_leave_no_mark() {
     let usual = text(&load_with_oak(SHORT).expect("loads"));
     assert!(!usual.contains("colliders") && usual.contains("\"forks\":\"Collar\"}"), "{usual}");
     assert!(text(&plan).contains("colliders"));
+}
+
+#[test]
+fn levels_take_over_where_the_preset_tells_and_else_where_it_is_measured() {
+    let lods = |text: &str| {
+        let lods = format!("count: 3)], lods: {text}");
+        load_with_oak(&SHORT.replace("count: 3)]", &lods)).map(|plan| plan.lods)
+    };
+    let told = |lod, screen| LodBudget { lod, screen };
+    let (cloud, crossed) = (Lod::BillboardCloud { cards: 48 }, Lod::CrossedQuads);
+    assert_eq!(
+        lods("[Full, Thinned(triangles: 0.5, screen: 0.6), BillboardCloud, CrossedQuads(screen: 0.1)]"),
+        Ok(vec![
+            Lod::Full.into(),
+            told(Lod::Thinned { triangles: 0.5 }, Some(0.6)),
+            told(cloud.clone(), None),
+            told(crossed.clone(), Some(0.1)),
+        ])
+    );
+    assert_eq!(
+        lods("[Full, BillboardCloud(screen: 0.25), CrossedQuads]"),
+        Ok(vec![Lod::Full.into(), told(cloud, Some(0.25)), crossed.into()])
+    );
+    assert!(lods("[Full, Impostor(screen: 0.0)]").is_err());
 }
 
 #[test]
