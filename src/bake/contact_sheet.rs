@@ -381,6 +381,18 @@ mod tests {
     }
 
     #[test]
+    fn where_a_level_is_shown_stands_above_its_name() {
+        let tree = post(4.0);
+        let (plain, mut told) = (row(&tree), row(&tree));
+        told.columns[1].shown = "below 7.1 % of the screen".into();
+        let (plain, told) = (contact_sheet(&[plain]), contact_sheet(&[told]));
+        let row = |y: u32| y as usize * told.width as usize * 3..(y + 1) as usize * told.width as usize * 3;
+        let changed: Vec<u32> = (0..told.height).filter(|&y| plain.pixels[row(y)] != told.pixels[row(y)]).collect();
+        let line = MARGIN / 2..MARGIN / 2 + LETTER * HEIGHT;
+        assert!(!changed.is_empty() && changed.iter().all(|y| line.contains(y)), "{changed:?}");
+    }
+
+    #[test]
     fn strange_sheets_are_drawn_within_bounds() {
         assert_eq!(contact_sheet(&[]).pixels.len(), 3);
         let (flat, far) = (post(1e-9), post(f32::NAN));
