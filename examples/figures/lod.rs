@@ -31,8 +31,8 @@ struct Kind {
     leaf_triangles: Vec<u64>,
 }
 
-/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, asset, set, batch, meshing,
-/// three, textures.
+/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, screen, asset, set, batch,
+/// meshing, three, textures.
 pub(crate) fn wants(part: &str) -> bool {
     std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))
 }
@@ -49,6 +49,9 @@ pub(crate) fn print() {
     }
     if wants("leaf") {
         crate::lod_leaf::print();
+    }
+    if wants("screen") {
+        crate::lod_screen::print();
     }
     crate::lod_speed::print();
     if wants("three") {

@@ -22,6 +22,7 @@ mod lod_asset;
 mod lod_bark;
 mod lod_leaf;
 mod lod_mesh;
+mod lod_screen;
 mod lod_speed;
 mod lod_textures;
 mod lod_three;
