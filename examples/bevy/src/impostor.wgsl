@@ -166,8 +166,7 @@ fn vertex(corner: Vertex) -> VertexOutput {
     return out;
 }
 
-#ifdef PREPASS_PIPELINE
-
+// What is seen, where it is enough.
 fn cut(in: VertexOutput) -> Seen {
 #ifdef VISIBILITY_RANGE_DITHER
     visibility_range_dither(in.position, in.visibility_range_dither);
@@ -178,6 +177,8 @@ fn cut(in: VertexOutput) -> Seen {
     }
     return seen;
 }
+
+#ifdef PREPASS_PIPELINE
 
 #ifdef PREPASS_FRAGMENT
 @fragment
@@ -207,13 +208,7 @@ fn fragment(in: VertexOutput) {
 
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-#ifdef VISIBILITY_RANGE_DITHER
-    visibility_range_dither(in.position, in.visibility_range_dither);
-#endif
-    let seen = seen_at(in.world_position.xyz, in.instance_index);
-    if seen.color.a < placed.middle.w {
-        discard;
-    }
+    let seen = cut(in);
     let surface = seen.surface / seen.color.a;
     var input = pbr_input_new();
     input.material.base_color = vec4(seen.color.rgb / seen.color.a, 1.0);
