@@ -152,5 +152,7 @@ fn rectangle() -> Mesh {
             Mesh::ATTRIBUTE_POSITION,
             vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
         )
+        // Bevy asks for them where there is a prepass of normals.
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 0.0, 1.0]; 4])
         .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
 }

@@ -157,8 +157,10 @@ fn vertex(corner: Vertex) -> VertexOutput {
     out.unclipped_depth = out.position.z;
     out.position.z = min(out.position.z, 1.0);
 #endif
+#ifdef PREPASS_PIPELINE
 #ifdef MOTION_VECTOR_PREPASS
     out.previous_world_position = mesh_functions::get_previous_world_from_local(instance) * local;
+#endif
 #endif
 #ifdef VISIBILITY_RANGE_DITHER
     out.visibility_range_dither = mesh_functions::get_visibility_range_dither_level(instance, world_from_local[3]);
