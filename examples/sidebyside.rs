@@ -186,6 +186,7 @@ fn of_plant(made: &Imported) -> (Vec<Mesh>, Vec<Worn>) {
         min_radius: 0.0,
         bark_tile: made.plant.height() * 0.1,
         forks: treewright::preset::plan::Forks::Collar,
+        added: 0.0,
     };
     let wood = tubes(&made.plant, &posed, &detail);
     let cards = leaf_cards(&made.plant, &posed, &all_cards(&made.plant), CardShape::Flat);

@@ -112,6 +112,7 @@ fn swept(plant: &Plant, sides: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         min_radius: 0.0,
         bark_tile: 1.0,
         forks: treewright::preset::plan::Forks::Collar,
+        added: 0.0,
     };
     let mesh = tubes(plant, &plant.pose(), &detail);
     (mesh.positions, mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())

@@ -7,7 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::grid::Grid;
+use super::reach::Reach;
 use super::twig::Wood;
 use crate::base::{Seed, math};
 
@@ -26,7 +26,7 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
     let drawn = (want.clamp(64.0, MOST_DRAWN as f32)) as usize;
     let centre = (wood.crown.bounds().0 + wood.crown.bounds().1) * 0.5;
     let deepest = wood.crown.depth(centre).max(1e-6);
-    let grid = Grid::new(&wood.near, wood.reach * 0.5);
+    let wooded = Reach::new(&wood.near, wood.reach, drawn);
     let clumps = seed.child("clumps");
     // Every draw has its own address, so the tests may come in any order: the cheap ones that fail often come first.
     (0..drawn)
@@ -39,7 +39,7 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
             }
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
             let near = wood.reach * s.at(4).unit().sqrt();
-            if !grid.any(p, near) {
+            if !wooded.any(p, near) {
                 return None;
             }
             // Foliage comes in clumps with gaps between.

@@ -2,14 +2,13 @@
 //! nearest to them, and a point is gone when a twig comes near it.
 //!
 //! Each point keeps the nearest node so far and looks only among the nodes of the last round for a nearer one, within the
-//! distance that it has to beat: the work is linear in points times rounds, and points are independent of each other. Two remedies for what the paper's rule does on its own: a node never grows
-//! twice the same way (two points in balance would hold it there for ever), and a twig is at most a fixed number of
-//! steps long.
+//! distance that it has to beat ([`super::seek`]): the work is linear in points times rounds. Two remedies for what the
+//! paper's rule does on its own: a node never grows twice the same way (two points in balance would hold it there for
+//! ever), and a twig is at most a fixed number of steps long.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
-use super::grid::Grid;
+use super::seek::Seekers;
 use super::twig::Wood;
 use crate::base::Seed;
 
@@ -50,40 +49,24 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
         })
         .collect();
     let most = shoots.len() + points.len() * usize::from(wood.rounds);
-    // For each point the nearest shoot and its squared distance; reached points are done.
-    let mut nearest = vec![(f32::INFINITY, u32::MAX); points.len()];
-    let mut done = vec![false; points.len()];
+    let mut seekers = Seekers::new(points, influence, kill);
     let mut fresh = 0;
     for round in 0..wood.rounds {
         let latest: Vec<Vec3> = shoots[fresh..].iter().map(|s| s.position).collect();
-        // About one shoot a cell where they are dense.
-        let grid = Grid::new(&latest, if round == 0 { step } else { influence * 0.25 });
-        nearest.par_iter_mut().zip(done.par_iter_mut()).zip(points).with_min_len(256).for_each(|((best, done), &p)| {
-            if *done {
-                return;
-            }
-            let within = influence.min(if round > 0 { best.0.sqrt().max(kill) } else { influence });
-            if let Some((distance, i)) = grid.nearest(p, within) {
-                if distance < best.0 {
-                    *best = (distance, fresh as u32 + i);
-                }
-                // Twigs reach points, the wood they start from does not.
-                *done = round > 0 && distance < kill * kill;
-            }
-        });
+        // Twigs reach points, the wood they start from does not.
+        seekers.meet(&latest, fresh as u32, round > 0);
         fresh = shoots.len();
         // The points that pull at each shoot, in their order.
         let mut ends = vec![0_u32; shoots.len() + 1];
-        let pulling = |p: &u32| !done[*p as usize] && nearest[*p as usize].1 != u32::MAX;
-        let all: Vec<u32> = (0..points.len() as u32).filter(pulling).collect();
-        all.iter().for_each(|&p| ends[nearest[p as usize].1 as usize + 1] += 1);
+        let all: Vec<(u32, u32)> = (0..points.len() as u32).filter_map(|p| Some((seekers.nearest(p)?, p))).collect();
+        all.iter().for_each(|&(shoot, _)| ends[shoot as usize + 1] += 1);
         for i in 1..ends.len() {
             ends[i] += ends[i - 1];
         }
         let mut pulls = vec![0_u32; all.len()];
         let mut next = ends.clone();
-        for p in all {
-            let slot = &mut next[nearest[p as usize].1 as usize];
+        for (shoot, p) in all {
+            let slot = &mut next[shoot as usize];
             pulls[*slot as usize] = p;
             *slot += 1;
         }
@@ -106,7 +89,7 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
             let position = shoot.position + direction * (step.max(start + step * 0.5));
             // Points that pull the same way again are in balance with others: give them up.
             if shoot.children > 0 && direction.dot(shoot.latest) > APART {
-                group.iter().for_each(|&p| done[p as usize] = true);
+                group.iter().for_each(|&p| seekers.give_up(p));
                 continue;
             }
             let parent = &mut shoots[from as usize];

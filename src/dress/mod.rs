@@ -7,7 +7,9 @@
 mod attract;
 mod colonize;
 mod foliage;
-mod grid;
+mod lattice;
+mod reach;
+mod seek;
 mod thin;
 mod twig;
 

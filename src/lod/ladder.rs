@@ -35,6 +35,9 @@ pub const CULL: f32 = 0.01;
 /// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
+/// How often what is left of a thinned tree is made larger by what is covered, and by how much it is at most.
+const GROWN_LEAVES: (u32, f32) = (1, 1.2);
+const GROWN_WOOD: (u32, f32) = (4, 2.0);
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -379,13 +382,27 @@ impl<'a> Bench<'a> {
             Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
             Lod::Thinned { triangles } => {
                 let at = |grown: f32| thinned(scene, cards, triangles, grown, seed.child("thin"));
-                let mut made = at(1.0);
-                // Fewer, larger leaves hide each other less or more: once more, by what is covered.
+                let (mut grown, mut made) = (1.0_f32, at(1.0));
+                let (rounds, most) = if scene.plant.leaves().is_empty() { GROWN_WOOD } else { GROWN_LEAVES };
+                // Fewer, larger leaves hide each other less or more: once more, by what is covered. Wood by secant steps.
                 let outlines = self.outlines(COARSE);
-                let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &self.cutouts));
-                let covered = outlines.ratio_of_some(&rough);
-                if (covered - 1.0).abs() > 0.008 {
-                    made = at((1.0 / covered.max(0.5)).clamp(0.85, 1.2));
+                let mut before: Option<(f32, f32)> = None;
+                for _ in 0..rounds {
+                    let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &self.cutouts));
+                    let covered = outlines.ratio_of_some(&rough);
+                    if (covered - 1.0).abs() <= 0.008 {
+                        break;
+                    }
+                    let next = match before {
+                        Some((g, c)) => grown + (1.0 - covered) / ((covered - c) / (grown - g)).clamp(0.2, 2.0),
+                        None => 1.0 / covered.max(0.5),
+                    };
+                    let next = next.clamp(0.85, most);
+                    if next == grown {
+                        break;
+                    }
+                    before = Some((std::mem::replace(&mut grown, next), covered));
+                    made = at(grown);
                 }
                 let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
                 Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }

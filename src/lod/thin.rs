@@ -28,14 +28,19 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
 }
 
 /// A level of about `share` of the full level's triangles, whose leaves are drawn on `cards`; its own are on simpler ones
-/// where nearly all leaves fit on those only, and as large as the area asks for, times `grown`.
+/// where nearly all leaves fit on those only, and as large as the area asks for, times `grown`. Of a plant without leaves
+/// it is the wood that covers `grown` times as much.
 pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
     let share = share.clamp(0.0, 1.0);
     let total = count(&scene.full.bark) + count(&scene.full.leaf);
     let budget = (total as f32 * share) as usize;
     let leafy = !scene.plant.leaves().is_empty();
-    let bark = coarse_wood(scene, if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget });
+    let bark = if leafy {
+        coarse_wood(scene, (count(&scene.full.bark) as f32 * share) as usize, 1.0)
+    } else {
+        coarse_wood(scene, budget, grown)
+    };
     let room = budget.saturating_sub(count(&bark));
     let leaves = scene.plant.leaves();
     let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
@@ -93,8 +98,10 @@ const fn spaced(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more.
-fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
+/// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more. It is thicker by what
+/// covers `grown` times as much, all wood by as many metres: twigs make up for those that are gone, and a trunk keeps its
+/// girth.
+fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let params = scene.params;
     // Twigs are all that is seen of a bare crown: they go last.
@@ -107,6 +114,7 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
         min_radius: thickest * 0.35 * dropped(coarse),
         bark_tile: params.bark_tile,
         forks: params.forks,
+        added: 0.0,
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     for _ in 0..steps {
@@ -117,5 +125,57 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize) -> Mesh {
             fine = middle;
         }
     }
-    scene.wood.mesh(scene.light, &at(coarse))
+    let detail = at(coarse);
+    let added = if grown > 1.0 { (grown - 1.0) * scene.wood.mean_radius(&detail) } else { 0.0 };
+    scene.wood.mesh(scene.light, &TubeDetail { added, ..detail })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::Maps;
+    use crate::lod::ladder;
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::{Forks, LeafCards, Lod, MeshParams};
+
+    #[test]
+    fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0], &[0.2, 0.15, 0.05]);
+        for i in 0..60 {
+            let seed = Seed::new(4).at(i);
+            let way = (seed.direction() + Vec3::Y * 0.4) * 1.5;
+            let limb =
+                builder.branch(stem, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way * 0.5, way], &[0.03, 0.02, 0.01]);
+            for k in 0..6 {
+                let seed = seed.at(10 + k);
+                let way = seed.direction() * 0.5;
+                builder.branch(limb, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way], &[0.012, 0.008]);
+            }
+        }
+        let plant = builder.finish().unwrap();
+        let params =
+            MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
+        let bark = Maps {
+            width: 1,
+            height: 1,
+            color: vec![[90, 80, 70, 255]],
+            normal: vec![[128, 128, 255]],
+            orm: vec![[255, 200, 0]],
+        };
+        let lods = [Lod::Full, Lod::Thinned { triangles: 0.3 }].map(Into::into);
+        let levels = ladder(&plant, &params, &lods, &[], &bark, Seed::new(1)).levels;
+        let [full, thinned] = [0, 1].map(|level: usize| &levels[level]);
+        assert!(thinned.triangles * 10 < full.triangles * 4, "{} of {}", thinned.triangles, full.triangles);
+        let coverage = thinned.measured.coverage;
+        assert!((coverage - 1.0).abs() < 0.02, "{coverage}");
+        let girth = |mesh: &Mesh| {
+            let of_trunk = |(p, chain): (&Vec3, &u32)| {
+                if *chain == 0 && p.y > 0.5 { Vec3::new(p.x, 0.0, p.z).length() } else { 0.0 }
+            };
+            mesh.positions.iter().zip(&mesh.chains).map(of_trunk).fold(0.0, f32::max)
+        };
+        let (before, after) = (girth(&full.mesh.bark), girth(&thinned.mesh.bark));
+        assert!((after / before - 1.0).abs() < 0.12, "{before} {after}");
+    }
 }

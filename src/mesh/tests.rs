@@ -46,7 +46,7 @@ fn plant(seed: u64, wild: bool) -> Plant {
 }
 
 const DETAIL: TubeDetail =
-    TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar };
+    TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar, added: 0.0 };
 
 #[test]
 fn meshes_of_random_plants_are_sound() {
@@ -91,8 +91,8 @@ fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_of_the_same_rin
         let wood = Wood::of(&plant, &posed, &DETAIL);
         assert_eq!(wood.mesh(&light, &DETAIL), tubes(&plant, &posed, &DETAIL));
         let mut finer = usize::MAX;
-        for (error, min_radius) in [(DETAIL.error, 0.0), (0.05, 0.0), (0.2, 0.02)] {
-            let detail = TubeDetail { error, min_radius, ..DETAIL };
+        for (error, min_radius, added) in [(DETAIL.error, 0.0, 0.0), (0.05, 0.0, 0.01), (0.2, 0.02, 0.03)] {
+            let detail = TubeDetail { error, min_radius, added, ..DETAIL };
             let mesh = wood.mesh(&light, &detail);
             assert_eq!(problems(&mesh), [""; 0], "{seed} at {error}");
             let triangles = mesh.indices.len() / 3;

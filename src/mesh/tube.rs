@@ -40,6 +40,8 @@ pub struct TubeDetail {
     pub bark_tile: f32,
     /// How branches leave their parents.
     pub forks: Forks,
+    /// Added to every radius, metres, 0 or more: wood that is left makes up for twigs that were dropped.
+    pub added: f32,
 }
 
 impl TubeDetail {
@@ -52,6 +54,7 @@ impl TubeDetail {
             min_radius: 0.0,
             bark_tile: params.bark_tile,
             forks: params.forks,
+            added: 0.0,
         }
     }
 }
@@ -252,6 +255,19 @@ impl<'a> Wood<'a> {
         self.kept(detail).iter().map(of).sum()
     }
 
+    /// Mean radius along the chains that are meshed, metres.
+    pub(crate) fn mean_radius(&self, detail: &TubeDetail) -> f32 {
+        let (mut area, mut length) = (0.0, 0.0);
+        for id in self.kept(detail) {
+            for [a, b] in self.rings_of(&self.limbs[id.index()]).array_windows() {
+                let step = a.centre.distance(b.centre);
+                area += (a.radius + b.radius) * 0.5 * step;
+                length += step;
+            }
+        }
+        if length > 0.0 { area / length } else { 0.0 }
+    }
+
     fn rings_of(&self, limb: &Limb) -> &[Ring] {
         &self.rings[limb.rings.0 as usize..limb.rings.1 as usize]
     }
@@ -347,7 +363,7 @@ impl<'a> Wood<'a> {
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
                 let normal = (radial + along) * across;
-                let place = ring.centre + radial * (ring.radius * widened);
+                let place = ring.centre + radial * ((ring.radius + detail.added) * widened);
                 // Round the wood u grows, against its way v does.
                 let around = frame.x * -sin - frame.z * cos;
                 let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
