@@ -12,6 +12,7 @@ use treewright::mesh::{Mesh, TreeMesh};
 
 use crate::lod_asset::{Set, read};
 use crate::lod_bark::Density;
+use crate::lod_table::Against;
 use crate::{Figure, root};
 
 /// Views of a measurement.
@@ -21,8 +22,8 @@ const SCREEN: f32 = 1080.0;
 
 /// What was measured of all levels of one kind.
 #[derive(Default)]
-struct Kind {
-    measured: Vec<(String, Measured)>,
+pub(crate) struct Kind {
+    pub(crate) measured: Vec<(String, Measured)>,
     /// IoU of LOD0 with itself a quarter of a pixel aside, of each set's first variant at the same sizes.
     moved: Vec<f64>,
     /// Triangles of the level and of the full one.
@@ -32,13 +33,17 @@ struct Kind {
 }
 
 /// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, screen, asset, set, batch,
-/// meshing, three, textures.
+/// meshing, three, textures. `table` prints the sets as the README's tables instead, if it is named.
 pub(crate) fn wants(part: &str) -> bool {
     std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))
 }
 
+fn tables() -> bool {
+    std::env::var("LOD_PARTS").is_ok() && wants("table")
+}
+
 pub(crate) fn print() {
-    if wants("sets") {
+    if wants("sets") || tables() {
         sets();
     }
     if wants("bark") && !wants("sets") {
@@ -67,6 +72,7 @@ fn sets() {
     let only = std::env::var("LOD_SETS").unwrap_or_default();
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
     let mut density = Density::default();
+    let mut against = Vec::new();
     for preset in &presets {
         let name = preset.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if !only.is_empty() && !only.split(',').any(|o| o == name) {
@@ -77,12 +83,22 @@ fn sets() {
         let key = set_key(&loaded.plan, &inputs);
         let files = make_set(&loaded.plan, &inputs, key, &Cache::default(), &|_| {}).expect("it builds");
         let set = read(&files);
-        levels(&name, &set, &mut kinds);
-        crate::lod_bark::add(&mut density, &name, &set);
+        let of_set = levels(&name, &set, &mut kinds);
         if name == "avenue" {
-            simplifier(&set);
+            against = simplifier(&set);
         }
+        if tables() {
+            continue;
+        }
+        each_level(&name, &of_set);
+        if name == "avenue" {
+            against.iter().for_each(one_against);
+        }
+        crate::lod_bark::add(&mut density, &name, &set);
         atlas(&name, &set);
+    }
+    if tables() {
+        return crate::lod_table::print(&kinds, &against);
     }
     for (kind, all) in &kinds {
         total(kind, all);
@@ -119,9 +135,12 @@ fn moved(full: &TreeMesh, reference: &Reference, set: &Set, pixels: u32) -> f64 
     f64::from(reference.measure_from(&seen, Asked::Silhouette).iou)
 }
 
+/// What was measured of a set, by level and kind.
+type OfSet = BTreeMap<(usize, String), Vec<Measured>>;
+
 /// Every level of every variant of a set.
-fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
-    let mut of_set: BTreeMap<(usize, String), Vec<Measured>> = BTreeMap::new();
+fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) -> OfSet {
+    let mut of_set = OfSet::new();
     for (v, levels) in set.variants.iter().enumerate() {
         let told = |i: usize| &set.manifest["variants"][v]["levels"][i];
         for i in 1..levels.len() {
@@ -146,12 +165,17 @@ fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
             entry.leaf_triangles.push(told(i)["leaf_triangles"].as_u64().unwrap_or(0));
         }
     }
+    of_set
+}
+
+fn each_level(set_name: &str, of_set: &OfSet) {
     for ((level, kind), all) in of_set {
         let s = Summary::of(all.iter());
         let how = format!(
-            "{kind}, {} variants at {} pixels, {VIEWS} views: worst {:.3}, coverage {:.3} to {:.3}, FLIP {:.3}, colour {:.3}",
+            "{kind}, {} variants at {} to {} pixels, {VIEWS} views: worst {:.3}, coverage {:.3} to {:.3}, FLIP {:.3}, colour {:.3}",
             all.len(),
-            s.pixels,
+            s.pixels.0,
+            s.pixels.1,
             s.worst,
             s.coverage.0,
             s.coverage.1,
@@ -164,7 +188,7 @@ fn levels(set_name: &str, set: &Set, kinds: &mut BTreeMap<String, Kind>) {
 
 /// What a user would do instead: LOD0 simplified to the triangles of LOD1 by meshoptimizer alone, seen from the same views
 /// at the same size.
-fn simplifier(set: &Set) {
+fn simplifier(set: &Set) -> Vec<Against> {
     let area = |mesh: &Mesh| -> f64 {
         let corner = |i: u32| mesh.positions[i as usize];
         mesh.indices
@@ -174,7 +198,7 @@ fn simplifier(set: &Set) {
             .map(|&[a, b, c]| f64::from((corner(b) - corner(a)).cross(corner(c) - corner(a)).length()) * 0.5)
             .sum()
     };
-    for (v, levels) in set.variants.iter().enumerate().take(3) {
+    let one = |(v, levels): (usize, &Vec<(TreeMesh, f32)>)| {
         let (full, ours) = (&levels[0].0, &levels[1].0);
         let pixels = (levels[0].1 * SCREEN + 0.5) as u32;
         let to = |mesh: &Mesh, like: &Mesh| {
@@ -185,42 +209,45 @@ fn simplifier(set: &Set) {
         };
         let theirs = TreeMesh { bark: to(&full.bark, &ours.bark), leaf: to(&full.leaf, &ours.leaf) };
         let reference = Reference::new(full, &set.wardrobe, pixels, VIEWS);
-        for (who, tree) in [("ladder", ours), ("simplifier", &theirs)] {
-            let m = reference.measure(tree, &set.wardrobe);
+        let both = [ours, &theirs].map(|tree| {
             let triangles = (tree.bark.indices.len() + tree.leaf.indices.len()) / 3;
-            let how = format!(
-                "avenue {}, {triangles} triangles at {pixels} pixels: worst {:.3}, coverage {:.3}, FLIP {:.3}, leaf area \
-                 {:.3} of LOD0's",
-                v + 1,
-                m.worst_iou,
-                m.coverage,
-                m.flip,
-                area(&tree.leaf) / area(&full.leaf)
-            );
-            Figure::new(format!("lod.against.{who}_iou"), f64::from(m.iou), "share", how).print();
-        }
+            (triangles, reference.measure(tree, &set.wardrobe), area(&tree.leaf) / area(&full.leaf))
+        });
+        Against { tree: format!("avenue {}", v + 1), pixels, both }
+    };
+    set.variants.iter().enumerate().take(3).map(one).collect()
+}
+
+fn one_against(Against { tree, pixels, both }: &Against) {
+    for ((triangles, m, area), who) in both.iter().zip(["ladder", "simplifier"]) {
+        let how = format!(
+            "{tree}, {triangles} triangles at {pixels} pixels: worst {:.3}, coverage {:.3}, FLIP {:.3}, leaf area \
+             {area:.3} of LOD0's",
+            m.worst_iou, m.coverage, m.flip
+        );
+        Figure::new(format!("lod.against.{who}_iou"), f64::from(m.iou), "share", how).print();
     }
 }
 
 /// Extremes and means of some measurements.
-struct Summary {
-    pixels: String,
-    iou: f64,
-    worst: f64,
-    coverage: (f64, f64),
-    flip: f64,
+pub(crate) struct Summary {
+    pub(crate) pixels: (u32, u32),
+    pub(crate) iou: f64,
+    pub(crate) worst: f64,
+    pub(crate) coverage: (f64, f64),
+    pub(crate) flip: f64,
     color: f64,
 }
 
 impl Summary {
-    fn of<'a>(all: impl Iterator<Item = &'a Measured> + Clone) -> Self {
+    pub(crate) fn of<'a>(all: impl Iterator<Item = &'a Measured> + Clone) -> Self {
         let count = all.clone().count().max(1) as f64;
         let mean = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).sum::<f64>() / count;
         let least = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).fold(f64::INFINITY, f64::min);
         let most = |get: fn(&Measured) -> f32| all.clone().map(|m| f64::from(get(m))).fold(0.0, f64::max);
-        let (low, high) = (least(|m| m.pixels as f32), most(|m| m.pixels as f32));
+        let pixels = all.clone().map(|m| m.pixels);
         Self {
-            pixels: format!("{low} to {high}"),
+            pixels: (pixels.clone().min().unwrap_or(0), pixels.max().unwrap_or(0)),
             iou: mean(|m| m.iou),
             worst: least(|m| m.worst_iou),
             coverage: (least(|m| m.coverage), most(|m| m.coverage)),
@@ -234,9 +261,10 @@ fn total(kind: &str, all: &Kind) {
     let s = Summary::of(all.measured.iter().map(|m| &m.1));
     let how = |what: &str| {
         format!(
-            "{} levels of shipped sets, {VIEWS} views each at {} pixels, against LOD0; {what}",
+            "{} levels of shipped sets, {VIEWS} views each at {} to {} pixels, against LOD0; {what}",
             all.measured.len(),
-            s.pixels
+            s.pixels.0,
+            s.pixels.1
         )
     };
     let worst = |score: fn(&Measured) -> f32| {

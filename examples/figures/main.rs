@@ -24,6 +24,7 @@ mod lod_leaf;
 mod lod_mesh;
 mod lod_screen;
 mod lod_speed;
+mod lod_table;
 mod lod_textures;
 mod lod_three;
 mod morph;
