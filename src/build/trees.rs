@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 5);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 24);
+const LADDER: Stage = Stage("ladder", 25);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 19);
+const LEVEL: Stage = Stage("level", 20);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 2);
 /// What levels are measured with; kept in memory only.

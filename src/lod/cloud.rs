@@ -1,7 +1,8 @@
 //! The billboard cloud: leaves and thin wood on a few cards, thick wood as coarse tubes.
 //!
 //! Limbs stay tubes as long as they are wide enough to be seen, within a budget of triangles. Each leaf goes to a plane
-//! ([`super::planes`]), and each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
+//! ([`super::planes`]), thin wood to the one that is nearest; where leaves are too few to hide the wood
+//! ([`super::bareness`]), planes are fitted to both. Each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
 //! texels a metre, and bends to its leaves ([`super::bent`]). What of a card is solid is settled by how the whole tree is
 //! seen: texels grow where views lack something ([`super::lacks`]), then the gain of all alpha is found by comparing
 //! coverage with the full level's, by secant steps.
@@ -15,12 +16,12 @@ use rayon::prelude::*;
 
 use super::agree::Outlines;
 use super::bake_card::{Card, Place};
-use super::bent::Bend;
+use super::bent::{self, Bend};
 use super::measure::{Wardrobe, bounds};
 use super::planes::{self, Plane, Unit};
 use super::thin::append;
 use super::tile::Tile;
-use super::twigs::thin_wood;
+use super::twigs::{Segment, thin_wood};
 use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
@@ -37,6 +38,8 @@ pub(super) const LIMBS: usize = 1100;
 /// Radius of the thinnest limb that is a tube, as a share of the tree's height: about a quarter of a pixel wide where
 /// the cloud takes over.
 const VISIBLE: f32 = 0.0025;
+/// How often the error of a bare tree's limbs is halved at most.
+const FINER: u32 = 3;
 /// Longest edge of a card's picture, in mean edges.
 const LONGEST: u32 = 4;
 /// Rounds of carving, every which view each looks at (ordered subsets: Hudson and Larkin 1994), and the first one's step.
@@ -75,6 +78,8 @@ pub(super) struct Scene<'a> {
     pub(super) light: &'a CrownLight,
     /// Ready to be meshed at any detail.
     pub(super) wood: &'a Wood<'a>,
+    /// See [`bareness`](super::bareness).
+    pub(super) bare: f32,
 }
 
 /// A cloud, or crossed quads: its mesh, its cards, and the gain of their alpha.
@@ -89,11 +94,22 @@ pub(super) struct Cloud {
 pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe, first_tile: u32, seed: Seed) -> Cloud {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let (low, high) = bounds(scene.full);
-    let (bark, min_radius) = limbs(scene, thickest, high.y - low.y);
+    // A bare tree is its limbs: they may take the triangles by which cards would bend.
+    let bends = 2 * params.cards as usize * params.cells * params.cells;
+    let (bark, min_radius) =
+        limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.bare) as usize);
+    let left = (LIMBS + bends).saturating_sub(bark.indices.len() / 3);
+    let cells = params.cells.min(bent::cells(params.cards, u32::try_from(left).unwrap_or(u32::MAX)));
+    let params = CloudParams { cells, ..params };
 
-    let (units, unit_of) = sprays(scene);
+    let (mut units, unit_of) = sprays(scene);
+    let twigs = thin_wood(scene.plant, scene.posed, scene.light, min_radius);
+    let leaves = units.len();
+    if scene.bare > 0.0 {
+        units.extend(twigs.iter().map(|twig| twig.unit(scene.bare)));
+    }
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
-    let contents = sort_out(scene, &planes, &homes, &unit_of, min_radius);
+    let contents = sort_out(scene, &planes, (&homes, &unit_of), (&twigs, &homes[leaves..]));
     let cards = bake(scene, (&planes, &contents), (&units, &homes), params, wardrobe);
     Cloud::new(bark, cards, first_tile)
 }
@@ -106,6 +122,13 @@ impl Cloud {
             append(&mut leaf, &card.mesh, first_tile + k as u32);
         }
         Self { tree: TreeMesh { bark, leaf }, cards, gain: GAIN }
+    }
+
+    /// Of wood that leaves nothing for cards: its triangles over those of the full level.
+    pub(super) fn share_of_wood(&self, full: &TreeMesh) -> Option<f32> {
+        let count = |tree: &TreeMesh| (tree.bark.indices.len() + tree.leaf.indices.len()) as f32;
+        let is_wood = self.cards.is_empty() && !self.tree.bark.indices.is_empty();
+        is_wood.then(|| count(&self.tree) / count(full).max(1.0))
     }
 
     /// Moves alpha to where the full tree is seen from all views and away from where it is not.
@@ -159,24 +182,32 @@ impl Cloud {
 }
 
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
-/// radius of the thinnest.
-fn limbs(scene: &Scene<'_>, thickest: f32, height: f32) -> (Mesh, f32) {
-    let at =
-        |min_radius: f32| TubeDetail { sides: 6, error: height * 0.006, min_radius, ..TubeDetail::full(scene.params) };
-    let fits = |min_radius: f32| scene.wood.count(&at(min_radius)) <= LIMBS;
-    let (mut thin, mut thick) = ((height * VISIBLE).min(thickest * 0.5), thickest * 0.5);
-    if fits(thin) {
-        return (scene.wood.mesh(scene.light, &at(thin)), thin);
+/// radius of the thinnest. What is left of the budget of a bare tree makes them rounder.
+fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (Mesh, f32) {
+    let at = |min_radius: f32, finer: u32| TubeDetail {
+        sides: 6 + 2 * finer,
+        error: height * 0.006 / (1 << finer) as f32,
+        min_radius,
+        ..TubeDetail::full(scene.params)
+    };
+    let fits = |min_radius: f32, finer: u32| scene.wood.count(&at(min_radius, finer)) <= budget;
+    // Limbs of a bare tree are seen down to the thinnest.
+    let visible = VISIBLE * (1.0 - 0.9 * scene.bare);
+    let (mut thin, mut thick) = ((height * visible).min(thickest * 0.5), thickest * 0.5);
+    if fits(thin, 0) {
+        thick = thin;
     }
     for _ in 0..5 {
         let middle = (thin * thick).sqrt();
-        if fits(middle) {
+        if fits(middle, 0) {
             thick = middle;
         } else {
             thin = middle;
         }
     }
-    (scene.wood.mesh(scene.light, &at(thick)), thick)
+    let finest = if scene.bare > 0.0 { FINER } else { 0 };
+    let finer = (1..=finest).rev().find(|&finer| fits(thick, finer)).unwrap_or(0);
+    (scene.wood.mesh(scene.light, &at(thick, finer)), thick)
 }
 
 /// Units of a few neighbouring leaves each, and for each leaf its unit.
@@ -201,14 +232,19 @@ fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
                 normal += pose.frame.z * (side * weight);
                 area += weight;
             }
-            units.push(Unit { centre: centre / area, normal: normal.normalize_or(Vec3::Y), area });
+            units.push(Unit { centre: centre / area, way: normal.normalize_or(Vec3::Y), is_twig: false, area });
         }
     }
     (units, unit_of)
 }
 
-/// What each plane's card shows.
-fn sort_out(scene: &Scene<'_>, planes: &[Plane], homes: &[usize], unit_of: &[u32], min_radius: f32) -> Vec<TreeMesh> {
+/// What each plane's card shows: leaves, and twigs, which go to the nearest where nothing is told of them.
+fn sort_out(
+    scene: &Scene<'_>,
+    planes: &[Plane],
+    (homes, unit_of): (&[usize], &[u32]),
+    (twigs, twig_homes): (&[Segment], &[usize]),
+) -> Vec<TreeMesh> {
     let mut contents = vec![TreeMesh::default(); planes.len()];
     if planes.is_empty() {
         return contents;
@@ -220,12 +256,18 @@ fn sort_out(scene: &Scene<'_>, planes: &[Plane], homes: &[usize], unit_of: &[u32
     for (content, corners) in contents.iter_mut().zip(&corners) {
         content.leaf = part(&scene.full.leaf, corners);
     }
-    for segment in thin_wood(scene.plant, scene.posed, scene.light, min_radius) {
-        let centre = segment.centre();
-        let nearest =
-            |best: usize, i: usize| if planes[i].distance(centre) < planes[best].distance(centre) { i } else { best };
-        let home = (1..planes.len()).fold(0, nearest);
-        segment.add(&mut contents[home].bark, scene.params.bark_tile.max(1e-3));
+    for (i, twig) in twigs.iter().enumerate() {
+        let nearest = || {
+            let (centre, mut best) = (twig.centre(), 0);
+            for (k, plane) in planes.iter().enumerate() {
+                if plane.distance(centre) < planes[best].distance(centre) {
+                    best = k;
+                }
+            }
+            best
+        };
+        let home = twig_homes.get(i).copied().unwrap_or_else(nearest);
+        twig.add(&mut contents[home].bark, scene.params.bark_tile.max(1e-3));
     }
     contents
 }
@@ -259,11 +301,13 @@ fn bake(
         .iter()
         .zip(contents)
         .map(|(plane, content)| {
-            // Wood without leaves would be a card of hairs.
-            if content.leaf.positions.is_empty() {
+            // Wood among leaves is seen where these are.
+            let (leaf, wood) = (&content.leaf.positions, &content.bark.positions);
+            let wood = if scene.bare > 0.0 { wood.as_slice() } else { &[] };
+            if leaf.is_empty() && wood.is_empty() {
                 return None;
             }
-            let points = || content.leaf.positions.iter().copied();
+            let points = || leaf.iter().chain(wood).copied();
             let centre = points().sum::<Vec3>() / points().count() as f32;
             let outward = plane.normal.dot(centre - scene.light.centre());
             let z = if outward < 0.0 { -plane.normal } else { plane.normal };

@@ -182,14 +182,14 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe)
     }
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
-    let around = if is_bare { usize::MAX } else { 1 };
+    let around = if scene.bare > 0.5 { usize::MAX } else { 1 };
     Views { layout, texels, around, drawn, quads: leaf }
 }
 
 /// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
-/// A bare tree is its twigs, and is drawn as it is.
+/// Where twigs are seen the tree is drawn as it is.
 fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
-    if scene.plant.leaves().is_empty() {
+    if scene.bare > 0.0 {
         return scene.full.clone();
     }
     let detail =

@@ -15,13 +15,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::agree::{Outlines, areas};
+use super::bareness::bareness;
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
 use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, lines, share, sizes};
-use super::thin::thinned;
+use super::thin::{thinned, thinned_as_seen};
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::{Seed, once};
@@ -35,9 +36,6 @@ pub const CULL: f32 = 0.01;
 /// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
-/// How often what is left of a thinned tree is made larger by what is covered, and by how much it is at most.
-const GROWN_LEAVES: (u32, f32) = (1, 1.2);
-const GROWN_WOOD: (u32, f32) = (4, 2.0);
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -208,6 +206,7 @@ pub fn ladder_by<'s>(
         Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
     });
     let leaf_of = leaf_of_triangles(plant, &posed, cards);
+    let bare = bareness(plant, &posed);
     let scene = || Scene {
         plant,
         posed: &posed,
@@ -216,6 +215,7 @@ pub fn ladder_by<'s>(
         leaf_of: &leaf_of,
         light: &light,
         wood: wood(),
+        bare,
     };
     let bench = OnceLock::new();
     let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
@@ -318,8 +318,9 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let light = CrownLight::of(plant, &posed);
     let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
     let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
-    let scene = Scene { plant, posed: &posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
-    let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed.child("thin"));
+    let (posed, light, bare) = (&posed, &light, bareness(plant, &posed));
+    let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light, wood: &wood, bare };
+    let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed);
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];
     levels.extend(coarse);
@@ -381,29 +382,8 @@ impl<'a> Bench<'a> {
         match *lod {
             Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
             Lod::Thinned { triangles } => {
-                let at = |grown: f32| thinned(scene, cards, triangles, grown, seed.child("thin"));
-                let (mut grown, mut made) = (1.0_f32, at(1.0));
-                let (rounds, most) = if scene.plant.leaves().is_empty() { GROWN_WOOD } else { GROWN_LEAVES };
-                // Fewer, larger leaves hide each other less or more: once more, by what is covered. Wood by secant steps.
-                let outlines = self.outlines(COARSE);
-                let mut before: Option<(f32, f32)> = None;
-                for _ in 0..rounds {
-                    let rough = outlines.some(&|outlines, view| outlines.one(view, &made, &self.cutouts));
-                    let covered = outlines.ratio_of_some(&rough);
-                    if (covered - 1.0).abs() <= 0.008 {
-                        break;
-                    }
-                    let next = match before {
-                        Some((g, c)) => grown + (1.0 - covered) / ((covered - c) / (grown - g)).clamp(0.2, 2.0),
-                        None => 1.0 / covered.max(0.5),
-                    };
-                    let next = next.clamp(0.85, most);
-                    if next == grown {
-                        break;
-                    }
-                    before = Some((std::mem::replace(&mut grown, next), covered));
-                    made = at(grown);
-                }
+                let seen = (&*self.outlines(COARSE), self.cutouts.as_slice());
+                let made = thinned_as_seen(scene, cards, triangles, seen, seed);
                 let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
                 Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }
             }
@@ -416,6 +396,12 @@ impl<'a> Bench<'a> {
                     _ => crossed_quads(scene, texels, wardrobe, first_tile),
                 };
                 let outlines = self.outlines(lines(lod));
+                if let Some(share) = made.share_of_wood(self.full) {
+                    let seen = (&*outlines, self.cutouts.as_slice());
+                    let mesh = thinned_as_seen(scene, cards, share, seen, seed);
+                    let drawn = outlines.draw(&mesh, &self.cutouts);
+                    return Piece { mesh, tiles: Vec::new(), impostor: None, drawn };
+                }
                 made.carve(&outlines, &self.cutouts);
                 let drawn = made.settle(&outlines, &self.cutouts);
                 let tiles = made.tiles();

@@ -5,6 +5,7 @@
 
 mod agree;
 mod bake_card;
+mod bareness;
 mod bent;
 mod cloud;
 mod crossed;

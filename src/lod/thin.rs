@@ -5,12 +5,18 @@
 
 use glam::Vec3;
 
+use super::agree::Outlines;
 use super::cloud::Scene;
+use crate::bake::Cutout;
 use crate::base::Seed;
 use crate::mesh::{Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, leaf_cards_in};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
+/// How often what is left of a thinned tree is made larger by what is covered, and by how much it is at most, of leafy
+/// trees and of those whose wood is seen.
+const GROWN_LEAVES: (u32, f32) = (1, 1.2);
+const GROWN_WOOD: (u32, f32) = (4, 2.0);
 /// Steps in search of the wood's detail, of plants with leaves and of those that are wood only.
 const STEPS: (usize, usize) = (4, 8);
 
@@ -28,19 +34,16 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
 }
 
 /// A level of about `share` of the full level's triangles, whose leaves are drawn on `cards`; its own are on simpler ones
-/// where nearly all leaves fit on those only, and as large as the area asks for, times `grown`. Of a plant without leaves
-/// it is the wood that covers `grown` times as much.
+/// where nearly all leaves fit on those only. Leaves are as large as the area asks for, times `grown`; wood that is seen
+/// covers as many times as much.
 pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
     let share = share.clamp(0.0, 1.0);
     let total = count(&scene.full.bark) + count(&scene.full.leaf);
     let budget = (total as f32 * share) as usize;
     let leafy = !scene.plant.leaves().is_empty();
-    let bark = if leafy {
-        coarse_wood(scene, (count(&scene.full.bark) as f32 * share) as usize, 1.0)
-    } else {
-        coarse_wood(scene, budget, grown)
-    };
+    let wood = if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget };
+    let bark = coarse_wood(scene, wood, 1.0 + (grown - 1.0) * scene.bare);
     let room = budget.saturating_sub(count(&bark));
     let leaves = scene.plant.leaves();
     let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
@@ -55,10 +58,43 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
     TreeMesh { bark, leaf }
 }
 
+/// As [`thinned`], as large as it must be to cover what the full tree does. `outlines` are that one's, `worn` cuts leaves
+/// out. Fewer, larger leaves hide each other less or more: once more, by what is covered. Wood by secant steps.
+pub(super) fn thinned_as_seen(
+    scene: &Scene<'_>,
+    cards: Cards<'_>,
+    share: f32,
+    (outlines, worn): (&Outlines, &[&Cutout]),
+    seed: Seed,
+) -> TreeMesh {
+    let at = |grown: f32| thinned(scene, cards, share, grown, seed);
+    let (mut grown, mut made) = (1.0_f32, at(1.0));
+    let (rounds, most) = if scene.bare > 0.0 { GROWN_WOOD } else { GROWN_LEAVES };
+    let mut before: Option<(f32, f32)> = None;
+    for _ in 0..rounds {
+        let rough = outlines.some(&|outlines, view| outlines.one(view, &made, worn));
+        let covered = outlines.ratio_of_some(&rough);
+        if (covered - 1.0).abs() <= 0.008 {
+            break;
+        }
+        let next = match before {
+            Some((g, c)) => grown + (1.0 - covered) / ((covered - c) / (grown - g)).clamp(0.2, 2.0),
+            None => 1.0 / covered.max(0.5),
+        };
+        let next = next.clamp(0.85, most);
+        if next == grown {
+            break;
+        }
+        before = Some((std::mem::replace(&mut grown, next), covered));
+        made = at(grown);
+    }
+    made
+}
+
 /// The first `count` leaves in the fixed order, enlarged.
 fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
     let leaves = scene.plant.leaves();
-    let mut order = spread(scene, seed);
+    let mut order = spread(scene, seed.child("thin"));
     order.truncate(count);
     // Vertices stay in the order of the plant.
     order.sort_unstable();
@@ -106,7 +142,7 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let params = scene.params;
     // Twigs are all that is seen of a bare crown: they go last.
     let leafy = !scene.plant.leaves().is_empty();
-    let dropped = |coarse: f32| if leafy { coarse * coarse } else { coarse * coarse * coarse * coarse };
+    let dropped = |coarse: f32| coarse * coarse * (1.0 + scene.bare * (coarse * coarse - 1.0));
     let steps = if leafy { STEPS.0 } else { STEPS.1 };
     let at = |coarse: f32| TubeDetail {
         sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
@@ -134,12 +170,13 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
 mod tests {
     use super::*;
     use crate::bake::Maps;
-    use crate::lod::ladder;
-    use crate::plant::PlantBuilder;
+    use crate::base::Rotation;
+    use crate::lod::{Level, ladder};
+    use crate::plant::{Leaf, Plant, PlantBuilder};
     use crate::preset::plan::{Forks, LeafCards, Lod, MeshParams};
 
-    #[test]
-    fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
+    /// A trunk with 60 limbs of six twigs and so many leaves each.
+    fn crown(leaves: u64) -> Plant {
         let mut builder = PlantBuilder::new();
         let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0], &[0.2, 0.15, 0.05]);
         for i in 0..60 {
@@ -152,19 +189,32 @@ mod tests {
                 let way = seed.direction() * 0.5;
                 builder.branch(limb, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way], &[0.012, 0.008]);
             }
+            for k in 0..leaves {
+                let seed = seed.at(30 + k);
+                let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf::new(limb, seed.at(2).unit(), orientation, 0.2, 0));
+            }
         }
-        let plant = builder.finish().unwrap();
+        builder.finish().unwrap()
+    }
+
+    fn levels(plant: &Plant, lods: &[Lod]) -> Vec<Level> {
         let params =
             MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
-        let bark = Maps {
+        let plain = Maps {
             width: 1,
             height: 1,
             color: vec![[90, 80, 70, 255]],
             normal: vec![[128, 128, 255]],
             orm: vec![[255, 200, 0]],
         };
-        let lods = [Lod::Full, Lod::Thinned { triangles: 0.3 }].map(Into::into);
-        let levels = ladder(&plant, &params, &lods, &[], &bark, Seed::new(1)).levels;
+        let lods: Vec<_> = lods.iter().cloned().map(Into::into).collect();
+        ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1)).levels
+    }
+
+    #[test]
+    fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
+        let levels = levels(&crown(0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]);
         let [full, thinned] = [0, 1].map(|level: usize| &levels[level]);
         assert!(thinned.triangles * 10 < full.triangles * 4, "{} of {}", thinned.triangles, full.triangles);
         let coverage = thinned.measured.coverage;
@@ -177,5 +227,16 @@ mod tests {
         };
         let (before, after) = (girth(&full.mesh.bark), girth(&thinned.mesh.bark));
         assert!((after / before - 1.0).abs() < 0.12, "{before} {after}");
+    }
+
+    #[test]
+    fn levels_of_trees_with_few_leaves_or_none_cover_what_the_full_ones_do() {
+        let lods = [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 24 }];
+        for leaves in [0, 1, 3] {
+            for level in levels(&crown(leaves), &lods) {
+                let coverage = level.measured.coverage;
+                assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
+            }
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::planes::Unit;
 use crate::mesh::{CrownLight, Mesh};
 use crate::plant::{Plant, Posed};
 
@@ -21,6 +22,13 @@ impl Segment {
     /// Its middle.
     pub(super) fn centre(&self) -> Vec3 {
         (self.a + self.b) * 0.5
+    }
+
+    /// What planes are fitted to, its area times `share`.
+    pub(super) fn unit(&self, share: f32) -> Unit {
+        let along = self.b - self.a;
+        let area = (self.radii.0 + self.radii.1) * along.length() * share;
+        Unit { centre: self.centre(), way: along.normalize_or_zero(), is_twig: true, area: area + 1e-12 }
     }
 
     /// Adds its ribbons; `along` metres of bark make one tile.
