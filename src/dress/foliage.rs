@@ -26,6 +26,8 @@ const GOLDEN: f32 = 2.399_963;
 const LARGEST: f32 = 2.0;
 /// Sites in a row, for each of those that follow a spiral: leaflets of a frond stand close.
 const ROW: f32 = 2.4;
+/// What a lot counts among pairs of a row: less than halves of a row of a thousand.
+const TIE: f32 = 5e-4;
 /// How much smaller leaves in rows are at the end of a twig.
 const TAPER: f32 = 0.55;
 /// Their mean area, over that of the largest.
@@ -74,9 +76,14 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
             let chain = seed.at(u64::from(site.chain.0));
             let key = if site.chain.index() < bare.chains().len() {
                 // The plant's own branch ends are leafy first, further in later. Pairs of a row go so that those that stay
-                // are as far apart as before: gaps in a frond are seen.
+                // are as far apart as before: gaps in a frond are seen. Of those that all twigs have, lots choose: the first
+                // twigs would get them all.
                 let lot = address(seed, site).child("order");
-                let turn = if rows { halving(site.number / 2) } else { exponential(lot, 1.0) };
+                let turn = if rows {
+                    halving(site.number / 2) + TIE * chain.child("order").unit()
+                } else {
+                    exponential(lot, 1.0)
+                };
                 0.06 * turn + 0.3 * site.inward
             } else {
                 let inside = insides[site.chain.index()];

@@ -215,6 +215,16 @@ mod tests {
     }
 
     #[test]
+    fn few_leaves_in_rows_stand_all_round_the_crown() {
+        let bare = tree(8.0, 90);
+        let few = DressParams { twig_length: 0.0, phyllotaxis: Phyllotaxis::Distichous, most_leaves: 40, ..params() };
+        let plant = dress(&bare, &few, Seed::new(1));
+        let mut thirds = [0; 3];
+        plant.leaves().iter().for_each(|leaf| thirds[(leaf.chain.index() * 3 / bare.chains().len()).min(2)] += 1);
+        assert!(thirds.iter().all(|&leaves| leaves >= 5), "{thirds:?}");
+    }
+
+    #[test]
     fn leaves_that_a_plant_brings_are_all_it_gets() {
         let once = dress(&tree(5.0, 6), &params(), Seed::new(1));
         assert_eq!(dress(&once, &params(), Seed::new(2)), once);

@@ -96,8 +96,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (low, high) = bounds(scene.full);
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let bends = 2 * params.cards as usize * params.cells * params.cells;
-    let (bark, min_radius) =
-        limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.bare) as usize);
+    let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.bare) as usize);
     let left = (LIMBS + bends).saturating_sub(bark.indices.len() / 3);
     let cells = params.cells.min(bent::cells(params.cards, u32::try_from(left).unwrap_or(u32::MAX)));
     let params = CloudParams { cells, ..params };

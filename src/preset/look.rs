@@ -95,7 +95,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf; for ash, pine and palm of the whole picture",
+            about: "length of a leaf, at most a fifteenth of the tree's extent; for ash, pine and palm of the whole picture",
         },
         Field {
             name: "spread",

@@ -332,6 +332,7 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
     let items = set.list("lods");
     let mut levels: Vec<LodBudget> = Vec::new();
     let mut told = None;
+    let mut has_wrong = false;
     for item in &items {
         let level = set.kind(&LODS, item, |kind, fields| {
             let lod = match kind {
@@ -350,12 +351,18 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
             }
             Some(LodBudget { lod, screen })
         });
-        let Some(level) = level else { return vec![Lod::Full.into()] };
-        order(set, levels.last().map(|level| &level.lod), &level.lod, item);
+        let Some(level) = level else {
+            has_wrong = true;
+            continue;
+        };
+        // After a wrong one nobody knows what the first is.
+        if !(has_wrong && levels.is_empty()) {
+            order(set, levels.last().map(|level| &level.lod), &level.lod, item);
+        }
         told = level.screen.or(told);
         levels.push(level);
     }
-    if levels.is_empty() { vec![Lod::Full.into()] } else { levels }
+    if has_wrong || levels.is_empty() { vec![Lod::Full.into()] } else { levels }
 }
 
 /// Reports a level that is not coarser than the one before it.

@@ -353,7 +353,17 @@ impl<'t, 'r> Reader<'t, 'r> {
             Value::Record(Some(name), _) | Value::Tuple(Some(name), _) => (&name.text, name.span),
             other => {
                 let message = format!("expected {}, found {}", Kind::Choice(choice).told(), other.is_called());
-                self.report.at(item.span(), &item.path, message, "");
+                let meant = |text: &String| {
+                    let same = choice.names().find(|name| name.eq_ignore_ascii_case(text));
+                    same.or_else(|| nearest(text, choice.names()))
+                };
+                let hint = match other {
+                    Value::Text(text) => {
+                        meant(text).map_or_else(String::new, |name| format!("write {name}, without quotes"))
+                    }
+                    _ => String::new(),
+                };
+                self.report.at(item.span(), &item.path, message, hint);
                 return None;
             }
         };
