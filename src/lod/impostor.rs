@@ -25,7 +25,7 @@ use super::agree::Outlines;
 use super::cloud::{CARD_TEXELS, Scene};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
-use super::parallax::{Facing, Texels};
+use super::parallax::{CROWNS, Facing, TWIGS, Texels};
 use super::tile::Tile;
 use super::trunk::Trunk;
 use crate::bake::{Cutout, Recipe, Shading, Silhouette, Target, View, filled, survey};
@@ -217,7 +217,8 @@ impl Settled {
         let edge = (views.layout.frames * views.texels) as usize;
         let depth = views.laid_out(|i| &views.drawn[i].depth);
         let depths = Texels { all: &depth, wide: edge, first: (0, 0), size: (edge, edge) };
-        let seen = outlines.for_each_view(|view| Facing::new(&views.layout, view.frame, depths, |deep| *deep));
+        let fine = if scene.bare > 0.0 { TWIGS } else { CROWNS };
+        let seen = outlines.for_each_view(|view| Facing::new(&views.layout, (view.frame, fine), depths, |deep| *deep));
         let draw = |gain: f32| {
             let sheet = views.packed(gain);
             outlines.draw_each(&seen, |seen| {

@@ -21,6 +21,7 @@ use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
+use super::parallax::CROWNS;
 use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, lines, share, sizes};
 use super::thin::{thinned, thinned_as_seen};
 use super::tile::Tile;
@@ -476,7 +477,7 @@ impl<'a> Bench<'a> {
     /// solid are those that show most, and lighter than what stands between them.
     fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, pixels: u32) -> (f32, Measured) {
         let maps = sheet.maps(&self.stock.palette);
-        self.reference(pixels).matched(&|view: &View| layout.as_seen(view.frame, &maps, (Vec2::ZERO, Vec2::ONE)))
+        self.reference(pixels).matched(&|view: &View| layout.worn((view.frame, CROWNS), &maps, (Vec2::ZERO, Vec2::ONE)))
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {
