@@ -424,9 +424,10 @@ mod tests {
         let maps = ball(Vec3::new(0.5, 1.0, 0.0), 1.5);
         let from = viewer(Vec3::new(0.3, 0.4, -1.0));
         let (quad, seen) = LAYOUT.seen_from(from, &maps, WHOLE);
-        let facing = LAYOUT.facing(from, (EDGE, EDGE), &maps.orm, WHOLE).unwrap();
+        let facing = LAYOUT.faced((from, TWIGS), (EDGE, EDGE), &maps.orm, WHOLE).unwrap();
         let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
         let alone = facing.alpha(&alphas, EDGE as usize);
+        assert_eq!((alone.len(), facing.size()), (seen.color.len(), (20 * TWIGS as u32, 20 * TWIGS as u32)));
         assert!(alone.iter().zip(&seen.color).all(|(a, c)| a.abs_diff(c[3]) <= 1));
         assert!(quad.normals.iter().all(|n| *n == from.z) && crate::mesh::problems(&quad).is_empty());
         assert!(seen.normal.iter().zip(&seen.color).all(|(n, c)| c[3] < 128 || n[2] > 240));

@@ -168,10 +168,12 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
     use crate::bake::Maps;
     use crate::base::Rotation;
-    use crate::lod::{Level, ladder};
+    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, packed, palette};
     use crate::plant::{Leaf, Plant, PlantBuilder};
     use crate::preset::plan::{Forks, LeafCards, Lod, MeshParams};
 
@@ -198,23 +200,27 @@ mod tests {
         builder.finish().unwrap()
     }
 
-    fn levels(plant: &Plant, lods: &[Lod]) -> Vec<Level> {
-        let params =
-            MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
-        let plain = Maps {
+    fn plain() -> Maps {
+        Maps {
             width: 1,
             height: 1,
             color: vec![[90, 80, 70, 255]],
             normal: vec![[128, 128, 255]],
             orm: vec![[255, 200, 0]],
-        };
+        }
+    }
+
+    fn climbed(plant: &Plant, lods: &[Lod]) -> Ladder {
+        let params =
+            MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
+        let plain = plain();
         let lods: Vec<_> = lods.iter().cloned().map(Into::into).collect();
-        ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1)).levels
+        ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1))
     }
 
     #[test]
     fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
-        let levels = levels(&crown(0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]);
+        let levels = climbed(&crown(0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]).levels;
         let [full, thinned] = [0, 1].map(|level: usize| &levels[level]);
         assert!(thinned.triangles * 10 < full.triangles * 4, "{} of {}", thinned.triangles, full.triangles);
         let coverage = thinned.measured.coverage;
@@ -233,10 +239,22 @@ mod tests {
     fn levels_of_trees_with_few_leaves_or_none_cover_what_the_full_ones_do() {
         let lods = [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 24 }];
         for leaves in [0, 1, 3] {
-            for level in levels(&crown(leaves), &lods) {
+            for level in climbed(&crown(leaves), &lods).levels {
                 let coverage = level.measured.coverage;
                 assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
             }
         }
+    }
+
+    #[test]
+    fn an_impostor_of_twigs_covers_what_the_tree_does_as_engines_show_it() {
+        let ladder = climbed(&crown(0), &[Lod::Full, Lod::Impostor { frames: 8 }]);
+        let plain = [plain()];
+        let sheet = packed(&ladder.tiles)[0].maps(&palette(&plain, &plain[0]));
+        let layout = ladder.levels[1].impostor.unwrap();
+        let reference = Reference::new(&ladder.levels[0].mesh, &Wardrobe::new(&plain, &plain[0]), 120, 16);
+        let seen = reference
+            .measure_from(&|view| layout.as_seen(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE)), Asked::Silhouette);
+        assert!((seen.coverage - 1.0).abs() < 0.02, "{}", seen.coverage);
     }
 }
