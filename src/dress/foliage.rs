@@ -26,7 +26,9 @@ const GOLDEN: f32 = 2.399_963;
 const LARGEST: f32 = 2.0;
 /// Sites in a row, for each of those that follow a spiral: leaflets of a frond stand close.
 const ROW: f32 = 2.4;
-/// What a lot counts among pairs of a row: less than halves of a row of a thousand.
+/// Twigs with rows from which on lots choose those that get one more, and what a lot counts among pairs of a row: less than
+/// halves of a row of a thousand.
+const MANY: usize = 64;
 const TIE: f32 = 5e-4;
 /// How much smaller leaves in rows are at the end of a twig.
 const TAPER: f32 = 0.55;
@@ -54,6 +56,8 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     let want = (area / card.max(1e-8)).min(4e6);
     let allowed = want.min(params.most_leaves as f32).min(sites.len() as f32).max(1.0);
     let scale = (want / allowed).sqrt().clamp(1.0, LARGEST);
+    // Of a few fronds all have about as many; of many twigs the first would have all leaves where there are fewer than twigs.
+    let tie = if sites.iter().filter(|site| site.terminal).count() < MANY { 0.0 } else { TIE };
     // The fixed order: weighted sampling without replacement (Efraimidis and Spirakis 2006), the smallest keys first.
     let (low, high) = wood.crown.bounds();
     let middle_of_crown = (low + high) * 0.5;
@@ -76,11 +80,10 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
             let chain = seed.at(u64::from(site.chain.0));
             let key = if site.chain.index() < bare.chains().len() {
                 // The plant's own branch ends are leafy first, further in later. Pairs of a row go so that those that stay
-                // are as far apart as before: gaps in a frond are seen. Of those that all twigs have, lots choose: the first
-                // twigs would get them all.
+                // are as far apart as before: gaps in a frond are seen.
                 let lot = address(seed, site).child("order");
                 let turn = if rows {
-                    halving(site.number / 2) + TIE * chain.child("order").unit()
+                    halving(site.number / 2) + tie * chain.child("order").unit()
                 } else {
                     exponential(lot, 1.0)
                 };

@@ -177,19 +177,32 @@ mod tests {
     use crate::plant::{Leaf, Plant, PlantBuilder};
     use crate::preset::plan::{Forks, LeafCards, Lod, MeshParams};
 
-    /// A trunk with 60 limbs of six twigs and so many leaves each.
-    fn crown(leaves: u64) -> Plant {
+    /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
+    fn crown(leaves: u64, girth: f32) -> Plant {
         let mut builder = PlantBuilder::new();
-        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0], &[0.2, 0.15, 0.05]);
+        let stem = builder.stem(
+            Vec3::ZERO,
+            &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0],
+            &[0.2, 0.15, 0.05].map(|r| r * girth),
+        );
         for i in 0..60 {
             let seed = Seed::new(4).at(i);
             let way = (seed.direction() + Vec3::Y * 0.4) * 1.5;
-            let limb =
-                builder.branch(stem, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way * 0.5, way], &[0.03, 0.02, 0.01]);
+            let limb = builder.branch(
+                stem,
+                seed.at(1).range(0.3, 1.0),
+                &[Vec3::ZERO, way * 0.5, way],
+                &[0.03, 0.02, 0.01].map(|r| r * girth),
+            );
             for k in 0..6 {
                 let seed = seed.at(10 + k);
                 let way = seed.direction() * 0.5;
-                builder.branch(limb, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way], &[0.012, 0.008]);
+                builder.branch(
+                    limb,
+                    seed.at(1).range(0.3, 1.0),
+                    &[Vec3::ZERO, way],
+                    &[0.012, 0.008].map(|r| r * girth),
+                );
             }
             for k in 0..leaves {
                 let seed = seed.at(30 + k);
@@ -220,7 +233,7 @@ mod tests {
 
     #[test]
     fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
-        let levels = climbed(&crown(0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]).levels;
+        let levels = climbed(&crown(0, 1.0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]).levels;
         let [full, thinned] = [0, 1].map(|level: usize| &levels[level]);
         assert!(thinned.triangles * 10 < full.triangles * 4, "{} of {}", thinned.triangles, full.triangles);
         let coverage = thinned.measured.coverage;
@@ -239,7 +252,7 @@ mod tests {
     fn levels_of_trees_with_few_leaves_or_none_cover_what_the_full_ones_do() {
         let lods = [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 24 }];
         for leaves in [0, 1, 3] {
-            for level in climbed(&crown(leaves), &lods).levels {
+            for level in climbed(&crown(leaves, 1.0), &lods).levels {
                 let coverage = level.measured.coverage;
                 assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
             }
@@ -248,7 +261,7 @@ mod tests {
 
     #[test]
     fn an_impostor_of_twigs_covers_what_the_tree_does_as_engines_show_it() {
-        let ladder = climbed(&crown(0), &[Lod::Full, Lod::Impostor { frames: 8 }]);
+        let ladder = climbed(&crown(0, 0.5), &[Lod::Full, Lod::Impostor { frames: 8 }]);
         let plain = [plain()];
         let sheet = packed(&ladder.tiles)[0].maps(&palette(&plain, &plain[0]));
         let layout = ladder.levels[1].impostor.unwrap();
