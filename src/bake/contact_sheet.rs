@@ -1,7 +1,7 @@
 //! The contact sheet: all trees of a set side by side, a row a variant, a column a level of detail.
 //!
-//! Everything on a sheet is drawn to one scale, standing on one ground line a row, so that sizes compare. Lower levels are
-//! drawn a second time beside themselves, small: as a player will see them. Each tree is drawn by itself, from its own
+//! Everything on a sheet is drawn to one scale, standing on one ground line a row, so that sizes compare; only rows whose
+//! trees would be dots are enlarged, and say so. Lower levels are drawn a second time beside themselves, small: as a player will see them. Each tree is drawn by itself, from its own
 //! pictures rather than the atlas, so that a sheet of many needs but those drawn anew that did change.
 
 use std::sync::Arc;
@@ -29,8 +29,12 @@ const SAMPLES: u32 = 2;
 const HEAD: u32 = 2 * (LETTER * HEIGHT + 6) + 6;
 /// Height of the largest tree, pixels.
 const TREE: u32 = 280;
+/// How many times as large as a row's trees the largest of the sheet must be for the row to be enlarged.
+const DOTS: f32 = 8.0;
 /// How much smaller lower levels are drawn the second time.
 const SMALL: u32 = 5;
+/// Extents of the least tree, metres.
+const LEAST: f32 = 0.01;
 /// Largest edge of a sheet, pixels.
 const LARGEST: u32 = 8192;
 /// Height of a sheet that its trees are drawn smaller for, down to a half.
@@ -90,7 +94,8 @@ pub struct SheetScale {
 pub struct SheetLayout {
     size: (u32, u32),
     cell: (u32, u32),
-    scale: SheetScale,
+    /// By row; they differ in metres only.
+    scales: Vec<SheetScale>,
     /// By row: left, top in its row, room and letters.
     texts: Vec<Vec<(u32, u32, u32, String)>>,
     /// Row and column of each tree that has a place.
@@ -160,7 +165,9 @@ impl SheetLayout {
     #[must_use]
     pub fn new(rows: &[SheetRow<'_>]) -> Self {
         let columns = (rows.iter().map(|r| r.columns.len()).max().unwrap_or(0) as u32).clamp(1, LARGEST / 64);
-        let (reach, top) = extent(rows);
+        let extents: Vec<(f32, f32)> = rows.iter().map(extent).collect();
+        let larger = |a: (f32, f32), b: &(f32, f32)| (a.0.max(b.0), a.1.max(b.1));
+        let (reach, top) = extents.iter().fold((LEAST, LEAST), larger);
         let count = rows.len().clamp(1, (LARGEST / (HEAD + 4 * MARGIN)) as usize) as u32;
         // Text must fit, and so must the whole sheet.
         let room = |all: u32| (all / count).saturating_sub(HEAD + 3 * MARGIN);
@@ -180,15 +187,17 @@ impl SheetLayout {
         let mut sheet = Self {
             size: (cell.0 * columns, cell.1 * count),
             cell,
-            scale: SheetScale { tree, small, per_metre, top },
+            scales: Vec::new(),
             texts: Vec::new(),
             cells: Vec::new(),
         };
-        for (r, row) in rows.iter().take(count as usize).enumerate() {
+        for (r, (row, own)) in rows.iter().zip(&extents).take(count as usize).enumerate() {
+            let larger = enlarged((reach / own.0).min(top / own.1));
+            sheet.scales.push(SheetScale { tree, small, per_metre: per_metre * larger, top: top / larger });
             let text = MARGIN / 2;
             let alone = row.columns.iter().skip(1).all(|column| column.shown.is_empty());
             let room = if alone { cell.0 * columns } else { cell.0 - MARGIN };
-            let mut texts = vec![(MARGIN, text, room, row.label.clone())];
+            let mut texts = vec![(MARGIN, text, room, name(&row.label, larger))];
             for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
                 let left = c as u32 * cell.0;
                 texts.push((left + MARGIN, text + LETTER * HEIGHT + 6, cell.0 - MARGIN, shown.label.clone()));
@@ -202,10 +211,14 @@ impl SheetLayout {
         sheet
     }
 
-    /// How large trees are drawn.
+    /// How large the trees of a row are drawn that has [cells](Self::cells).
+    ///
+    /// # Panics
+    ///
+    /// Where the row has none.
     #[must_use]
-    pub fn scale(&self) -> SheetScale {
-        self.scale
+    pub fn scale(&self, row: usize) -> SheetScale {
+        self.scales[row]
     }
 
     /// Row and column of each tree that has a place on the sheet.
@@ -216,7 +229,7 @@ impl SheetLayout {
 
     /// The line of a row's pixels on which its trees stand.
     fn ground(&self) -> u32 {
-        HEAD + MARGIN + self.scale.tree.1
+        self.cell.1 - 2 * MARGIN
     }
 
     /// The sheet in colours: drawings in the order of [`cells`](Self::cells), the bark's colours, and by row those of
@@ -244,7 +257,7 @@ impl SheetLayout {
                 std::iter::once(bark).chain(leaves(row)).map(|colors| colors.0.as_slice()).collect();
             let of_row = self.cells.iter().zip(drawn).filter(|((r, _), _)| *r == row);
             for ((_, column), cell) in of_row {
-                let SheetScale { tree, small, .. } = self.scale;
+                let SheetScale { tree, small, .. } = self.scales[row];
                 let left = *column as u32 * self.cell.0;
                 let middle = left + self.cell.0.saturating_sub(tree.0) / 2;
                 band.lay(&cell.large, &colors, (middle, self.ground().saturating_sub(tree.1)));
@@ -258,15 +271,33 @@ impl SheetLayout {
     }
 }
 
-/// Half the width and the height of a box around every tree, metres, with a little air.
-fn extent(rows: &[SheetRow<'_>]) -> (f32, f32) {
-    let (mut reach, mut top) = (0.1_f32, 0.1_f32);
-    let meshes = rows.iter().flat_map(|r| &r.columns).flat_map(|c| [&c.mesh.bark, &c.mesh.leaf]);
+/// Half the width and the height of a box around every tree of a row, metres, with a little air.
+fn extent(row: &SheetRow<'_>) -> (f32, f32) {
+    let (mut reach, mut top) = (LEAST, LEAST);
+    let meshes = row.columns.iter().flat_map(|c| [&c.mesh.bark, &c.mesh.leaf]);
     for p in meshes.flat_map(|m| &m.positions).filter(|p| p.is_finite()) {
         reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
         top = top.max(p.y);
     }
     (rounded(reach.min(1e6) * 1.03), rounded(top.min(1e6) * 1.03))
+}
+
+/// By how much trees are enlarged that are so many times smaller than the largest: by powers of two, to a quarter of it at
+/// least and a half at most.
+fn enlarged(smaller: f32) -> f32 {
+    if smaller < DOTS {
+        return 1.0;
+    }
+    let mut larger = 1.0;
+    while larger * 4.0 <= smaller {
+        larger *= 2.0;
+    }
+    larger
+}
+
+/// What stands above a row.
+fn name(label: &str, larger: f32) -> String {
+    if larger > 1.0 { format!("{label}, {larger} x larger") } else { label.to_owned() }
 }
 
 /// Up to a sixteenth more of a length: one more tree seldom changes the scale of all.
@@ -355,7 +386,7 @@ mod tests {
     fn contact_sheet(rows: &[SheetRow<'_>]) -> Sheet {
         let layout = SheetLayout::new(rows);
         let (bark, colors) = (Picture::new(&grey()), SheetColors::of((1, 1), &grey().color));
-        let draw = |&(r, c): &(usize, usize)| Arc::new(layout.scale().draw(c, rows[r].columns[c].mesh, &bark, &[]));
+        let draw = |&(r, c): &(usize, usize)| Arc::new(layout.scale(r).draw(c, rows[r].columns[c].mesh, &bark, &[]));
         let drawn: Vec<Arc<SheetCell>> = layout.cells().iter().map(draw).collect();
         layout.paint(&drawn, &colors, &|_| Vec::new())
     }
@@ -378,6 +409,32 @@ mod tests {
         };
         let (a, b) = (lit(0) as f32, lit(half) as f32);
         assert!((a / b - 2.0).abs() < 0.1, "{a} {b}");
+    }
+
+    #[test]
+    fn trees_that_would_be_dots_are_enlarged_and_their_rows_say_so() {
+        for (smaller, larger) in [(1.0, 1.0), (7.9, 1.0), (8.0, 4.0), (15.9, 4.0), (16.0, 8.0), (40.0, 16.0)] {
+            assert_eq!(enlarged(smaller), larger, "{smaller}");
+        }
+        let (mut small, mut sapling) = (post(0.5), post(4.0));
+        // As slender as the others.
+        small.bark.positions.iter_mut().for_each(|p| p.x *= 0.05);
+        sapling.bark.positions.iter_mut().for_each(|p| p.x *= 0.5);
+        let tall = post(10.0);
+        let rows = [row(&tall), row(&sapling), row(&small)];
+        let layout = SheetLayout::new(&rows);
+        let metres = |row: usize| layout.scale(row).per_metre / layout.scale(0).per_metre;
+        assert_eq!([metres(1), metres(2)], [1.0, 8.0]);
+        let names: Vec<&str> = layout.texts.iter().map(|texts| texts[0].3.as_str()).collect();
+        assert_eq!(names, ["oak_001", "oak_001", "oak_001, 8 x larger"]);
+        // Half a metre is drawn as high as four.
+        let sheet = contact_sheet(&rows);
+        let (wide, band) = (sheet.width as usize, sheet.height as usize / 3);
+        let lit = |r: usize| {
+            let lines = r * band + HEAD as usize..(r + 1) * band - 2 * MARGIN as usize;
+            lines.filter(|y| sheet.pixels[(y * wide + wide / 4) * 3..][..3] != sheet.pixels[..3]).count() as f32
+        };
+        assert!(lit(1) > 20.0 && (lit(2) / lit(1) - 1.0).abs() < 0.1, "{} {}", lit(1), lit(2));
     }
 
     #[test]

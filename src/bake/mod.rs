@@ -34,6 +34,8 @@ mod spray;
 mod srgb;
 mod user_art;
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
@@ -88,5 +90,21 @@ impl Maps {
             normal: pixels.iter().map(|p| p.1).collect(),
             orm: pixels.iter().map(|p| p.2).collect(),
         }
+    }
+
+    /// Columns and rows where no side is longer than `edge`, 1 or more, in the same proportions.
+    pub(crate) fn size_within(&self, edge: u32) -> (u32, u32) {
+        let longest = self.width.max(self.height).max(1);
+        let side = |side: u32| (u64::from(side) * u64::from(edge) / u64::from(longest)).max(1) as u32;
+        if longest <= edge { (self.width, self.height) } else { (side(self.width), side(self.height)) }
+    }
+
+    /// The same maps with no side longer than `edge`, shrunk where they are larger.
+    pub(crate) fn within(&self, edge: u32) -> Cow<'_, Self> {
+        let (width, height) = self.size_within(edge);
+        if (width, height) == (self.width, self.height) {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(resample::shrink(self, width, height))
     }
 }

@@ -4,10 +4,15 @@
 //! A branch is born when its bearer has grown past the place where it leaves: at location `l` of a bearer that is born at
 //! `b`, at `b + l·(1 − b)·`[`PACE`]. From then on it grows to full size, fast at first and slower later
 //! (`1 − (1 − age)^`[`SLOWING`]), and is full-grown when the plant is. As degrees scale a chain whole, a young
-//! branch is a small one; it never outgrows its bearer. Leaves of a small branch are smaller than full-grown ones, though not in
-//! proportion: [`leaf_scale`].
+//! branch is a small one; it never outgrows its bearer. Leaves of a small branch are smaller than full-grown ones, though
+//! not in proportion.
+//!
+//! Radii follow the rule of blends, by what a chain carries: but most of a sapling's crown is not born yet, and it would
+//! stand on a thread. So wood is at least as thick as elastic similarity has it (McMahon 1973): radius as length^1.5, against
+//! the full-grown chain.
 
 use crate::base::math;
+use crate::plant::{Leaf, Plant};
 use crate::relate::{Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go.
@@ -15,10 +20,38 @@ const PACE: f32 = 0.3;
 /// How much faster young branches grow than old ones.
 const SLOWING: f32 = 1.6;
 
+/// Radius of young wood over that of full-grown one: its degree of growth to this power, at least.
+const STOUT: f32 = 1.5;
+/// The same of leaves.
+const LEAFY: f32 = 0.4;
+
+/// The only source of a family at age `t`, 0..=1; at 1 it is the source itself. The stems stand from the start; a chain
+/// that is not born yet has the degree `unborn`, which for all but animations is 0.
+#[must_use]
+pub fn grown(family: &Family, t: f32, unborn: f32) -> Plant {
+    let weights = growth(family, t, unborn);
+    let (plant, kins) = family.blend_with_kins(&weights);
+    let mut radii = plant.all_radii().to_vec();
+    let source = &family.sources()[0];
+    for (id, kin) in plant.chain_ids().zip(&kins) {
+        let Some(own) = family.member(*kin, 0) else { continue };
+        let share = math::pow(weights.degree(*kin), STOUT);
+        for (radius, full) in radii[plant.span(id)].iter_mut().zip(source.radii(own)) {
+            *radius = radius.max(full * share);
+        }
+    }
+    // A chain is scaled whole, and its leaves with it.
+    let larger = |leaf: &Leaf| match weights.degree(kins[leaf.chain.index()]) {
+        degree if degree > 0.0 => Leaf { size: leaf.size * math::pow(degree.min(1.0), LEAFY - 1.0), ..*leaf },
+        _ => *leaf,
+    };
+    let leaves = plant.leaves().iter().map(larger).collect();
+    plant.with_radii(radii).with_leaves(leaves)
+}
+
 /// The weights of the only source of a family at age `t`, 0..=1; at 1 it is the source itself. The stems stand from the
 /// start; a chain that is not born yet has the degree `unborn`, which for all but animations is 0.
-#[must_use]
-pub fn growth(family: &Family, t: f32, unborn: f32) -> Weights {
+fn growth(family: &Family, t: f32, unborn: f32) -> Weights {
     if t.is_nan() || t >= 1.0 {
         return family.corner(0);
     }
@@ -45,18 +78,11 @@ pub fn growth(family: &Family, t: f32, unborn: f32) -> Weights {
     weights
 }
 
-/// What leaves are scaled by on a chain whose degree of growth is `degree`, beside that degree itself: with it they come to
-/// the degree to the power of 0.4. A sapling's leaves are smaller than a tree's, but not as a sapling is smaller.
-#[must_use]
-pub fn leaf_scale(degree: f32) -> f32 {
-    if degree > 0.0 { math::pow(degree.min(1.0), -0.6) } else { 1.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::base::Seed;
-    use crate::plant::PlantStats;
+    use crate::plant::{ChainId, PlantStats};
     use crate::relate::random_plant::{Oddity, random_plant};
     use crate::relate::{Kin, KinId};
 
@@ -71,13 +97,34 @@ mod tests {
             let family = Family::new(vec![plant.clone()], &kins).unwrap();
             let (mut wood, mut chains) = (0.0, 0);
             for step in 0..=20 {
-                let young = family.blend(&growth(&family, step as f32 / 20.0, 0.0));
+                let young = grown(&family, step as f32 / 20.0, 0.0);
                 let stats = PlantStats::of(&young);
                 assert_eq!(stats.topology_continuity, 1.0);
                 assert!(stats.wood_length >= wood - 1e-3 && stats.chains >= chains, "{seed} {step}");
                 (wood, chains) = (stats.wood_length, stats.chains);
             }
-            assert!(family.blend(&growth(&family, 1.0, 0.0)) == plant);
+            assert!(grown(&family, 1.0, 0.0) == plant);
+        }
+    }
+
+    #[test]
+    fn young_wood_is_as_stout_as_elastic_similarity_has_it_and_only_gets_thicker() {
+        for seed in 0..30 {
+            let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);
+            let kin = |c: ChainId| Kin { parent: plant.chain(c).parent.map(|p| KinId(p.0)), members: vec![Some(c)] };
+            let kins: Vec<Kin> = plant.chain_ids().map(kin).collect();
+            let family = Family::new(vec![plant.clone()], &kins).unwrap();
+            let stem = |of: &Plant| of.radii(ChainId(0))[0];
+            let mut last = 0.0;
+            for step in 1..=10 {
+                let age = step as f32 / 10.0;
+                let young = grown(&family, age, 0.0);
+                let length = 1.0 - math::pow(1.0 - age, SLOWING);
+                let least = stem(&plant) * math::pow(length, STOUT);
+                assert!(stem(&young) >= least * 0.999 && stem(&young) <= stem(&plant) * 1.001, "{seed} {step}");
+                assert!(stem(&young) >= last * 0.999, "{seed} {step}");
+                last = stem(&young);
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ mod tasks;
 #[cfg(test)]
 mod tests;
 
-pub use growth::{growth, leaf_scale};
+pub use growth::grown;
 pub use mix::{mix, scattered};
 pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};

@@ -312,10 +312,7 @@ mod tests {
         let plants = plants();
         let blends = blends(plan, &plants, &Cache::default()).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
-        plan.variants
-            .iter()
-            .map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs { made: Vec::new() }))
-            .collect()
+        plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs::default())).collect()
     }
 
     #[test]

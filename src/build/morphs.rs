@@ -2,7 +2,11 @@
 //!
 //! A blend is dressed when it is made, so that its twigs suit its crown; frames of a sequence must not get other twigs from
 //! frame to frame. So sources are dressed first, exactly as the variants `Source` of them are, and twigs and leaves are
-//! matched with the rest. Pictures between two leaves are made for each frame and join the set's.
+//! matched with the rest. Pictures between two leaves are made for each frame and join the set's. All of them together take a
+//! quarter of its atlas at most, where they can, so that there is room for cards and impostors: many are drawn smaller.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
@@ -11,23 +15,31 @@ use super::pipeline::Inputs;
 use super::selections::Selected;
 use super::sketches::Drawn;
 use super::stages::Wardrobe;
+use super::trees::cell;
 use crate::bake::{LeafMorph, Maps};
-use crate::base::Diagnostic;
+use crate::base::{Diagnostic, Note};
 use crate::blend::{self, Pace};
-use crate::plant::{Leaf, Plant};
+use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{MorphKind, MorphParams, TargetLeaf, Variant};
+use crate::preset::plan::{AtlasParams, MorphKind, MorphParams, TargetLeaf, Variant};
 use crate::relate::{self, Family, Kin, KinId, PairedSlots, PatternParams, PatternTree};
 use crate::sketch::Sketched;
 
 /// How far from a sequence's ends an animation's first and last key are taken: there every chain is still there.
 const INSIDE: f32 = 1e-4;
 
+/// Edges that pictures between two leaves are drawn at, at most, pixels.
+const EDGES: [u32; 7] = [512, 384, 256, 192, 128, 96, 64];
+/// Share of the atlas that they take at most, unless they are as small as can be.
+const SHARE: f64 = 0.25;
+
 /// The sequences of a plan, in its order.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Morphs {
     /// One each.
     pub(super) made: Vec<Made>,
+    /// That pictures between are drawn smaller than the leaves that they lie between.
+    pub(super) note: Option<Note>,
 }
 
 /// What a sequence's frames are taken from.
@@ -48,11 +60,12 @@ pub(super) struct Made {
     kind: MorphKind,
     frames: u32,
     slots: PairedSlots,
-    /// Slot of the first picture between: of the first pair all frames but the ends, then of the second.
+    /// Slot of the first picture between: of the first pair all frames but the ends, then of the second. Known when the
+    /// pictures of all sequences are drawn.
     first_picture: u16,
 }
 
-/// Matches the sources of every sequence, and adds the pictures between their leaves to the wardrobe.
+/// Matches the sources of every sequence, and then adds the pictures between their leaves to the wardrobe.
 ///
 /// # Errors
 ///
@@ -65,7 +78,61 @@ pub(super) fn morphs(plan: &Plan, inputs: &Inputs, wardrobe: &mut Wardrobe) -> R
             Err(found) => errors.extend(found),
         }
     }
-    if errors.is_empty() { Ok(Morphs { made }) } else { Err(errors) }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let drawn = pictures_between(&mut made, &wardrobe.pictures.leaves, &plan.atlas);
+    wardrobe.pictures.leaves.extend(drawn.0);
+    Ok(Morphs { made, note: drawn.1 })
+}
+
+/// Draws the pictures between the leaves of all sequences, which follow the set's `leaves`. Where they are to be smaller,
+/// leaves are shrunk before: that costs less than to shrink what is drawn, and what is drawn is as smooth.
+fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> (Vec<Maps>, Option<Note>) {
+    let known = |slot: u16| usize::from(slot) < leaves.len();
+    let pairs: Vec<(u16, u16, u32)> = made
+        .iter()
+        .flat_map(|made| made.slots.pairs.iter().map(|&(a, b)| (a, b, made.frames)))
+        .filter(|&(a, b, _)| known(a) && known(b))
+        .collect();
+    let leaf = |slot: u16| &leaves[usize::from(slot)];
+    let worn: BTreeSet<u16> = pairs.iter().flat_map(|&(a, b, _)| [a, b]).collect();
+    let full = worn.iter().map(|&slot| leaf(slot).width.max(leaf(slot).height)).max().unwrap_or(0);
+    let area = |edge: u32| -> f64 {
+        let size = |(a, b): (u16, u16)| {
+            let [a, b] = [a, b].map(|slot| leaf(slot).size_within(edge));
+            (a.0.max(b.0), a.1.max(b.1))
+        };
+        let of = |&(a, b, frames): &(u16, u16, u32)| f64::from(between(frames)) * cell(size((a, b)), atlas.gutter);
+        pairs.iter().map(of).sum()
+    };
+    let room = f64::from(atlas.size) * f64::from(atlas.size) * SHARE;
+    let edge = EDGES.into_iter().find(|&edge| area(edge) <= room).unwrap_or(EDGES[EDGES.len() - 1]);
+    let shrunk: BTreeMap<u16, Cow<'_, Maps>> = worn.into_iter().map(|slot| (slot, leaf(slot).within(edge))).collect();
+    let of = |&(a, b, frames): &(u16, u16, u32)| -> Vec<Maps> {
+        let morph = LeafMorph::new(&shrunk[&a], &shrunk[&b]);
+        (1..=between(frames)).map(|frame| morph.at(time(frame, frames))).collect()
+    };
+    let drawn: Vec<Maps> = pairs.par_iter().flat_map_iter(of).collect();
+    let mut next = leaves.len();
+    for made in made {
+        made.first_picture = u16::try_from(next).unwrap_or(u16::MAX);
+        next += made.slots.pairs.len() * between(made.frames) as usize;
+    }
+    let note = (full > edge && !drawn.is_empty()).then(|| {
+        let message = format!(
+            "{} pictures between two leaves are drawn at {edge} of {full} texels along an edge; fewer frames, fewer \
+             `pictures` of leaves or a larger atlas leave them more",
+            drawn.len()
+        );
+        Note { about: "atlas".to_owned(), message }
+    });
+    (drawn, note)
+}
+
+/// Frames between the first and the last.
+fn between(frames: u32) -> u32 {
+    frames.saturating_sub(2)
 }
 
 fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardrobe) -> Result<Made, Vec<Diagnostic>> {
@@ -107,20 +174,7 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
             )
         }
     };
-    let first_picture = wardrobe.pictures.leaves.len() as u16;
-    let between = params.frames.saturating_sub(2);
-    let pictures = &wardrobe.pictures.leaves;
-    let picture = |slot: u16| pictures.get(usize::from(slot));
-    let made: Vec<Maps> = slots
-        .pairs
-        .par_iter()
-        .flat_map_iter(|&(a, b)| {
-            let morph = picture(a).zip(picture(b)).map(|(a, b)| LeafMorph::new(a, b));
-            (1..=between).filter_map(move |frame| Some(morph.as_ref()?.at(time(frame, params.frames))))
-        })
-        .collect();
-    wardrobe.pictures.leaves.extend(made);
-    Ok(Made { way, kind: params.kind.clone(), frames: params.frames, slots, first_picture })
+    Ok(Made { way, kind: params.kind.clone(), frames: params.frames, slots, first_picture: 0 })
 }
 
 /// A plant whose leaves are all on chains near them.
@@ -161,16 +215,7 @@ impl Made {
             MorphKind::Between(..) | MorphKind::Sketch { .. } => {
                 family.blend(&blend::morph(family, 0, 1, pace.share(t)))
             }
-            MorphKind::Growth { age, .. } => {
-                let weights = blend::growth(family, age + (1.0 - age) * t, unborn);
-                let (plant, kins) = family.blend_with_kins(&weights);
-                let larger = |leaf: &Leaf| {
-                    let scale = blend::leaf_scale(weights.degree(kins[leaf.chain.index()]));
-                    Leaf { size: leaf.size * scale, ..*leaf }
-                };
-                let leaves = plant.leaves().iter().map(larger).collect();
-                plant.with_leaves(leaves)
-            }
+            MorphKind::Growth { age, .. } => blend::grown(family, age + (1.0 - age) * t, unborn),
         }
     }
 
@@ -209,5 +254,56 @@ pub(super) fn identity(plan: &Plan, morph: usize, frame: u32) -> serde_json::Val
         MorphKind::Sketch { of, sketch } => serde_json::json!({
             "sketch": sketch.told(), "of": name(*of), "frame": frame, "frames": params.frames,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::leaf_maps;
+    use crate::base::Seed;
+    use crate::preset::plan::LeafShape;
+    use crate::relate::random_plant::{Oddity, random_plant};
+
+    fn sequence(frames: u32, pairs: Vec<(u16, u16)>) -> Made {
+        Made {
+            way: Way::Still(random_plant(Seed::new(1), 4, Oddity::Tame)),
+            kind: MorphKind::Between(0, 1),
+            frames,
+            slots: PairedSlots { pairs, first: 3 },
+            first_picture: 0,
+        }
+    }
+
+    #[test]
+    fn pictures_between_take_a_quarter_of_the_atlas_at_most() {
+        let leaf = |size, picture| leaf_maps(LeafShape::Oak, [0.1, 0.2, 0.05], 0.3, size, picture, Seed::new(4));
+        let leaves = [leaf(128, 0), leaf(128, 1), leaf(64, 2)];
+        let drawn = |size: u32, sequences: &[(u32, Vec<(u16, u16)>)]| {
+            let mut made: Vec<Made> =
+                sequences.iter().map(|(frames, pairs)| sequence(*frames, pairs.clone())).collect();
+            let (drawn, note) = pictures_between(&mut made, &leaves, &AtlasParams { size, gutter: 8 });
+            let slots: Vec<u16> = made.iter().map(|made| made.first_picture).collect();
+            (drawn, slots, note.map(|note| note.message))
+        };
+        let edges = |drawn: &[Maps]| drawn.iter().map(|maps| (maps.width, maps.height)).collect::<BTreeSet<_>>();
+        // Three of 128 texels fit a quarter of 512 x 512, six don't.
+        let one = [(5, vec![(0, 1)])];
+        let (few, slots, note) = drawn(512, &one);
+        assert_eq!((few.len(), edges(&few), slots, note), (3, [(128, 128)].into(), vec![3], None));
+        let (many, slots, note) = drawn(512, &[(5, vec![(0, 1)]), (2, vec![(0, 2)]), (4, vec![(0, 2), (1, 2)])]);
+        assert_eq!((many.len(), slots), (3 + 4, vec![3, 6, 6]));
+        let area: f64 = many.iter().map(|maps| cell((maps.width, maps.height), 8)).sum();
+        assert!(edges(&many) == [(64, 64)].into() && area <= 65536.0, "{area}: {:?}", edges(&many));
+        assert!(
+            note.is_some_and(|note| note.starts_with("7 pictures between two leaves are drawn at 64 of 128 texels"))
+        );
+        // Never smaller than can be told; and as much of the picture is leaf as when it is drawn large.
+        let (least, ..) = drawn(256, &one);
+        assert_eq!(edges(&least), [(64, 64)].into());
+        let covered = |maps: &Maps| maps.color.iter().filter(|c| c[3] >= 128).count() as f64 / maps.color.len() as f64;
+        for (small, large) in least.iter().zip(&few) {
+            assert!((covered(small) / covered(large) - 1.0).abs() < 0.05, "{} {}", covered(small), covered(large));
+        }
     }
 }

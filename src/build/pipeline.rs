@@ -22,7 +22,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 31;
+pub(super) const VERSION: u32 = 32;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -270,6 +270,7 @@ fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected)
     let mut notes = stages::source_notes(plan, &prepared.sources);
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());
+    notes.extend(prepared.morphs.note.clone());
     notes.extend(super::trees::small_atlas(plan, &prepared.wardrobe.pictures));
     notes
 }

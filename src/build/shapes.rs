@@ -140,7 +140,7 @@ mod tests {
         let plants: Vec<Plant> = (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect();
         let blends = blends::blends(&plan, &plants, &Cache::default()).unwrap();
         let selected = crate::build::selections::selected(&plan, &blends).unwrap();
-        let none = crate::build::morphs::Morphs { made: Vec::new() };
+        let none = crate::build::morphs::Morphs::default();
         plan.variants.iter().map(|tree| blends::variant(&plan, tree, &plants, &blends, &selected, &none)).collect()
     }
 

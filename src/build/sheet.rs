@@ -56,7 +56,7 @@ impl Sheet {
             let tree = &trees[row];
             let of = SHOWN.key().input(tree.key).number(column as u64).finish();
             let shown = cache.remember_here(of, |_| size_of::<Key>(), || Ok(shown(tree, column)))?;
-            let key = SHEET.key().input(shapes).input(*shown).number(column as u64).params(&layout.scale()).finish();
+            let key = SHEET.key().input(shapes).input(*shown).number(column as u64).params(&layout.scale(row)).finish();
             Ok(key)
         };
         let keys = layout.cells().par_iter().map(key).collect::<Result<Vec<Key>, Vec<Diagnostic>>>()?;
@@ -83,7 +83,7 @@ impl Sheet {
                 let worn = once(&worn[row], || dressed(row));
                 let turned = turned(&trees[row].ladder, shared, column);
                 let mesh = turned.as_ref().unwrap_or(rows[row].columns[column].mesh);
-                Ok(layout.scale().draw(column, mesh, &stock().bark[0], worn))
+                Ok(layout.scale(row).draw(column, mesh, &stock().bark[0], worn))
             })
         };
         let cells = layout.cells().par_iter().zip(&keys).map(draw).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;

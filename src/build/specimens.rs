@@ -241,9 +241,9 @@ fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>
     let drawn: Vec<Arc<SheetCell>> = layout
         .cells()
         .iter()
-        .map(|&(_, column)| {
+        .map(|&(place, column)| {
             let mesh = row.columns[column].mesh;
-            Arc::new(layout.scale().draw(0, mesh, &bark_picture, std::slice::from_ref(&leaf_picture)))
+            Arc::new(layout.scale(place).draw(0, mesh, &bark_picture, std::slice::from_ref(&leaf_picture)))
         })
         .collect();
     let [bark_colors, leaf_colors] = [bark, leaf].map(|maps| SheetColors::of((maps.width, maps.height), &maps.color));

@@ -226,7 +226,7 @@ impl Space {
 }
 
 /// What a picture takes of an atlas.
-fn cell((width, height): (u32, u32), gutter: u32) -> f64 {
+pub(super) fn cell((width, height): (u32, u32), gutter: u32) -> f64 {
     let room = |texels: u32| f64::from(texels + gutter) + 4.0;
     room(width) * room(height)
 }

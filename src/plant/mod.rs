@@ -201,6 +201,14 @@ impl Plant {
         self
     }
 
+    /// The same plant with other radii, one a point.
+    #[must_use]
+    pub(crate) fn with_radii(mut self, radii: Vec<f32>) -> Self {
+        self.radii = radii;
+        debug_assert_eq!(validate::validate(&self), Ok(()));
+        self
+    }
+
     /// The same plant with other leaves, each on a chain of it.
     #[must_use]
     pub(crate) fn with_leaves(mut self, leaves: Vec<Leaf>) -> Self {
