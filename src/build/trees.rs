@@ -17,11 +17,11 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 6);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 25);
+const LADDER: Stage = Stage("ladder", 26);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 20);
+const LEVEL: Stage = Stage("level", 21);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 2);
+const FOOTING: Stage = Stage("footing", 3);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 2);
 const REFERENCE: Stage = Stage("reference", 1);

@@ -2,7 +2,7 @@
 //!
 //! Limbs stay tubes as long as they are wide enough to be seen, within a budget of triangles. Each leaf goes to a plane
 //! ([`super::planes`]), thin wood to the one that is nearest; where leaves are too few to hide the wood
-//! ([`super::bareness`]), planes are fitted to both. Each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
+//! ([`crate::mesh::bareness`]), planes are fitted to both. Each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
 //! texels a metre, and bends to its leaves ([`super::bent`]). What of a card is solid is settled by how the whole tree is
 //! seen: texels grow where views lack something ([`super::lacks`]), then the gain of all alpha is found by comparing
 //! coverage with the full level's, by secant steps.
@@ -78,7 +78,7 @@ pub(super) struct Scene<'a> {
     pub(super) light: &'a CrownLight,
     /// Ready to be meshed at any detail.
     pub(super) wood: &'a Wood<'a>,
-    /// See [`bareness`](super::bareness).
+    /// See [`bareness`](crate::mesh::bareness).
     pub(super) bare: f32,
 }
 

@@ -15,7 +15,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::agree::{Outlines, areas};
-use super::bareness::bareness;
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
 use super::crossed::crossed_quads;
 use super::impostor::{Impostor, Settled};
@@ -27,7 +26,7 @@ use super::thin::{thinned, thinned_as_seen};
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::{Seed, once};
-use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
+use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, bareness, leaf_cards_in};
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
 

@@ -5,7 +5,6 @@
 
 mod agree;
 mod bake_card;
-mod bareness;
 mod bent;
 mod cloud;
 mod crossed;

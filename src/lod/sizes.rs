@@ -58,8 +58,8 @@ pub(super) fn sizes(levels: &[LodBudget], above: f32) -> Sizes {
     let least = next.map_or(0.0, |(steps, share)| (0..steps).fold(share, |share, _| share / STEP));
     let all: &[usize] = match lod {
         Lod::Full => &[1],
-        Lod::Thinned { .. } => &[2, 3, 4, 5, 6, 7, 8, 9],
-        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12],
+        Lod::Thinned { .. } => &[2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 15],
+        Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 15],
         Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13, 15, 17, 19],
     };
     let lines = lines(lod);
@@ -85,6 +85,7 @@ pub(super) fn agrees(lod: &Lod, measured: &Measured) -> f32 {
         Lod::CrossedQuads => (0.8, 0.5),
         // Of few views.
         Lod::Thinned { .. } => (0.922, 0.88),
+        Lod::Impostor { .. } => (0.91, 0.867),
         _ => (0.912, 0.872),
     };
     (measured.iou - mean).min(measured.worst_iou - worst)

@@ -144,8 +144,10 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let leafy = !scene.plant.leaves().is_empty();
     let dropped = |coarse: f32| coarse * coarse * (1.0 + scene.bare * (coarse * coarse - 1.0));
     let steps = if leafy { STEPS.0 } else { STEPS.1 };
+    // Girths are seen of a bare crown: it loses rings before sides.
+    let flattened = 0.75 * (1.0 - scene.bare);
     let at = |coarse: f32| TubeDetail {
-        sides: ((params.sides as f32 * (1.0 - 0.75 * coarse)) as u32).max(3),
+        sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
         error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
         min_radius: thickest * 0.35 * dropped(coarse),
         bark_tile: params.bark_tile,

@@ -1,5 +1,6 @@
 //! Geometry: from a dressed plant to triangles.
 
+mod bareness;
 mod bark_uv;
 mod canopy;
 mod card;
@@ -7,6 +8,7 @@ mod check;
 mod crown_light;
 mod cut;
 mod ears;
+mod fit;
 mod gate;
 mod keyed;
 #[cfg(feature = "lightmap")]
@@ -24,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bulk;
 
+pub(crate) use bareness::bareness;
 pub use card::{CardShape, Cards, LeafCard, all_cards, leaf_cards, leaf_cards_in};
 pub use check::{Closure, closure, problems};
 pub use crown_light::CrownLight;

@@ -8,7 +8,9 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
+use super::fit::fit;
 use super::rings::{Base, Ring, Scratch, add_rings, taper, unfold};
 use super::sides::sides;
 use super::tangent::tangent_of;
@@ -19,7 +21,8 @@ use crate::preset::plan::{Forks, MeshParams};
 
 /// How much wider a stem without a flare of its own gets at the ground, as a share of its radius.
 const FLARE: f32 = 0.38;
-/// How many times the error the thinnest wood may stray: it is small on the screen, and hung with leaves.
+/// How many times the error the thinnest wood may stray where leaves hide it: it is small on the screen. Not on bare
+/// trees, of which it is what is seen.
 const SLACK: f32 = 2.5;
 /// Chains that a thread takes at once.
 const PART: usize = 64;
@@ -31,8 +34,8 @@ const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
 pub struct TubeDetail {
     /// Sides of the thickest tube, 3..=64.
     pub sides: u32,
-    /// Largest distance between the tube and the smooth branch, metres; twigs may stray up to two and a half times as
-    /// far. 0 keeps every ring.
+    /// Largest distance between the tube and the smooth branch, metres; twigs in leaf may stray up to two and a half times
+    /// as far. 0 keeps every ring.
     pub error: f32,
     /// Chains whose base is thinner than this are dropped with all that they bear, metres.
     pub min_radius: f32,
@@ -122,6 +125,10 @@ pub struct Wood<'a> {
     bark: BarkScale,
     thickest: f32,
     thinnest: f32,
+    /// How far the thinnest wood may stray, in errors.
+    slack: f32,
+    /// The finest detail's error, metres.
+    finest: f32,
 }
 
 /// What is known of a chain's skin before it is made.
@@ -148,7 +155,19 @@ impl<'a> Wood<'a> {
             taper(posed.chain(plant, id), &mut radii[plant.span(id)], plant.chain(id).parent.is_none());
         }
         let bark = BarkScale::of(plant, posed, finest.bark_tile);
-        let mut wood = Self { plant, posed, radii, limbs: Vec::new(), rings: Vec::new(), bark, thickest, thinnest };
+        let (slack, finest_error) = (1.0 + (SLACK - 1.0) * (1.0 - bareness(plant, posed)), finest.error);
+        let mut wood = Self {
+            plant,
+            posed,
+            radii,
+            limbs: Vec::new(),
+            rings: Vec::new(),
+            bark,
+            thickest,
+            thinnest,
+            slack,
+            finest: finest_error,
+        };
         let read = |ids: &[ChainId]| {
             let (mut limbs, mut rings, mut scratch) = (Vec::with_capacity(ids.len()), Vec::new(), Scratch::default());
             ids.iter().for_each(|&id| limbs.push(wood.limb(id, finest, &mut rings, &mut scratch)));
@@ -196,7 +215,7 @@ impl<'a> Wood<'a> {
     /// How far a chain may stray, metres.
     fn error(&self, widest: f32, detail: &TubeDetail) -> f32 {
         let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
-        detail.error * (1.0 + (SLACK - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)))
+        detail.error * (1.0 + (self.slack - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)))
     }
 
     /// The chains that a detail does not drop, parents first.
@@ -274,12 +293,34 @@ impl<'a> Wood<'a> {
 
     /// How a chain that has rings is skinned.
     fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
-        let tip = self.rings[limb.rings.1 as usize - 1].radius;
         Skin {
             sides: sides(limb.widest, self.thickest, detail.sides, detail.error),
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
-            is_pointed: tip <= detail.error.max(self.thinnest * 1.5),
+            is_pointed: self.is_pointed(limb, detail.error),
         }
+    }
+
+    /// Whether a chain that has rings ends in a point.
+    fn is_pointed(&self, limb: &Limb, error: f32) -> bool {
+        self.rings[limb.rings.1 as usize - 1].radius <= error.max(self.thinnest * 1.5)
+    }
+
+    /// By how much the rings that a coarse tube keeps are to be wider, to cover what all of them do: a twig that has lost the
+    /// ring before its point would be a cone from its base on.
+    fn fuller(&self, limb: &Limb, kept: &[Ring], is_pointed: bool) -> f32 {
+        let (all, was_pointed) = (self.rings_of(limb), self.is_pointed(limb, self.finest));
+        if all.len() == kept.len() && is_pointed == was_pointed {
+            return 1.0;
+        }
+        let area = |rings: &[Ring], is_pointed: bool| {
+            let of = |(i, [a, b]): (usize, &[Ring; 2])| {
+                let end = if is_pointed && i + 2 == rings.len() { 0.0 } else { b.radius };
+                (a.radius + end) * a.centre.distance(b.centre)
+            };
+            rings.array_windows().enumerate().map(of).sum::<f32>()
+        };
+        let (all, kept) = (area(all, was_pointed), area(kept, is_pointed));
+        if kept > 0.0 { (all / kept).clamp(0.5, 2.0) } else { 1.0 }
     }
 
     /// How bright wood of a radius is at a place: twigs have no bark yet, and are darker than the pale bark of some stems.
@@ -310,9 +351,11 @@ impl<'a> Wood<'a> {
         if rings.is_empty() {
             return;
         }
-        unfold(rings, matches!(base, Base::Ground { .. }));
         let skin = self.skin(limb, detail);
         let Skin { sides, is_pointed } = skin;
+        fit(rings, self.rings_of(limb), error);
+        let fuller = self.fuller(limb, rings, is_pointed);
+        unfold(rings, matches!(base, Base::Ground { .. }));
         // Those that have vertices all round.
         let body = &rings[..rings.len() - usize::from(is_pointed)];
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
@@ -363,7 +406,7 @@ impl<'a> Wood<'a> {
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
                 let normal = (radial + along) * across;
-                let place = ring.centre + radial * ((ring.radius + detail.added) * widened);
+                let place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
                 // Round the wood u grows, against its way v does.
                 let around = frame.x * -sin - frame.z * cos;
                 let mut seen = (normal, [around.x, around.y, around.z, 1.0]);

@@ -21,7 +21,7 @@ pub(super) static MESH: Record = Record {
             name: "error",
             kind: Kind::Number { low: 0.0005, high: 0.5, unit: "m" },
             default: Default::Is("0.01"),
-            about: "largest distance between a tube and the smooth branch; twigs may stray 2.5 times as far",
+            about: "largest distance between a tube and the smooth branch; twigs in leaf may stray 2.5 times as far",
         },
         Field {
             name: "forks",

@@ -466,7 +466,7 @@ pub enum BarkPattern {
 pub struct MeshParams {
     /// Sides of the thickest tube at LOD0, 3..=64.
     pub sides: u32,
-    /// Largest distance between a tube and the smooth branch at LOD0, metres; twigs may stray 2.5 times as far.
+    /// Largest distance between a tube and the smooth branch at LOD0, metres; twigs in leaf may stray 2.5 times as far.
     pub error: f32,
     /// Height of one bark tile on the trunk, metres.
     pub bark_tile: f32,
