@@ -55,24 +55,28 @@ function views(box, pixels, count) {
   return { cameras, width, height };
 }
 
-// Covered share of every pixel, view by view.
+// Covered share of every pixel, view by view, on four rasters of pixels that are half a pixel apart.
 function drawn(level, { cameras, width, height }, samples) {
   const target = new THREE.WebGLRenderTarget(width * samples, height * samples);
   const scene = new THREE.Scene();
   scene.add(level);
   const bytes = new Uint8Array(width * samples * height * samples * 4);
-  const pictures = cameras.map((camera) => {
+  const half = samples / 2;
+  const pictures = cameras.flatMap((camera) => {
     renderer.setRenderTarget(target);
     renderer.clear();
     renderer.render(scene, camera);
     renderer.readRenderTargetPixels(target, 0, 0, width * samples, height * samples, bytes);
-    const pixels = new Float64Array(width * height);
-    for (let y = 0, at = 3; y < height * samples; y++) {
-      for (let x = 0; x < width * samples; x++, at += 4) {
-        if (bytes[at] > 0) pixels[Math.floor(y / samples) * width + Math.floor(x / samples)] += 1 / (samples * samples);
+    return [[0, 0], [half, 0], [0, half], [half, half]].map(([left, below]) => {
+      const pixels = new Float64Array((width + 1) * (height + 1));
+      for (let y = 0, at = 3; y < height * samples; y++) {
+        const row = Math.floor((y + below) / samples) * (width + 1);
+        for (let x = 0; x < width * samples; x++, at += 4) {
+          if (bytes[at] > 0) pixels[row + Math.floor((x + left) / samples)] += 1 / (samples * samples);
+        }
       }
-    }
-    return pixels;
+      return pixels;
+    });
   });
   target.dispose();
   return pictures;
@@ -96,7 +100,7 @@ window.compare = async (file, levels, lines) => {
   const found = [];
   for (const { mesh: name, kind, pixels, count } of levels.slice(1)) {
     const from = views(box, pixels, count);
-    const samples = Math.min(40, Math.max(2, Math.ceil(lines / pixels)));
+    const samples = Math.min(40, Math.max(2, 2 * Math.ceil(lines / pixels / 2)));
     const [a, b] = [drawn(full, from, samples), drawn(await mesh(name, kind), from, samples)];
     let [iou, coverage] = [0, 0];
     a.forEach((pixels, view) => {
@@ -108,8 +112,8 @@ window.compare = async (file, levels, lines) => {
         area += covered;
         other += b[view][i];
       });
-      iou += both / Math.max(either, 1) / count;
-      coverage += other / area / count;
+      iou += both / Math.max(either, 1) / a.length;
+      coverage += other / area / a.length;
     });
     found.push({ iou, coverage });
   }

@@ -87,16 +87,18 @@ impl Areas {
         self.sums.last().copied().unwrap_or(0)
     }
 
-    /// Covered samples of each pixel of `size` by `size` samples; what is left over at the right and below is dropped.
+    /// Covered samples of each pixel of `size` by `size` samples, the first of them at column and row `from`; what is left
+    /// over at the right and below is dropped.
     #[must_use]
-    pub fn pixels(&self, size: usize) -> Vec<u32> {
+    pub fn pixels(&self, size: usize, from: (usize, usize)) -> Vec<u32> {
         let size = size.max(1);
         let stride = self.columns + 1;
-        let (width, height) = (self.columns / size, self.rows / size);
+        let (x, y) = (from.0.min(self.columns), from.1.min(self.rows));
+        let (width, height) = ((self.columns - x) / size, (self.rows - y) / size);
         let mut counts = vec![0; width * height];
         for (row, line) in counts.chunks_exact_mut(width.max(1)).enumerate() {
-            let [upper, lower] = [row, row + 1].map(|row| &self.sums[row * size * stride..][..stride]);
-            let mut left = 0;
+            let [upper, lower] = [row, row + 1].map(|row| &self.sums[(y + row * size) * stride + x..][..stride - x]);
+            let mut left = lower[0] - upper[0];
             for (k, count) in (1..).zip(line) {
                 let right = lower[k * size] - upper[k * size];
                 *count = right - left;
@@ -353,8 +355,19 @@ mod tests {
         for size in [1, 2, 3, 5, 10, 15, 30] {
             let sum: u64 = drawn.pixels(size).iter().map(|c| u64::from(*c)).sum();
             assert_eq!(sum, drawn.count(), "{size}");
-            assert!(drawn.areas().pixels(size).into_iter().eq(drawn.pixels(size).into_iter().map(u32::from)), "{size}");
+            assert!(
+                drawn.areas().pixels(size, (0, 0)).into_iter().eq(drawn.pixels(size).into_iter().map(u32::from)),
+                "{size}"
+            );
         }
+        let (areas, samples) = (drawn.areas(), drawn.pixels(1));
+        let (width, height) = ((150 - 5) / 7, (90 - 3) / 7);
+        let covered = |x: usize, y: usize| {
+            (y..y + 7).flat_map(|y| (x..x + 7).map(move |x| (x, y))).map(|(x, y)| u32::from(samples[y * 150 + x])).sum()
+        };
+        let expected: Vec<u32> = (0..width * height).map(|i| covered(5 + i % width * 7, 3 + i / width * 7)).collect();
+        assert_eq!(areas.pixels(7, (5, 3)), expected);
+        assert!(areas.pixels(7, (151, 0)).is_empty());
         assert_eq!(drawn.pixels(64).len(), 2);
     }
 

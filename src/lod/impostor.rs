@@ -336,11 +336,11 @@ fn alphas(coverage: &[f32], texels: u32, (gain, around): (f32, usize)) -> Vec<u8
         let part = &coverage[rows.start * width..rows.end * width];
         ranked.clear();
         ranked.extend(part.iter().filter(|c| **c > 0.0));
-        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
         let wanted = (part.iter().sum::<f32>() * gain + 0.5) as usize;
-        let threshold = ranked.get(wanted.saturating_sub(1).min(ranked.len().saturating_sub(1)));
+        let last = wanted.saturating_sub(1).min(ranked.len().saturating_sub(1));
+        let threshold = (!ranked.is_empty()).then(|| *ranked.select_nth_unstable_by(last, |a, b| b.total_cmp(a)).1);
         // A little past the threshold, which itself must pass after rounding to bytes.
-        let scale = 0.505 / threshold.copied().unwrap_or(0.5).clamp(0.02, 1.0);
+        let scale = 0.505 / threshold.unwrap_or(0.5).clamp(0.02, 1.0);
         alphas.extend(covered.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8));
     }
     for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {

@@ -23,7 +23,7 @@ use crate::mesh::{Mesh, TreeMesh};
 const STEEPEST: f32 = std::f32::consts::FRAC_1_SQRT_2;
 /// Samples along a tree's height, at least: where silhouettes are compared, and where colours alone are.
 const LINES: u32 = 270;
-const COLOR_LINES: u32 = 150;
+const COLOR_LINES: u32 = 126;
 /// The sky behind the trees when pictures are compared, linear light.
 const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
 /// Of linear light (ITU-R BT.709).
@@ -152,7 +152,7 @@ impl Reference {
         size: (u32, u32),
     ) -> Self {
         // As many samples along the tree at any size: what a pixel holds is a matter of the tree, not of mips.
-        let samples = lines.div_ceil(pixels.max(1)).clamp(2, 9);
+        let samples = lines.div_ceil(pixels.max(1)).clamp(2, 16);
         let mut made = Self { views, targets: Vec::new(), pixels, samples };
         made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
         made
