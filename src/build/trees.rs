@@ -24,7 +24,7 @@ const LEVEL: Stage = Stage("level", 21);
 const FOOTING: Stage = Stage("footing", 3);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 2);
-const REFERENCE: Stage = Stage("reference", 1);
+const REFERENCE: Stage = Stage("reference", 2);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 

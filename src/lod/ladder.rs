@@ -36,6 +36,8 @@ pub const CULL: f32 = 0.01;
 /// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
+/// Differences of IoU that are no reason to take over further away.
+const ALIKE: f32 = 0.005;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -438,23 +440,23 @@ impl<'a> Bench<'a> {
         once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
     }
 
-    /// The largest size at which a level agrees well enough with the full one; where it never does, the one at which they
-    /// agree best: small pictures are not always more alike, since outlines are longer there for what they hold.
+    /// The largest size at which a level agrees well enough with the full one; where it never does, the largest at which they
+    /// agree about best: small pictures are not always more alike, since outlines are longer there for what they hold.
     fn takes_over(&self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
         let (outlines, full) = self.shown(lines(lod));
         let (full, drawn) = (once(full, || outlines.areas()), areas(drawn));
-        let mut best: Option<(f32, f32, Measured)> = None;
+        let mut all: Vec<(f32, f32, Measured)> = Vec::with_capacity(sizes.len());
         for &size in sizes {
             let measured = outlines.agreement((full, &drawn), size);
             let better = agrees(lod, &measured);
-            if best.is_none_or(|b| better > b.0) {
-                best = Some((better, share(lines(lod), size), measured));
-            }
             if better >= 0.0 {
-                break;
+                return (share(lines(lod), size), measured);
             }
+            all.push((better, share(lines(lod), size), measured));
         }
-        best.map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |b| (b.1, b.2))
+        let best = all.iter().fold(f32::MIN, |best, one| best.max(one.0));
+        let found = all.iter().find(|one| one.0 >= best - ALIKE);
+        found.map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |one| (one.1, one.2))
     }
 
     /// The differences in colour of a level that may wear tiles of its own.
