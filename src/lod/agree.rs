@@ -194,11 +194,31 @@ fn iou_from(a: &Areas, b: &Areas, size: usize, from: (usize, usize)) -> f32 {
 mod tests {
     use super::*;
     use crate::bake::{Shading, Surface, rasterize};
-    use crate::base::Seed;
-    use crate::mesh::{CrownLight, TubeDetail, Wood};
+    use crate::base::{Frame, Seed};
+    use crate::mesh::{CrownLight, Mesh, TubeDetail, Wood};
     use crate::plant::PlantBuilder;
     use crate::preset::plan::{Forks, LeafCards, MeshParams};
     use glam::Vec3;
+
+    #[test]
+    fn small_trees_are_compared_on_four_rasters() {
+        let square = |left: f32| {
+            let corners = [(left, -1.0), (left + 2.0, -1.0), (left + 2.0, 1.0), (left, 1.0)];
+            let mesh = Mesh {
+                positions: corners.map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec(),
+                normals: vec![Vec3::Z; 4],
+                indices: vec![0, 1, 2, 0, 2, 3],
+                ..Mesh::default()
+            };
+            let shape = Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled, closed: false };
+            Silhouette::new(&[shape], &View::new(Frame::WORLD, Vec3::ZERO, 2.0, 2.0), 80, 80).areas()
+        };
+        // Four pixels wide at ten samples, and aside by less than half of one, which the first raster does not see.
+        let (full, level) = (square(-1.0), square(-0.8));
+        assert_eq!(iou_from(&full, &level, 10, (0, 0)), 1.0);
+        assert!((0.6..0.95).contains(&iou(&full, &level, 10)), "{}", iou(&full, &level, 10));
+        assert_eq!(iou(&full, &full, 10), 1.0);
+    }
 
     #[test]
     fn wood_is_seen_without_its_backs_as_with_them() {

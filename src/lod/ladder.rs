@@ -21,7 +21,7 @@ use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
 use super::parallax::CROWNS;
-use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, lines, share, sizes};
+use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, chosen, lines, share, sizes};
 use super::thin::{thinned, thinned_as_seen};
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
@@ -36,8 +36,6 @@ pub const CULL: f32 = 0.01;
 /// for colours: one from where the sun stands and one against it.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
-/// Differences of IoU that are no reason to take over further away.
-const ALIKE: f32 = 0.005;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -440,23 +438,21 @@ impl<'a> Bench<'a> {
         once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
     }
 
-    /// The largest size at which a level agrees well enough with the full one; where it never does, the largest at which they
-    /// agree about best: small pictures are not always more alike, since outlines are longer there for what they hold.
+    /// The size of some, from the largest down, at which a level takes over.
     fn takes_over(&self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
         let (outlines, full) = self.shown(lines(lod));
         let (full, drawn) = (once(full, || outlines.areas()), areas(drawn));
-        let mut all: Vec<(f32, f32, Measured)> = Vec::with_capacity(sizes.len());
+        let mut found: Vec<(f32, Measured)> = Vec::with_capacity(sizes.len());
+        let mut better: Vec<f32> = Vec::with_capacity(sizes.len());
         for &size in sizes {
             let measured = outlines.agreement((full, &drawn), size);
-            let better = agrees(lod, &measured);
-            if better >= 0.0 {
-                return (share(lines(lod), size), measured);
+            better.push(agrees(lod, &measured));
+            found.push((share(lines(lod), size), measured));
+            if better.last().is_some_and(|better| *better >= 0.0) {
+                break;
             }
-            all.push((better, share(lines(lod), size), measured));
         }
-        let best = all.iter().fold(f32::MIN, |best, one| best.max(one.0));
-        let found = all.iter().find(|one| one.0 >= best - ALIKE);
-        found.map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |one| (one.1, one.2))
+        chosen(&better).map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |size| found[size])
     }
 
     /// The differences in colour of a level that may wear tiles of its own.

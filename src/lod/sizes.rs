@@ -15,6 +15,8 @@ pub(super) const FINE: u32 = 540;
 pub(super) const COARSE: u32 = 270;
 /// How much smaller a level's tree is than where the level before took over, at least.
 const STEP: f32 = 0.9;
+/// Differences of IoU that are no reason to take over further away.
+const ALIKE: f32 = 0.005;
 /// The most samples a pixel.
 const MOST: usize = 64;
 
@@ -91,6 +93,15 @@ pub(super) fn agrees(lod: &Lod, measured: &Measured) -> f32 {
     (measured.iou - mean).min(measured.worst_iou - worst)
 }
 
+/// Which of some sizes, from the largest down, a level takes over at, by how much better than it must it agrees at each: the
+/// first at which it agrees well enough; where it never does, the first that is about as good as the best. Small pictures are
+/// not always more alike, since outlines are longer there for what they hold.
+pub(super) fn chosen(better: &[f32]) -> Option<usize> {
+    let best = better.iter().copied().fold(f32::MIN, f32::max);
+    let enough = if best >= 0.0 { 0.0 } else { best - ALIKE };
+    better.iter().position(|better| *better >= enough)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,6 +128,14 @@ mod tests {
             let size = share(FINE, size);
             assert!(size < 0.3 * STEP && size > 0.1 / (STEP * STEP));
         }
+    }
+
+    #[test]
+    fn a_level_takes_over_where_it_agrees_or_where_it_is_about_best() {
+        assert_eq!(chosen(&[-0.1, 0.0, 0.1]), Some(1));
+        assert_eq!(chosen(&[-0.1, -0.004, -0.001, -0.002]), Some(1));
+        assert_eq!(chosen(&[-0.1, -0.02, -0.01]), Some(2));
+        assert_eq!((chosen(&[f32::NAN, -0.3]), chosen(&[])), (Some(1), None));
     }
 
     #[test]

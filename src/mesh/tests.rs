@@ -104,6 +104,59 @@ fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_of_the_same_rin
     assert!(counted * 9 < made * 10 && made > 1000, "{counted} {made}");
 }
 
+/// A trunk of four metres with twigs that are bent as quarters of circles, and as many leaves on each.
+fn bent_twigs(leaves: u32) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let trunk = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.2]);
+    for i in 0..24 {
+        let way = Rotation::about(Vec3::Y, i as f32);
+        let at = |k: u32| {
+            let (sin, cos) = crate::base::math::sin_cos(k as f32 / 16.0 * std::f32::consts::FRAC_PI_2);
+            way.rotate(Vec3::new(sin, 1.0 - cos, 0.0))
+        };
+        let points: Vec<Vec3> = (0..=16).map(at).collect();
+        let twig = builder.branch(trunk, 0.3 + 0.02 * i as f32, &points, &[0.012; 17]);
+        for k in 0..leaves {
+            builder.leaf(Leaf::new(twig, k as f32 / leaves as f32, Rotation::about(Vec3::Y, k as f32), 0.3, 0));
+        }
+    }
+    builder.finish().unwrap()
+}
+
+/// Area of bent twigs in square metres, and how far it lies outside of their circles on the mean, metres.
+fn twigs(plant: &Plant, error: f32) -> (f32, f32) {
+    let (posed, detail) = (plant.pose(), TubeDetail { error: 0.001, sides: 4, ..DETAIL });
+    let light = CrownLight::of(plant, &posed);
+    let mesh = Wood::of(plant, &posed, &detail).mesh(&light, &TubeDetail { error, ..detail });
+    let (mut area, mut outside) = (0.0, 0.0);
+    for corners in mesh.indices.as_chunks::<3>().0 {
+        let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+        let share = (b - a).cross(c - a).length() * 0.5;
+        let chain = mesh.chains[corners[0] as usize];
+        if chain > 0 {
+            let centre = posed.chain(plant, ChainId(chain))[0] + Vec3::Y;
+            (area, outside) = (area + share, outside + share * (((a + b + c) / 3.0).distance(centre) - 1.0));
+        }
+    }
+    (area, outside / area)
+}
+
+#[test]
+fn coarse_twigs_go_where_fine_ones_do_and_cover_as_much() {
+    let plant = bent_twigs(0);
+    let (fine, coarse) = (twigs(&plant, 0.001), twigs(&plant, 0.08));
+    assert!((coarse.0 / fine.0 - 1.0).abs() < 0.1, "{coarse:?} of {fine:?}");
+    // Chords alone lie seven centimetres inside.
+    assert!((coarse.1 - fine.1).abs() < 0.045, "{coarse:?} of {fine:?}");
+}
+
+#[test]
+fn twigs_stray_further_where_leaves_hide_them() {
+    let count = |plant: &Plant| Wood::of(plant, &plant.pose(), &DETAIL).count(&TubeDetail { error: 0.01, ..DETAIL });
+    let (bare, leafy) = (count(&bent_twigs(0)), count(&bent_twigs(40)));
+    assert!(leafy * 5 < bare * 4, "{leafy} {bare}");
+}
+
 /// How many vertices have tangents that the triangles' texture coordinates ask for, within 25 degrees (those are means of
 /// triangles that lean to other rings), and all.
 fn tangents_agree(mesh: &Mesh) -> (usize, usize) {
