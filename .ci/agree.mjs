@@ -4,8 +4,8 @@
 //     (cd .ci && npm install --no-package-lock)
 //     node .ci/agree.mjs out/avenue [VARIANTS] [CHROMIUM]
 //
-// Silhouettes are compared as `src/lod/measure.rs` does: orthographic views on a golden spiral from level to 45 degrees,
-// samples of a pixel counted, a pixel drawn where half of them are covered. Impostors wear their shader
+// Silhouettes are compared as `src/lod/agree.rs` does: orthographic views on a golden spiral from level to 45 degrees,
+// samples of a pixel counted, a pixel drawn where half of them are covered, mean of four rasters of pixels. Impostors wear their shader
 // (`examples/engines/impostor.js`). Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
 
 import { readFile } from "node:fs/promises";

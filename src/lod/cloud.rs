@@ -2,7 +2,7 @@
 //!
 //! Limbs stay tubes as long as they are wide enough to be seen, within a budget of triangles. Each leaf goes to a plane
 //! ([`super::planes`]), thin wood to the one that is nearest; where leaves are too few to hide the wood
-//! ([`crate::mesh::bareness`]), planes are fitted to both. Each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
+//! ([`Wood`]), planes are fitted to both. Each plane's content is baked to one card ([`super::bake_card`]). Every card has the same
 //! texels a metre, and bends to its leaves ([`super::bent`]). What of a card is solid is settled by how the whole tree is
 //! seen: texels grow where views lack something ([`super::lacks`]), then the gain of all alpha is found by comparing
 //! coverage with the full level's, by secant steps.
@@ -78,8 +78,6 @@ pub(super) struct Scene<'a> {
     pub(super) light: &'a CrownLight,
     /// Ready to be meshed at any detail.
     pub(super) wood: &'a Wood<'a>,
-    /// See [`bareness`](crate::mesh::bareness).
-    pub(super) bare: f32,
 }
 
 /// A cloud, or crossed quads: its mesh, its cards, and the gain of their alpha.
@@ -96,7 +94,8 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (low, high) = bounds(scene.full);
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let bends = 2 * params.cards as usize * params.cells * params.cells;
-    let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.bare) as usize);
+    let (bark, min_radius) =
+        limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.wood.bare) as usize);
     let left = (LIMBS + bends).saturating_sub(bark.indices.len() / 3);
     let cells = params.cells.min(bent::cells(params.cards, u32::try_from(left).unwrap_or(u32::MAX)));
     let params = CloudParams { cells, ..params };
@@ -104,8 +103,8 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (mut units, unit_of) = sprays(scene);
     let twigs = thin_wood(scene.plant, scene.posed, scene.light, min_radius);
     let leaves = units.len();
-    if scene.bare > 0.0 {
-        units.extend(twigs.iter().map(|twig| twig.unit(scene.bare)));
+    if scene.wood.bare > 0.0 {
+        units.extend(twigs.iter().map(|twig| twig.unit(scene.wood.bare)));
     }
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
     let contents = sort_out(scene, &planes, (&homes, &unit_of), (&twigs, &homes[leaves..]));
@@ -191,7 +190,7 @@ fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (M
     };
     let fits = |min_radius: f32, finer: u32| scene.wood.count(&at(min_radius, finer)) <= budget;
     // Limbs of a bare tree are seen down to the thinnest.
-    let visible = VISIBLE * (1.0 - 0.9 * scene.bare);
+    let visible = VISIBLE * (1.0 - 0.9 * scene.wood.bare);
     let (mut thin, mut thick) = ((height * visible).min(thickest * 0.5), thickest * 0.5);
     if fits(thin, 0) {
         thick = thin;
@@ -204,7 +203,7 @@ fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (M
             thin = middle;
         }
     }
-    let finest = if scene.bare > 0.0 { FINER } else { 0 };
+    let finest = if scene.wood.bare > 0.0 { FINER } else { 0 };
     let finer = (1..=finest).rev().find(|&finer| fits(thick, finer)).unwrap_or(0);
     (scene.wood.mesh(scene.light, &at(thick, finer)), thick)
 }
@@ -302,7 +301,7 @@ fn bake(
         .map(|(plane, content)| {
             // Wood among leaves is seen where these are.
             let (leaf, wood) = (&content.leaf.positions, &content.bark.positions);
-            let wood = if scene.bare > 0.0 { wood.as_slice() } else { &[] };
+            let wood = if scene.wood.bare > 0.0 { wood.as_slice() } else { &[] };
             if leaf.is_empty() && wood.is_empty() {
                 return None;
             }

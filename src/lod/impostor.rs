@@ -182,14 +182,14 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe)
     }
     // An error only says that the mesh has no triangles to take tangents from.
     let _ = add_tangents(&mut leaf);
-    let around = if scene.bare > 0.5 { usize::MAX } else { 1 };
+    let around = if scene.wood.bare > 0.5 { usize::MAX } else { 1 };
     Views { layout, texels, around, drawn, quads: leaf }
 }
 
 /// The tree as frames show it, whose texels are `texel` metres: flat leaves, wood without what is a small part of a texel.
 /// Where twigs are seen the tree is drawn as it is.
 fn afar(scene: &Scene<'_>, texel: f32) -> TreeMesh {
-    if scene.bare > 0.0 {
+    if scene.wood.bare > 0.0 {
         return scene.full.clone();
     }
     let detail =
@@ -217,7 +217,7 @@ impl Settled {
         let edge = (views.layout.frames * views.texels) as usize;
         let depth = views.laid_out(|i| &views.drawn[i].depth);
         let depths = Texels { all: &depth, wide: edge, first: (0, 0), size: (edge, edge) };
-        let fine = if scene.bare > 0.0 { TWIGS } else { CROWNS };
+        let fine = if scene.wood.bare > 0.0 { TWIGS } else { CROWNS };
         let seen = outlines.for_each_view(|view| Facing::new(&views.layout, (view.frame, fine), depths, |deep| *deep));
         let draw = |gain: f32| {
             let sheet = views.packed(gain);

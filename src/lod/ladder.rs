@@ -26,7 +26,7 @@ use super::thin::{thinned, thinned_as_seen};
 use super::tile::Tile;
 use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
 use crate::base::{Seed, once};
-use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, bareness, leaf_cards_in};
+use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
 
@@ -206,7 +206,6 @@ pub fn ladder_by<'s>(
         Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
     });
     let leaf_of = leaf_of_triangles(plant, &posed, cards);
-    let bare = bareness(plant, &posed);
     let scene = || Scene {
         plant,
         posed: &posed,
@@ -215,7 +214,6 @@ pub fn ladder_by<'s>(
         leaf_of: &leaf_of,
         light: &light,
         wood: wood(),
-        bare,
     };
     let bench = OnceLock::new();
     let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
@@ -318,8 +316,8 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let light = CrownLight::of(plant, &posed);
     let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
     let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
-    let (posed, light, bare) = (&posed, &light, bareness(plant, &posed));
-    let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light, wood: &wood, bare };
+    let (posed, light) = (&posed, &light);
+    let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light, wood: &wood };
     let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed);
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];

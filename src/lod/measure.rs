@@ -62,7 +62,8 @@ pub struct Measured {
     pub pixels: u32,
     /// How many views.
     pub views: u32,
-    /// Silhouette intersection over union, mean of the views, 0..=1.
+    /// Silhouette intersection over union, mean of the views, 0..=1; of a level that is small where it takes over, mean of
+    /// four rasters of pixels.
     pub iou: f32,
     /// The worst view's.
     pub worst_iou: f32,

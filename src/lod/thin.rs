@@ -43,7 +43,7 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
     let budget = (total as f32 * share) as usize;
     let leafy = !scene.plant.leaves().is_empty();
     let wood = if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget };
-    let bark = coarse_wood(scene, wood, 1.0 + (grown - 1.0) * scene.bare);
+    let bark = coarse_wood(scene, wood, 1.0 + (grown - 1.0) * scene.wood.bare);
     let room = budget.saturating_sub(count(&bark));
     let leaves = scene.plant.leaves();
     let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
@@ -69,7 +69,7 @@ pub(super) fn thinned_as_seen(
 ) -> TreeMesh {
     let at = |grown: f32| thinned(scene, cards, share, grown, seed);
     let (mut grown, mut made) = (1.0_f32, at(1.0));
-    let (rounds, most) = if scene.bare > 0.0 { GROWN_WOOD } else { GROWN_LEAVES };
+    let (rounds, most) = if scene.wood.bare > 0.0 { GROWN_WOOD } else { GROWN_LEAVES };
     let mut before: Option<(f32, f32)> = None;
     for _ in 0..rounds {
         let rough = outlines.some(&|outlines, view| outlines.one(view, &made, worn));
@@ -142,10 +142,10 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let params = scene.params;
     // Twigs are all that is seen of a bare crown: they go last.
     let leafy = !scene.plant.leaves().is_empty();
-    let dropped = |coarse: f32| coarse * coarse * (1.0 + scene.bare * (coarse * coarse - 1.0));
+    let dropped = |coarse: f32| coarse * coarse * (1.0 + scene.wood.bare * (coarse * coarse - 1.0));
     let steps = if leafy { STEPS.0 } else { STEPS.1 };
     // Girths are seen of a bare crown: it loses rings before sides.
-    let flattened = 0.75 * (1.0 - scene.bare);
+    let flattened = 0.75 * (1.0 - scene.wood.bare);
     let at = |coarse: f32| TubeDetail {
         sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
         error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
@@ -248,6 +248,13 @@ mod tests {
         };
         let (before, after) = (girth(&full.mesh.bark), girth(&thinned.mesh.bark));
         assert!((after / before - 1.0).abs() < 0.12, "{before} {after}");
+        let sides = |mesh: &Mesh| {
+            let trunk = || mesh.positions.iter().zip(&mesh.chains).filter(|v| *v.1 == 0).map(|v| v.0.y);
+            let lowest = trunk().fold(f32::MAX, f32::min);
+            trunk().filter(|y| y - lowest < 1e-3).count()
+        };
+        let (before, after) = (sides(&full.mesh.bark), sides(&thinned.mesh.bark));
+        assert_eq!(after, before, "girths are what is seen of a bare crown");
     }
 
     #[test]

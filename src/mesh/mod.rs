@@ -26,7 +26,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bulk;
 
-pub(crate) use bareness::bareness;
 pub use card::{CardShape, Cards, LeafCard, all_cards, leaf_cards, leaf_cards_in};
 pub use check::{Closure, closure, problems};
 pub use crown_light::CrownLight;

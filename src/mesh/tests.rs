@@ -82,7 +82,7 @@ fn meshes_of_random_plants_are_sound() {
 }
 
 #[test]
-fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_of_the_same_rings() {
+fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_rings() {
     let (mut counted, mut made) = (0, 0);
     for seed in 0..30 {
         let plant = plant(seed, seed % 2 == 1);

@@ -8,7 +8,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::bareness;
+use super::bareness::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
 use super::fit::fit;
 use super::rings::{Base, Ring, Scratch, add_rings, taper, unfold};
@@ -125,8 +125,8 @@ pub struct Wood<'a> {
     bark: BarkScale,
     thickest: f32,
     thinnest: f32,
-    /// How far the thinnest wood may stray, in errors.
-    slack: f32,
+    /// See [`bareness`].
+    pub(crate) bare: f32,
     /// The finest detail's error, metres.
     finest: f32,
 }
@@ -155,7 +155,7 @@ impl<'a> Wood<'a> {
             taper(posed.chain(plant, id), &mut radii[plant.span(id)], plant.chain(id).parent.is_none());
         }
         let bark = BarkScale::of(plant, posed, finest.bark_tile);
-        let (slack, finest_error) = (1.0 + (SLACK - 1.0) * (1.0 - bareness(plant, posed)), finest.error);
+        let bare = bareness(plant, posed);
         let mut wood = Self {
             plant,
             posed,
@@ -165,8 +165,8 @@ impl<'a> Wood<'a> {
             bark,
             thickest,
             thinnest,
-            slack,
-            finest: finest_error,
+            bare,
+            finest: finest.error,
         };
         let read = |ids: &[ChainId]| {
             let (mut limbs, mut rings, mut scratch) = (Vec::with_capacity(ids.len()), Vec::new(), Scratch::default());
@@ -215,7 +215,8 @@ impl<'a> Wood<'a> {
     /// How far a chain may stray, metres.
     fn error(&self, widest: f32, detail: &TubeDetail) -> f32 {
         let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
-        detail.error * (1.0 + (self.slack - 1.0) * (1.0 - math::smoothstep(0.15, 0.45, share)))
+        let slack = (SLACK - 1.0) * (1.0 - self.bare);
+        detail.error * (1.0 + slack * (1.0 - math::smoothstep(0.15, 0.45, share)))
     }
 
     /// The chains that a detail does not drop, parents first.
