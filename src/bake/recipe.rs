@@ -176,6 +176,11 @@ impl Recipe {
         self.parts.iter_mut().for_each(|part| *part = *part & !255 | scaled[(*part & 255) as usize]);
     }
 
+    /// For each pixel whether it is mixed from anything.
+    pub(crate) fn shown(&self) -> impl Iterator<Item = bool> {
+        self.counts.iter().map(|count| *count > 0)
+    }
+
     /// Whether it is one of a picture of so many pixels.
     #[must_use]
     pub fn is_of(&self, pixels: usize) -> bool {

@@ -127,6 +127,17 @@ impl Silhouette {
         drawn
     }
 
+    /// Some samples, counted row by row.
+    pub(crate) fn of(columns: usize, rows: usize, covered: impl Iterator<Item = usize>) -> Self {
+        let words = columns.div_ceil(64);
+        let mut bits = vec![0_u64; words * rows];
+        for i in covered {
+            let (row, column) = (i / columns, i % columns);
+            bits[row * words + column / 64] |= 1 << (column % 64);
+        }
+        Self { columns, rows, words, bits }
+    }
+
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {

@@ -173,6 +173,13 @@ impl Cloud {
         best.2
     }
 
+    /// Its outlines as it is.
+    pub(super) fn draw(&self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
+        let own = Card::cutouts(&self.cards, self.gain);
+        let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
+        outlines.draw(&self.tree, &worn)
+    }
+
     /// The finished pictures.
     pub(super) fn tiles(&self) -> Vec<Tile> {
         self.cards.par_iter().map(|c| c.finish(self.gain)).collect()

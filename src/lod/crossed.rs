@@ -1,21 +1,58 @@
 //! The last level: two crossed cards through the line of the trunk, each baked from the whole tree and shown as two
 //! rectangles back to back, so that both cards are lit alike from every side.
+//!
+//! Seen from between its planes, and from above, a pair of cards is narrower than a round crown, and where they are solid no
+//! alpha makes up for it: then they are wider than the tree ([`widen`]).
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::agree::Outlines;
 use super::bake_card::{Card, Place};
 use super::bent::Bend;
 use super::cloud::{Cloud, Scene};
 use super::measure::Wardrobe;
 use super::trunk::Trunk;
+use crate::bake::{Cutout, Silhouette};
 use crate::mesh::Mesh;
+use crate::plant::{Plant, Posed};
 
 /// Texels along the taller edge, in mean edges of a cloud's cards.
 pub(super) const EDGE: u32 = 2;
 /// Distance of a quad's two sides from its plane, as a share of its height: a third of a pixel at the size at which quads
 /// take over, and more than depth buffers confuse there.
 const APART: f32 = 0.008;
+
+/// Rounds in search of the width, how little may be covered, and how wide cards are made at most.
+const ROUNDS: usize = 4;
+const COVERED: f32 = 0.985;
+const WIDEST: f32 = 1.3;
+
+/// Makes the cards of settled quads wider about the trunk until they cover what the full tree does. Gives back their
+/// outlines. `worn` are the cutouts of all tiles before their own.
+pub(super) fn widen(
+    quads: &mut Cloud,
+    plant: (&Plant, &Posed),
+    (outlines, worn): (&Outlines, &[&Cutout]),
+    mut drawn: Vec<Silhouette>,
+) -> Vec<Silhouette> {
+    let trunk = Trunk::of(plant.0, plant.1);
+    let slim = quads.tree.leaf.positions.clone();
+    let mut by = 1.0_f32;
+    for _ in 0..ROUNDS {
+        let ratio = outlines.ratio(&drawn);
+        if ratio >= COVERED || ratio <= 0.0 || by >= WIDEST {
+            break;
+        }
+        by = (by / ratio).min(WIDEST);
+        for (wide, slim) in quads.tree.leaf.positions.iter_mut().zip(&slim) {
+            let axis = trunk.at(slim.y);
+            *wide = (axis + (*slim - axis) * by).with_y(slim.y);
+        }
+        drawn = quads.draw(outlines, worn);
+    }
+    drawn
+}
 
 /// A cloud of two cards, tiles counted from `first_tile` on, its alpha yet to be settled. Their wood is on the cards.
 pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe, first_tile: u32) -> Cloud {
@@ -38,4 +75,52 @@ pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe,
         })
         .collect();
     Cloud::new(Mesh::default(), cards, first_tile)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::Maps;
+    use crate::base::{Rotation, Seed};
+    use crate::lod::{Stock, Texels, ladder_with};
+    use crate::plant::{Leaf, PlantBuilder};
+    use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
+
+    #[test]
+    fn quads_of_a_dense_crown_cover_what_it_does() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::Y * 2.0, Vec3::Y * 4.0], &[0.2, 0.15, 0.1]);
+        for i in 0..60 {
+            let seed = Seed::new(6).at(i);
+            let way = seed.direction() * 1.6;
+            let twig = builder.branch(stem, seed.at(1).range(0.7, 1.0), &[Vec3::ZERO, way], &[0.03, 0.01]);
+            for k in 0..60 {
+                let seed = seed.at(10 + k);
+                let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.35, 0));
+            }
+        }
+        let plant = builder.finish().unwrap();
+        let plain = Maps {
+            width: 8,
+            height: 8,
+            color: vec![[60, 110, 30, 255]; 64],
+            normal: vec![[128, 128, 255]; 64],
+            orm: vec![[255; 3]; 64],
+        };
+        let params =
+            MeshParams { sides: 8, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+        let stock = Stock::new(std::slice::from_ref(&plain), &plain);
+        let lods = [Lod::Full, Lod::CrossedQuads].map(LodBudget::from);
+        let ladder = ladder_with(&plant, &params, &lods, &stock, Texels::all(64), Seed::new(1));
+        let level = &ladder.levels[1];
+        assert!((level.measured.coverage - 1.0).abs() < 0.03, "{:?}", level.measured);
+        assert!(crate::mesh::problems(&level.mesh.leaf).is_empty());
+        // They are as high as the tree, and go through its trunk.
+        let ends = |mesh: &Mesh| mesh.positions.iter().fold((f32::MAX, f32::MIN), |(l, h), p| (l.min(p.y), h.max(p.y)));
+        let (full, quads) = (ends(&ladder.levels[0].mesh.leaf), ends(&level.mesh.leaf));
+        assert!((quads.1 - full.1).abs() < 0.1 * (full.1 - full.0), "{full:?} {quads:?}");
+        let middle = level.mesh.leaf.positions.iter().sum::<Vec3>() / level.mesh.leaf.positions.len() as f32;
+        assert!((middle - Vec3::X).with_y(0.0).length() < 0.3, "{middle}");
+    }
 }

@@ -82,6 +82,11 @@ impl Wanted {
         Self { grids: views.par_iter().zip(drawn).map(grid).collect() }
     }
 
+    /// That of several, one after the other.
+    pub(super) fn joined(all: Vec<Self>) -> Self {
+        Self { grids: all.into_iter().flat_map(|one| one.grids).collect() }
+    }
+
     /// What a level lacks that `draw` draws from some of the views, in pixels of `size` samples of its drawings.
     pub(super) fn lacks(&self, views: &[usize], size: usize, draw: &(dyn Fn(usize) -> Silhouette + Sync)) -> Lacks {
         let lack = |&view: &usize| {
@@ -94,6 +99,11 @@ impl Wanted {
 }
 
 impl Lacks {
+    /// From one of the views, counted among those that were asked for.
+    pub(super) fn of(&self, view: usize, point: Vec3) -> f32 {
+        self.0[view].at(point)
+    }
+
     /// Mean over the views, -1..=1; positive where more is to be covered.
     pub(super) fn at(&self, point: Vec3) -> f32 {
         self.0.iter().map(|grid| grid.at(point)).sum::<f32>() / self.0.len().max(1) as f32

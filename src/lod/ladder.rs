@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::agree::{Outlines, areas};
 use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
-use super::crossed::crossed_quads;
+use super::crossed::{crossed_quads, widen};
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
@@ -367,7 +367,7 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
-        let cutouts = stock.wardrobe.leaves.iter().map(Picture::cutout).collect();
+        let cutouts = stock.wardrobe.cutouts();
         Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), memory }
     }
 
@@ -401,13 +401,16 @@ impl<'a> Bench<'a> {
                     return Piece { mesh, tiles: Vec::new(), impostor: None, drawn };
                 }
                 made.carve(&outlines, &self.cutouts);
-                let drawn = made.settle(&outlines, &self.cutouts);
+                let mut drawn = made.settle(&outlines, &self.cutouts);
+                if *lod == Lod::CrossedQuads {
+                    drawn = widen(&mut made, (scene.plant, scene.posed), (&outlines, &self.cutouts), drawn);
+                }
                 let tiles = made.tiles();
                 Piece { mesh: made.tree, tiles, impostor: None, drawn }
             }
             Lod::Impostor { frames } => {
                 let Settled { views, gain, drawn } =
-                    Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE));
+                    Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE), seed);
                 let mesh = views.tree(first_tile);
                 Piece { mesh, tiles: vec![views.sheet(gain)], impostor: Some(views.layout), drawn }
             }

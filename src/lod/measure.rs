@@ -3,8 +3,8 @@
 //! Views stand on the upper part of a sphere, from level to [`STEEPEST`], evenly by area (a golden spiral). Both trees are
 //! drawn with alpha test and supersampling; a pixel belongs to the silhouette when at least half of its samples do. The
 //! intersection of the two silhouettes over their union is the IoU; the coverage ratio compares sums of coverage, which is
-//! what popping of brightness follows; colour is compared by the mean of the lit pixels, and FLIP compares the pictures
-//! before a sky.
+//! what popping of brightness follows ([`super::agree`]); colour is compared by the mean of the lit pixels, and FLIP compares
+//! the pictures before a sky.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -13,8 +13,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::agree::Outlines;
 use super::flip::flip;
-use crate::bake::{Light, Maps, Picture, Shading, Surface, Target, View, rasterize};
+use crate::bake::{Areas, Cutout, Light, Maps, Picture, Shading, Surface, Target, View, rasterize};
 use crate::base::{Frame, math};
 use crate::mesh::{Mesh, TreeMesh};
 
@@ -46,6 +47,11 @@ impl Wardrobe {
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
         let (leaves, bark) = rayon::join(|| leaf_art.par_iter().map(Picture::new).collect(), || Picture::new(bark));
         Self { leaves, bark: Arc::new(vec![bark]) }
+    }
+
+    /// What cuts leaves and cards out, by tile.
+    pub(super) fn cutouts(&self) -> Vec<&Cutout> {
+        self.leaves.iter().map(Picture::cutout).collect()
     }
 
     /// What a level shows.
@@ -98,6 +104,8 @@ pub type Seen<'a> = dyn Fn(&View) -> (Cow<'a, TreeMesh>, Cow<'a, Wardrobe>) + Sy
 /// The full tree, drawn from all views at one size.
 #[derive(Clone, Debug)]
 pub struct Reference {
+    /// With what the full tree covers, where silhouettes are compared.
+    outlines: Option<(Outlines, Vec<Areas>)>,
     views: Vec<View>,
     targets: Vec<Target>,
     pixels: u32,
@@ -134,8 +142,11 @@ impl Reference {
     /// Draws `tree` so that it is `pixels` high, from `views` directions.
     #[must_use]
     pub fn new(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: u32) -> Self {
-        let (views, size) = self::views(tree, pixels, views);
-        Self::of(tree, wardrobe, (pixels, LINES), views, size)
+        let (all, size) = self::views(tree, pixels, views);
+        let made = Self::of(tree, wardrobe, (pixels, LINES), all, size);
+        let outlines = Outlines::new(tree, &wardrobe.cutouts(), pixels.max(1) * made.samples, views);
+        let areas = outlines.areas();
+        Self { outlines: Some((outlines, areas)), ..made }
     }
 
     /// As [`new`](Self::new), from some of so many directions, for their colours.
@@ -154,7 +165,7 @@ impl Reference {
     ) -> Self {
         // As many samples along the tree at any size: what a pixel holds is a matter of the tree, not of mips.
         let samples = lines.div_ceil(pixels.max(1)).clamp(2, 16);
-        let mut made = Self { views, targets: Vec::new(), pixels, samples };
+        let mut made = Self { outlines: None, views, targets: Vec::new(), pixels, samples };
         made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
         made
     }
@@ -181,55 +192,50 @@ impl Reference {
     /// As [`Reference::measure`], of a level that may turn to the viewer: `seen` is what a view shows.
     #[must_use]
     pub fn measure_from(&self, seen: &Seen<'_>, asked: Asked) -> Measured {
-        let shading = if asked == Asked::All { Shading::Lit(Light::DAY) } else { Shading::Nothing };
-        self.judged(&self.seen(seen, &shading), asked)
+        let measured = self.silhouettes(seen);
+        if asked == Asked::Silhouette { measured } else { self.colors(&self.seen(seen), measured) }
     }
 
     /// As [`Reference::measure_from`] everything, of a level whose pictures are to be made so much brighter that it is as bright
     /// as the full tree: measured as it is then.
     pub(super) fn matched(&self, seen: &Seen<'_>) -> (f32, Measured) {
-        let mut drawn = self.seen(seen, &Shading::Lit(Light::DAY));
+        let mut drawn = self.seen(seen);
         let (full, level) = (luminance(&self.targets), luminance(&drawn));
         let gain = if level > 0.0 { (full / level).clamp(BRIGHTENED.0, BRIGHTENED.1) } else { 1.0 };
         drawn.iter_mut().flat_map(|target| &mut target.color).for_each(|c| *c *= gain);
-        (gain, self.judged(&drawn, Asked::All))
+        (gain, self.colors(&drawn, self.silhouettes(seen)))
     }
 
     /// A level that may turn to the viewer, from all views.
-    fn seen(&self, seen: &Seen<'_>, shading: &Shading) -> Vec<Target> {
+    fn seen(&self, seen: &Seen<'_>) -> Vec<Target> {
+        let shading = Shading::Lit(Light::DAY);
         let draw = |(view, full): (&View, &Target)| {
             let (tree, wardrobe) = seen(view);
-            rasterize(&wardrobe.dressed(&tree), view, full.width, full.height, self.samples, shading)
+            rasterize(&wardrobe.dressed(&tree), view, full.width, full.height, self.samples, &shading)
         };
         self.views.par_iter().zip(&self.targets).map(draw).collect()
     }
 
-    fn judged(&self, drawn: &[Target], asked: Asked) -> Measured {
-        if self.targets.is_empty() {
-            return Measured::same(self.pixels);
-        }
-        let measured = self.compare(drawn);
-        if asked == Asked::Silhouette {
-            return Measured { color: 0.0, ..measured };
-        }
-        let flips: Vec<f32> = (self.targets.par_iter().zip(drawn))
-            .map(|(a, b)| flip(&before_sky(a), &before_sky(b), a.width as usize))
-            .collect();
-        Measured { flip: flips.iter().sum::<f32>() / flips.len() as f32, ..measured }
+    /// How its silhouettes agree; as of the full tree where they are not compared.
+    fn silhouettes(&self, seen: &Seen<'_>) -> Measured {
+        let Some((outlines, full)) = &self.outlines else { return Measured::same(self.pixels) };
+        let drawn = outlines.for_each_view(|view| {
+            let (tree, wardrobe) = seen(view);
+            outlines.one(view, &tree, &wardrobe.cutouts()).areas()
+        });
+        Measured { pixels: self.pixels, ..outlines.agreement((full, &drawn), self.samples as usize) }
     }
 
-    fn compare(&self, drawn: &[Target]) -> Measured {
-        let count = self.targets.len() as f32;
-        let same = Measured::same(self.pixels);
-        let mut sum = Measured { views: self.targets.len() as u32, iou: 0.0, coverage: 0.0, ..same };
-        for (a, b) in self.targets.iter().zip(drawn) {
-            let iou = silhouette_iou(a, b);
-            sum.iou += iou / count;
-            sum.worst_iou = sum.worst_iou.min(iou);
-            sum.coverage += covered_ratio(a, b) / count;
-            sum.color += (mean_color(a) - mean_color(b)).length() / count;
-        }
-        sum
+    /// The differences in colour as well.
+    fn colors(&self, drawn: &[Target], measured: Measured) -> Measured {
+        let count = self.targets.len().max(1) as f32;
+        let of = |(a, b): (&Target, &Target)| {
+            let flip = flip(&before_sky(a), &before_sky(b), a.width as usize);
+            (flip, (mean_color(a) - mean_color(b)).length())
+        };
+        let all: Vec<(f32, f32)> = self.targets.par_iter().zip(drawn).map(of).collect();
+        let (flip, color) = all.iter().fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+        Measured { flip: flip / count, color: color / count, ..measured }
     }
 }
 
@@ -241,23 +247,6 @@ fn luminance(targets: &[Target]) -> f32 {
 /// A picture over the sky.
 fn before_sky(target: &Target) -> Vec<Vec3> {
     target.color.iter().zip(&target.coverage).map(|(&c, &w)| SKY * (1.0 - w) + c * w).collect()
-}
-
-/// Of the pixels that are half covered or more.
-fn silhouette_iou(a: &Target, b: &Target) -> f32 {
-    let (mut both, mut either) = (0_u32, 0_u32);
-    for (&a, &b) in a.coverage.iter().zip(&b.coverage) {
-        let (a, b) = (a >= 0.5, b >= 0.5);
-        both += u32::from(a && b);
-        either += u32::from(a || b);
-    }
-    if either == 0 { 1.0 } else { both as f32 / either as f32 }
-}
-
-/// Covered area of `b` over that of `a`; 1 where `a` is empty.
-fn covered_ratio(a: &Target, b: &Target) -> f32 {
-    let (area, other) = (a.coverage.iter().sum::<f32>(), b.coverage.iter().sum::<f32>());
-    if area > 0.0 { other / area } else { 1.0 }
 }
 
 /// Mean of what is covered, linear.

@@ -6,6 +6,7 @@
 mod agree;
 mod bake_card;
 mod bent;
+mod between;
 mod cloud;
 mod crossed;
 mod flip;

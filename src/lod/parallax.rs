@@ -17,7 +17,7 @@ use glam::{Vec2, Vec3};
 
 use super::impostor::Impostor;
 use super::measure::Wardrobe;
-use crate::bake::{Maps, Picture, srgb_byte, srgb_linear};
+use crate::bake::{Maps, Picture, Silhouette, srgb_byte, srgb_linear};
 use crate::base::Frame;
 use crate::mesh::{Mesh, TreeMesh};
 
@@ -85,12 +85,24 @@ impl Facing {
         depths: Texels<'_, T>,
         deep: impl Fn(&T) -> f32 + Copy,
     ) -> Self {
+        let edge = depths.size.0.max(depths.size.1).div_ceil(layout.frames.max(1) as usize).max(1);
+        Self::of_cells(layout, viewer, ((edge, edge), fine), depths, deep)
+    }
+
+    /// As [`new`](Self::new), of a picture of so many columns and rows of cells, in each of which places are found between its
+    /// corners for so many pixels an edge.
+    pub(super) fn of_cells<T>(
+        layout: &Impostor,
+        viewer: Frame,
+        ((columns, rows), fine): ((usize, usize), usize),
+        depths: Texels<'_, T>,
+        deep: impl Fn(&T) -> f32 + Copy,
+    ) -> Self {
         let frames = layout.blended(viewer.z);
         let axes = frames.map(|(frame, _)| layout.axes(frame));
         let half = layout.extent_from(viewer.z);
         let size = Vec2::new(depths.size.0 as f32, depths.size.1 as f32);
         let edge = size / layout.frames.max(1) as f32;
-        let (columns, rows) = (edge.x.ceil().max(1.0) as usize, edge.y.ceil().max(1.0) as usize);
         let mut made = Self {
             first: depths.first,
             sheet: depths.size,
@@ -161,6 +173,19 @@ impl Facing {
     fn looks(&self, places: [Vec2; 3]) -> impl Iterator<Item = (Vec2, f32, Frame)> {
         let all = places.into_iter().zip(self.frames).zip(self.axes);
         all.filter(|((place, _), _)| place.x >= 0.0).map(|((place, (_, share)), axes)| (place, share, axes))
+    }
+
+    /// The frames that it mixes, as (column, row), and their shares.
+    pub(super) fn frames(&self) -> [((u32, u32), f32); 3] {
+        self.frames
+    }
+
+    /// Which of some of its pixels are solid, of a sheet of so many texels a row whose alpha is 0..=1.
+    pub(super) fn solid(&self, all: &[f32], wide: usize, among: &[u32]) -> Silhouette {
+        let sheet = self.texels(all, wide);
+        let own = |(place, share, _): (Vec2, f32, Frame)| sheet.between(place, |a| *a) * share;
+        let is_solid = |&&i: &&u32| self.looks(self.places[i as usize]).map(own).sum::<f32>() >= 0.5;
+        Silhouette::of(self.columns, self.rows, among.iter().filter(is_solid).map(|i| *i as usize))
     }
 
     /// The picture's alpha.

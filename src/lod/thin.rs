@@ -92,7 +92,7 @@ pub(super) fn thinned_as_seen(
 }
 
 /// The first `count` leaves in the fixed order, enlarged.
-fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
+pub(super) fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
     let leaves = scene.plant.leaves();
     let mut order = spread(scene, seed.child("thin"));
     order.truncate(count);

@@ -25,8 +25,13 @@ pub struct Tile {
     pub recipe: Recipe,
 }
 
+/// Alpha where anything was drawn, and none elsewhere: an impostor's frames are solid beside it, too.
+fn drawn<'a>(alpha: &'a [u8], recipe: &'a Recipe) -> impl Iterator<Item = u8> + 'a {
+    alpha.iter().zip(recipe.shown()).map(|(alpha, is_shown)| if is_shown { *alpha } else { 0 })
+}
+
 impl Tile {
-    /// A tile whose normals and material are spread under its clear texels.
+    /// A tile whose normals and material are spread under its clear texels, and under those that nothing was drawn on.
     pub(super) fn new(
         (width, height): (u32, u32),
         alpha: Vec<u8>,
@@ -34,7 +39,8 @@ impl Tile {
         orm: Vec<[u8; 3]>,
         recipe: Recipe,
     ) -> Self {
-        let mut maps = Maps { width, height, color: alpha.iter().map(|&a| [0, 0, 0, a]).collect(), normal, orm };
+        let color = drawn(&alpha, &recipe).map(|a| [0, 0, 0, a]).collect();
+        let mut maps = Maps { width, height, color, normal, orm };
         dilate(&mut maps);
         Self { width, height, alpha, normal: maps.normal, orm: maps.orm, recipe }
     }
@@ -44,8 +50,9 @@ impl Tile {
     pub fn color(&self, palette: &Palette) -> Vec<[u8; 4]> {
         let painted = self.recipe.paint(palette);
         let mut color: Vec<[u8; 4]> =
-            painted.into_iter().zip(&self.alpha).map(|([r, g, b], &a)| [r, g, b, a]).collect();
+            painted.into_iter().zip(drawn(&self.alpha, &self.recipe)).map(|([r, g, b], a)| [r, g, b, a]).collect();
         dilate_color(&mut color, self.width, self.height);
+        color.iter_mut().zip(&self.alpha).for_each(|(color, alpha)| color[3] = *alpha);
         color
     }
 
@@ -80,5 +87,46 @@ impl Tile {
     #[must_use]
     pub fn weight(&self) -> usize {
         self.alpha.len() * 7 + self.recipe.weight()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::{Picture, Repeat, Shading, Surface, View, survey};
+    use crate::base::Frame;
+    use crate::mesh::Mesh;
+    use glam::Vec3;
+
+    #[test]
+    fn what_is_solid_beside_what_was_drawn_has_its_colour_and_relief() {
+        // The left half of the picture is drawn, all of it is solid.
+        let corners = [(-1.0, -1.0), (0.0, -1.0), (0.0, 1.0), (-1.0, 1.0)];
+        let mesh = Mesh {
+            positions: corners.map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            uvs: vec![glam::Vec2::splat(0.5); 4],
+            occlusion: vec![255; 4],
+            indices: vec![0, 1, 2, 0, 2, 3],
+            ..Mesh::default()
+        };
+        let green = Maps {
+            width: 1,
+            height: 1,
+            color: vec![[40, 160, 20, 255]],
+            normal: vec![[128, 128, 255]],
+            orm: vec![[255; 3]],
+        };
+        let pictures = [Picture::new(&green)];
+        let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout, closed: false };
+        let view = View::new(Frame::WORLD, Vec3::ZERO, 1.0, 1.0);
+        let (_, recipe) = survey(&[surface], &view, 8, 8, 2, &Shading::Albedo);
+        let drawn = |i: usize| i % 8 < 4;
+        let normal = (0..64).map(|i| if drawn(i) { [200, 128, 220] } else { [0; 3] }).collect();
+        let orm = (0..64).map(|i| if drawn(i) { [90, 200, 7] } else { [0; 3] }).collect();
+        let tile = Tile::new((8, 8), vec![255; 64], normal, orm, recipe);
+        let maps = tile.maps(&Palette::new(std::iter::once(&green)));
+        assert!(maps.color.iter().all(|c| c[3] == 255 && c[1].abs_diff(160) < 3 && c[0].abs_diff(40) < 3));
+        assert!(maps.normal.iter().all(|n| n[0] > 190) && maps.orm.iter().all(|o| *o == [90, 200, 7]));
     }
 }

@@ -254,7 +254,7 @@ static IMPOSTOR: Record = Record {
         Field {
             name: "frames",
             kind: Kind::Integer { low: 4, high: 24, unit: "views" },
-            default: Default::Is("8"),
+            default: Default::Is("10"),
             about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
         },
         SCREEN,
