@@ -29,13 +29,17 @@ pub(crate) fn print(kinds: &BTreeMap<String, Kind>, against: &[Against]) {
     let mut sets: Vec<String> = KINDS.iter().flat_map(|kind| of(kind.0)).map(|level| set_of(&level.0)).collect();
     sets.sort();
     sets.dedup();
-    println!("| set | {} |", KINDS.map(|kind| kind.1).join(" | "));
-    println!("|---|{}", "---|".repeat(KINDS.len()));
+    let shown: Vec<_> = KINDS.iter().filter(|kind| !of(kind.0).is_empty()).collect();
+    println!("| set | {} |", shown.iter().map(|kind| kind.1).collect::<Vec<_>>().join(" | "));
+    println!("|---|{}", "---|".repeat(shown.len()));
+    let row = |name: &str, is_of: &dyn Fn(&str) -> bool| {
+        let cells = shown.iter().map(|kind| cell(of(kind.0).iter().filter(|level| is_of(&level.0))));
+        println!("| {name} | {} |", cells.collect::<Vec<_>>().join(" | "));
+    };
     for set in &sets {
-        let cells = KINDS.map(|kind| cell(of(kind.0).iter().filter(|level| set_of(&level.0) == *set)));
-        println!("| {set} | {} |", cells.join(" | "));
+        row(set, &|level| set_of(level) == *set);
     }
-    println!("| all | {} |", KINDS.map(|kind| cell(of(kind.0).iter())).join(" | "));
+    row("all", &|_| true);
     println!("\n| tree, pixels | triangles | by | IoU | coverage | FLIP | leaf area |\n|---|---|---|---|---|---|---|");
     for Against { tree, pixels, both } in against {
         for ((triangles, m, area), who) in both.iter().zip(["ladder", "simplifier"]) {
