@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::impostor::{Impostor, laid_out};
 use super::lacks::Wanted;
-use super::parallax::{Facing, Texels};
+use super::parallax::{Facing, Glimpse, Texels};
 use crate::bake::{Shape, Silhouette, View};
 use crate::base::{Frame, math};
 
@@ -40,15 +40,9 @@ const CONTRAST: f32 = 1.5;
 /// Views of a tree between an impostor's frames, and what of them is to be covered.
 pub(super) struct Between {
     layout: Impostor,
-    seen: Vec<Seen>,
+    /// The samples of each view that the tree is near to.
+    seen: Vec<Glimpse>,
     wanted: Wanted,
-}
-
-/// A view.
-struct Seen {
-    facing: Facing,
-    /// The samples that the tree is near to.
-    near: Vec<u32>,
 }
 
 impl Between {
@@ -66,7 +60,7 @@ impl Between {
             let view = View::new(viewer, layout.centre, half.x, half.y);
             let size = (across * PIXEL, ROWS * PIXEL);
             let drawn = Silhouette::new(full, &view, size.0, size.1);
-            let seen = Seen { facing, near: near(&drawn.pixels(PIXEL), (across, ROWS)) };
+            let seen = facing.some(near(&drawn.pixels(PIXEL), (across, ROWS)));
             (seen, Wanted::new(&[view], &[drawn], size, (PIXEL, CONTRAST)))
         };
         let (seen, wanted) = (0..count).into_par_iter().map(one).unzip::<_, _, Vec<_>, Vec<_>>();
@@ -80,12 +74,12 @@ impl Between {
         for round in 0..ROUNDS {
             let which: Vec<usize> = (round % SUBSETS..self.seen.len()).step_by(SUBSETS).collect();
             let sheet = laid_out(count, texels, |frame| &frames[frame]);
-            let shown = |view: usize| self.seen[view].facing.solid(&sheet, count * texels, &self.seen[view].near);
+            let shown = |view: usize| self.seen[view].solid(&sheet, count * texels);
             let lacks = self.wanted.lacks(&which, PIXEL, &shown);
             // Of each frame, which views mix it in, and by which share.
             let mut users: Vec<Vec<(usize, f32)>> = vec![Vec::new(); count * count];
             for (nth, &view) in which.iter().enumerate() {
-                for ((column, row), share) in self.seen[view].facing.frames().into_iter().filter(|f| f.1 > 0.0) {
+                for ((column, row), share) in self.seen[view].frames() {
                     users[row as usize * count + column as usize].push((nth, share));
                 }
             }
@@ -168,7 +162,7 @@ mod tests {
         let count = between.layout.frames as usize;
         let sheet = laid_out(count, TEXELS, |frame| &frames[frame]);
         let all: Vec<usize> = (0..between.seen.len()).collect();
-        let shown = |view: usize| between.seen[view].facing.solid(&sheet, count * TEXELS, &between.seen[view].near);
+        let shown = |view: usize| between.seen[view].solid(&sheet, count * TEXELS);
         let lacks = between.wanted.lacks(&all, PIXEL, &shown);
         let mut sum = 0.0;
         for view in all {

@@ -18,6 +18,8 @@
 //!
 //! A level is settled and measured as its shader shows it ([`super::parallax`]).
 
+use std::borrow::Cow;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -162,7 +164,7 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe,
     let height = ((high.y - low.y) * 0.5 * ROOM).max(1e-3);
     let layout = Impostor { frames, centre, radius: (reach * reach + height * height).sqrt(), reach, height };
     let afar = Afar::of(scene, 2.0 * height / texels as f32, texels, seed);
-    let (bark, leaf) = (&afar.wood, afar.few.as_ref().unwrap_or(&afar.leaves));
+    let (bark, leaf): (&Mesh, &Mesh) = (&afar.wood, afar.few.as_ref().unwrap_or(&afar.leaves));
     let surfaces = [
         Surface { mesh: bark, pictures: &wardrobe.bark, repeat: Repeat::Tiled, closed: true },
         Surface { mesh: leaf, pictures: &wardrobe.leaves, repeat: Repeat::Cutout, closed: false },
@@ -236,19 +238,20 @@ pub(super) fn laid_out<'a, T: Copy + 'a>(frames: usize, texels: usize, of: impl 
 }
 
 /// A tree as it is seen from afar.
-struct Afar {
-    wood: Mesh,
-    leaves: Mesh,
+struct Afar<'a> {
+    wood: Cow<'a, Mesh>,
+    leaves: Cow<'a, Mesh>,
     /// As many leaves as frames show, or none if that is all of them.
     few: Option<Mesh>,
 }
 
-impl Afar {
+impl<'a> Afar<'a> {
     /// Flat leaves, wood without what is a small part of a texel of `texel` metres; frames have `texels` of them along an edge.
     /// Where twigs are seen the tree is as it is.
-    fn of(scene: &Scene<'_>, texel: f32, texels: u32, seed: Seed) -> Self {
+    fn of(scene: &Scene<'a>, texel: f32, texels: u32, seed: Seed) -> Self {
         if scene.wood.bare > 0.0 {
-            return Self { wood: scene.full.bark.clone(), leaves: scene.full.leaf.clone(), few: None };
+            let TreeMesh { bark, leaf } = scene.full;
+            return Self { wood: Cow::Borrowed(bark), leaves: Cow::Borrowed(leaf), few: None };
         }
         let detail =
             TubeDetail { sides: 5, error: texel * 0.25, min_radius: texel * 0.03, ..TubeDetail::full(scene.params) };
@@ -257,11 +260,11 @@ impl Afar {
         let few = || (scene.plant.leaves().len() > most).then(|| flat(&kept(scene, most, 1.0, seed)));
         let leaves = || rayon::join(|| flat(&all_cards(scene.plant)), few);
         let (wood, (leaves, few)) = rayon::join(|| scene.wood.mesh(scene.light, &detail), leaves);
-        Self { wood, leaves, few }
+        Self { wood: Cow::Owned(wood), leaves: Cow::Owned(leaves), few }
     }
 
     /// All of it, cut out by the pictures of a wardrobe.
-    fn shapes<'a>(&'a self, cutouts: &'a [&'a Cutout]) -> [Shape<'a>; 2] {
+    fn shapes<'s>(&'s self, cutouts: &'s [&'s Cutout]) -> [Shape<'s>; 2] {
         [
             Shape { mesh: &self.wood, cutouts: &[], repeat: Repeat::Tiled, closed: true },
             Shape { mesh: &self.leaves, cutouts, repeat: Repeat::Cutout, closed: false },
@@ -468,7 +471,11 @@ fn depths(target: &Target) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::PlantBuilder;
+    use crate::bake::Maps;
+    use crate::base::Rotation;
+    use crate::lod::{Stock, Texels as LadderTexels, ladder_with};
+    use crate::plant::{Leaf, PlantBuilder};
+    use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
 
     #[test]
     fn axes_are_turned_right_and_corners_are_level() {
@@ -507,6 +514,38 @@ mod tests {
             let alphas = alphas(&crown_and_trunk(trunk), 30, 1);
             let column: Vec<u8> = alphas.chunks(30).skip(21).take(8).map(|row| row[14]).collect();
             assert!(column.iter().all(|a| *a >= SOLID + 20), "{trunk:?}: {column:?}");
+        }
+    }
+
+    #[test]
+    fn a_trunk_of_less_than_half_a_pixel_is_whole_in_every_frame() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::Y * 8.0], &[0.08, 0.07, 0.04]);
+        for i in 0..40 {
+            let seed = Seed::new(2).at(i);
+            let way = seed.direction() * 1.5;
+            let twig = builder.branch(stem, seed.at(1).range(0.75, 1.0), &[Vec3::ZERO, way], &[0.02, 0.01]);
+            for k in 0..30 {
+                let seed = seed.at(10 + k);
+                let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.4, 0));
+            }
+        }
+        let color = vec![[60, 110, 30, 255]; 64];
+        let plain = Maps { width: 8, height: 8, color, normal: vec![[128, 128, 255]; 64], orm: vec![[255; 3]; 64] };
+        let params =
+            MeshParams { sides: 8, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+        let stock = Stock::new(std::slice::from_ref(&plain), &plain);
+        let lods = [Lod::Full, Lod::Impostor { frames: 10 }].map(LodBudget::from);
+        let ladder =
+            ladder_with(&builder.finish().unwrap(), &params, &lods, &stock, LadderTexels::all(64), Seed::new(1));
+        let (sheet, texels) = (&ladder.tiles[0], 48);
+        assert_eq!(sheet.width, 480);
+        // Level frames: along the edges of the sheet. The crown begins above half of the height.
+        for frame in (0..10).flat_map(|i| [(i, 0), (i, 9), (0, i), (9, i)]) {
+            let row = |y: usize| &sheet.alpha[(frame.1 * texels + y) * 480 + frame.0 * texels..][..texels];
+            let whole = (26..46).all(|y| row(y).iter().any(|alpha| *alpha >= SOLID));
+            assert!(whole, "{frame:?}");
         }
     }
 

@@ -175,17 +175,10 @@ impl Facing {
         all.filter(|((place, _), _)| place.x >= 0.0).map(|((place, (_, share)), axes)| (place, share, axes))
     }
 
-    /// The frames that it mixes, as (column, row), and their shares.
-    pub(super) fn frames(&self) -> [((u32, u32), f32); 3] {
-        self.frames
-    }
-
-    /// Which of some of its pixels are solid, of a sheet of so many texels a row whose alpha is 0..=1.
-    pub(super) fn solid(&self, all: &[f32], wide: usize, among: &[u32]) -> Silhouette {
-        let sheet = self.texels(all, wide);
-        let own = |(place, share, _): (Vec2, f32, Frame)| sheet.between(place, |a| *a) * share;
-        let is_solid = |&&i: &&u32| self.looks(self.places[i as usize]).map(own).sum::<f32>() >= 0.5;
-        Silhouette::of(self.columns, self.rows, among.iter().filter(is_solid).map(|i| *i as usize))
+    /// Some of its pixels, counted row by row; places of the others are forgotten.
+    pub(super) fn some(mut self, pixels: Vec<u32>) -> Glimpse {
+        let places = std::mem::take(&mut self.places);
+        Glimpse { places: pixels.iter().map(|i| places[*i as usize]).collect(), facing: self, pixels }
     }
 
     /// The picture's alpha.
@@ -251,6 +244,30 @@ impl Facing {
             indices: vec![0, 1, 2, 0, 2, 3],
             ..Mesh::default()
         }
+    }
+}
+
+/// Some pixels of what faces a viewer.
+pub(super) struct Glimpse {
+    /// Without places.
+    facing: Facing,
+    pixels: Vec<u32>,
+    places: Vec<[Vec2; 3]>,
+}
+
+impl Glimpse {
+    /// The frames that it mixes, as (column, row), and their shares.
+    pub(super) fn frames(&self) -> impl Iterator<Item = ((u32, u32), f32)> {
+        self.facing.frames.into_iter().filter(|(_, share)| *share > 0.0)
+    }
+
+    /// Which of the pixels are solid, of a sheet of so many texels a row whose alpha is 0..=1.
+    pub(super) fn solid(&self, all: &[f32], wide: usize) -> Silhouette {
+        let (facing, sheet) = (&self.facing, self.facing.texels(all, wide));
+        let own = |(place, share, _): (Vec2, f32, Frame)| sheet.between(place, |a| *a) * share;
+        let is_solid = |&places: &[Vec2; 3]| facing.looks(places).map(own).sum::<f32>() >= 0.5;
+        let solid = self.pixels.iter().zip(&self.places).filter(|(_, places)| is_solid(places));
+        Silhouette::of(facing.columns, facing.rows, solid.map(|(i, _)| *i as usize))
     }
 }
 
