@@ -25,7 +25,7 @@ const LARGE: usize = 5;
 const CONTRAST: f32 = 1.5;
 
 /// The outlines of a full tree from all views.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Outlines {
     views: Vec<View>,
     columns: usize,

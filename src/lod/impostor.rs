@@ -391,8 +391,8 @@ impl Views {
     }
 }
 
-/// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, times
-/// `gain`, the fullest first. With one, a bare trunk keeps its width below a crown that is thin, where the texels that show
+/// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, the
+/// fullest first. With one, a bare trunk keeps its width below a crown that is thin, where the texels that show
 /// it in part would all be solid by the crown's measure; of twigs alone all rows are one. Of a row of one solid texel or
 /// none the fullest is shown as wide as the row is covered, so that a thin trunk has no gap.
 ///

@@ -105,7 +105,7 @@ pub type Seen<'a> = dyn Fn(&View) -> (Cow<'a, TreeMesh>, Cow<'a, Wardrobe>) + Sy
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// With what the full tree covers, where silhouettes are compared.
-    outlines: Option<(Outlines, Vec<Areas>)>,
+    outlines: Option<Arc<(Outlines, Vec<Areas>)>>,
     views: Vec<View>,
     targets: Vec<Target>,
     pixels: u32,
@@ -146,7 +146,7 @@ impl Reference {
         let made = Self::of(tree, wardrobe, (pixels, LINES), all, size);
         let outlines = Outlines::new(tree, &wardrobe.cutouts(), pixels.max(1) * made.samples, views);
         let areas = outlines.areas();
-        Self { outlines: Some((outlines, areas)), ..made }
+        Self { outlines: Some(Arc::new((outlines, areas))), ..made }
     }
 
     /// As [`new`](Self::new), from some of so many directions, for their colours.
@@ -218,7 +218,8 @@ impl Reference {
 
     /// How its silhouettes agree; as of the full tree where they are not compared.
     fn silhouettes(&self, seen: &Seen<'_>) -> Measured {
-        let Some((outlines, full)) = &self.outlines else { return Measured::same(self.pixels) };
+        let Some(of_full) = &self.outlines else { return Measured::same(self.pixels) };
+        let (outlines, full) = &**of_full;
         let drawn = outlines.for_each_view(|view| {
             let (tree, wardrobe) = seen(view);
             outlines.one(view, &tree, &wardrobe.cutouts()).areas()
