@@ -5,7 +5,7 @@
 //     node .ci/textures.mjs out/engines [PSNR]
 //
 // Prints decibels over the texels that can be seen, and the share of solid texels level by level. Exit code 1 when there is
-// none, one is below PSNR (35 by default; 33 for normals, whose noise no format of eight bits a texel keeps), or a level of
+// none, one is below PSNR (35 by default; 32 for normals, whose noise no format of eight bits a texel keeps), or a level of
 // 16 texels or more covers other than level 0 by over 2 %. Sheets of impostors change from texel to texel: the more of an
 // atlas they take, the fewer decibels it has.
 
