@@ -80,39 +80,12 @@ pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::Maps;
-    use crate::base::{Rotation, Seed};
-    use crate::lod::{Stock, Texels, ladder_with};
-    use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
+    use crate::lod::specimen::{climbed, on_trunk};
+    use crate::preset::plan::Lod;
 
     #[test]
     fn quads_of_a_dense_crown_cover_what_it_does() {
-        let mut builder = PlantBuilder::new();
-        let stem = builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::Y * 2.0, Vec3::Y * 4.0], &[0.2, 0.15, 0.1]);
-        for i in 0..60 {
-            let seed = Seed::new(6).at(i);
-            let way = seed.direction() * 1.6;
-            let twig = builder.branch(stem, seed.at(1).range(0.7, 1.0), &[Vec3::ZERO, way], &[0.03, 0.01]);
-            for k in 0..60 {
-                let seed = seed.at(10 + k);
-                let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
-                builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.35, 0));
-            }
-        }
-        let plant = builder.finish().unwrap();
-        let plain = Maps {
-            width: 8,
-            height: 8,
-            color: vec![[60, 110, 30, 255]; 64],
-            normal: vec![[128, 128, 255]; 64],
-            orm: vec![[255; 3]; 64],
-        };
-        let params =
-            MeshParams { sides: 8, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
-        let stock = Stock::new(std::slice::from_ref(&plain), &plain);
-        let lods = [Lod::Full, Lod::CrossedQuads].map(LodBudget::from);
-        let ladder = ladder_with(&plant, &params, &lods, &stock, Texels::all(64), Seed::new(1));
+        let ladder = climbed(&on_trunk(Vec3::X, (4.0, 0.2), (60, 60)), Lod::CrossedQuads);
         let level = &ladder.levels[1];
         assert!((level.measured.coverage - 1.0).abs() < 0.03, "{:?}", level.measured);
         assert!(crate::mesh::problems(&level.mesh.leaf).is_empty());

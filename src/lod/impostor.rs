@@ -64,6 +64,8 @@ const SLOPE: f32 = 1.2;
 const MOST_LEAVES: u32 = 4;
 /// Rows of so few solid texels are those of a trunk, or of the tip of a crown: they stay as the frame has them.
 const NARROW: usize = 4;
+/// A trunk is followed into the crown by such a part of a frame's rows.
+const INTO_CROWN: usize = 6;
 /// A row that covers so many texels is never left empty.
 const THIN: f32 = 0.08;
 
@@ -145,6 +147,8 @@ pub(super) struct Views {
 struct Drawn {
     /// A half and more is solid.
     alpha: Vec<f32>,
+    /// Texels of the trunk, which is as wide as it is whatever the gain.
+    trunk: Vec<bool>,
     /// Metres before the middle, smoothed and filled.
     depth: Vec<f32>,
     normal: Vec<[u8; 3]>,
@@ -220,12 +224,39 @@ fn fit(drawn: &mut [Drawn], layout: &Impostor, texels: usize, full: &[Shape<'_>]
     between.settle(&mut alphas, &deep, texels);
     for ((drawn, alpha), own) in drawn.iter_mut().zip(alphas).zip(own) {
         drawn.alpha = alpha;
-        // A trunk of less than half a pixel would go, too: it stays as wide as it is.
-        let rows = drawn.alpha.chunks_exact_mut(texels).zip(own.chunks_exact(texels));
-        for (alpha, own) in rows.filter(|(_, own)| own.iter().filter(|a| **a >= 0.5).count() <= NARROW) {
+        drawn.trunk = keep_trunk(&mut drawn.alpha, &own, texels);
+    }
+}
+
+/// Gives a trunk back to a frame of `texels` an edge, whose own alpha is `own`: it is less than half a pixel wide where frames are
+/// settled, and would go. It stands in rows of few solid texels, and goes on between the leaves above them. Tells which texels
+/// are its.
+fn keep_trunk(alpha: &mut [f32], own: &[f32], texels: usize) -> Vec<bool> {
+    let is_solid = |alpha: &f32| *alpha >= 0.5;
+    let mut is_trunk = vec![false; alpha.len()];
+    let (mut columns, mut above): (Vec<usize>, usize) = (Vec::new(), 0);
+    // From the foot up.
+    let rows = alpha.chunks_exact_mut(texels).zip(own.chunks_exact(texels)).zip(is_trunk.chunks_exact_mut(texels));
+    for ((alpha, own), is_trunk) in rows.rev() {
+        let solid: Vec<usize> = (0..texels).filter(|&x| is_solid(&own[x])).collect();
+        if solid.len() <= NARROW {
+            alpha.copy_from_slice(own);
+            is_trunk.fill(true);
+            if !solid.is_empty() {
+                (columns, above) = (solid, texels / INTO_CROWN);
+            }
+        } else if above > 0 {
+            above -= 1;
+            for &x in &columns {
+                alpha[x] = alpha[x].max(own[x]);
+                is_trunk[x] = true;
+            }
+        }
+        if !alpha.iter().any(is_solid) {
             alpha.copy_from_slice(own);
         }
     }
+    is_trunk
 }
 
 /// What frames hold, row by row of the sheet of so many frames along an edge, each of so many texels.
@@ -339,6 +370,7 @@ impl Drawn {
             depth: depths(&target),
             normal: target.normal.iter().map(normal).collect(),
             open: target.occlusion.iter().map(|o| (o.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect(),
+            trunk: vec![false; alpha.len()],
             alpha,
             recipe,
         }
@@ -361,7 +393,11 @@ impl Views {
 
     /// Alpha of the sheet.
     fn alpha(&self, gain: f32) -> Vec<u8> {
-        let of = |drawn: &Drawn| drawn.alpha.iter().map(|a| (a * gain * 255.0 + 0.5).clamp(0.0, 255.0) as u8).collect();
+        let texel = |(alpha, is_trunk): (&f32, &bool)| {
+            let gain = if *is_trunk { 1.0 } else { gain };
+            (alpha * gain * 255.0 + 0.5).clamp(0.0, 255.0) as u8
+        };
+        let of = |drawn: &Drawn| drawn.alpha.iter().zip(&drawn.trunk).map(texel).collect();
         let alphas: Vec<Vec<u8>> = self.drawn.par_iter().map(of).collect();
         self.laid_out(|frame| &alphas[frame])
     }
@@ -471,11 +507,9 @@ fn depths(target: &Target) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::Maps;
-    use crate::base::Rotation;
-    use crate::lod::{Stock, Texels as LadderTexels, ladder_with};
-    use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
+    use crate::lod::specimen::{climbed, on_trunk};
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::Lod;
 
     #[test]
     fn axes_are_turned_right_and_corners_are_level() {
@@ -518,27 +552,27 @@ mod tests {
     }
 
     #[test]
+    fn a_trunk_is_given_back_up_into_the_crown_and_no_row_is_lost() {
+        // Twelve rows: four of a full crown, four of leaves on both sides of the trunk, four of the trunk alone.
+        let own: Vec<f32> = (0..144)
+            .map(|i| match (i % 12, i / 12) {
+                (_, 0..4) | (5, _) | (1..=3 | 8..=10, 4..8) => 0.8,
+                _ => 0.0,
+            })
+            .collect();
+        let mut alpha: Vec<f32> = (0..144).map(|i| if i < 36 { 0.6 } else { 0.1 }).collect();
+        let is_trunk = keep_trunk(&mut alpha, &own, 12);
+        let solid = |x: usize, y: usize| alpha[y * 12 + x] >= 0.5;
+        assert!((4..12).all(|y| solid(5, y)));
+        // Two rows of leaves are left as they were settled, and what would be empty is as it was.
+        assert!((6..8).all(|y| !solid(2, y) && !solid(9, y)) && (0..12).all(|y| (0..12).any(|x| solid(x, y))));
+        assert!(alpha[..36].iter().all(|alpha| *alpha == 0.6));
+        assert!((6..12).all(|y| is_trunk[y * 12 + 5]) && !is_trunk[..72].contains(&true));
+    }
+
+    #[test]
     fn a_trunk_of_less_than_half_a_pixel_is_whole_in_every_frame() {
-        let mut builder = PlantBuilder::new();
-        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::Y * 8.0], &[0.08, 0.07, 0.04]);
-        for i in 0..40 {
-            let seed = Seed::new(2).at(i);
-            let way = seed.direction() * 1.5;
-            let twig = builder.branch(stem, seed.at(1).range(0.75, 1.0), &[Vec3::ZERO, way], &[0.02, 0.01]);
-            for k in 0..30 {
-                let seed = seed.at(10 + k);
-                let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
-                builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.4, 0));
-            }
-        }
-        let color = vec![[60, 110, 30, 255]; 64];
-        let plain = Maps { width: 8, height: 8, color, normal: vec![[128, 128, 255]; 64], orm: vec![[255; 3]; 64] };
-        let params =
-            MeshParams { sides: 8, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
-        let stock = Stock::new(std::slice::from_ref(&plain), &plain);
-        let lods = [Lod::Full, Lod::Impostor { frames: 10 }].map(LodBudget::from);
-        let ladder =
-            ladder_with(&builder.finish().unwrap(), &params, &lods, &stock, LadderTexels::all(64), Seed::new(1));
+        let ladder = climbed(&on_trunk(Vec3::ZERO, (8.0, 0.08), (40, 30)), Lod::Impostor { frames: 10 });
         let (sheet, texels) = (&ladder.tiles[0], 48);
         assert_eq!(sheet.width, 480);
         // Level frames: along the edges of the sheet. The crown begins above half of the height.

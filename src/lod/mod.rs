@@ -20,6 +20,8 @@ mod packed;
 mod parallax;
 mod planes;
 mod sizes;
+#[cfg(test)]
+mod specimen;
 mod thin;
 mod tile;
 mod trunk;

@@ -1,0 +1,42 @@
+//! A tree for tests: a ball of twigs and leaves on a trunk, and what its levels are made with.
+
+use glam::Vec3;
+
+use super::{Ladder, Stock, Texels, ladder_with};
+use crate::bake::Maps;
+use crate::base::{Rotation, Seed};
+use crate::plant::{Leaf, Plant, PlantBuilder};
+use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
+
+/// A trunk that stands at `foot`, `height` high and `radius` thick at its base, whose crown begins at three quarters of it: so
+/// many twigs of one and a half metres with so many leaves each.
+pub(super) fn on_trunk(foot: Vec3, (height, radius): (f32, f32), (twigs, leaves): (u64, u64)) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let radii = [1.0, 0.8, 0.5].map(|part| part * radius);
+    let stem = builder.stem(foot, &[Vec3::ZERO, Vec3::Y * (0.5 * height), Vec3::Y * height], &radii);
+    for i in 0..twigs {
+        let seed = Seed::new(6).at(i);
+        let way = seed.direction() * 1.5;
+        let twig = builder.branch(stem, seed.at(1).range(0.75, 1.0), &[Vec3::ZERO, way], &[0.02, 0.01]);
+        for k in 0..leaves {
+            let seed = seed.at(10 + k);
+            let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+            builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.4, 0));
+        }
+    }
+    builder.finish().expect("it is sound")
+}
+
+/// The tree in full and one level more, in plain pictures.
+pub(super) fn climbed(plant: &Plant, lod: Lod) -> Ladder {
+    let plain = Maps {
+        width: 8,
+        height: 8,
+        color: vec![[60, 110, 30, 255]; 64],
+        normal: vec![[128, 128, 255]; 64],
+        orm: vec![[255; 3]; 64],
+    };
+    let params = MeshParams { sides: 8, error: 0.01, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+    let stock = Stock::new(std::slice::from_ref(&plain), &plain);
+    ladder_with(plant, &params, &[Lod::Full, lod].map(LodBudget::from), &stock, Texels::all(64), Seed::new(1))
+}
