@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 6);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 27);
+const LADDER: Stage = Stage("ladder", 28);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 22);
+const LEVEL: Stage = Stage("level", 23);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 3);
 /// What levels are measured with; kept in memory only.

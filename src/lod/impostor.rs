@@ -66,6 +66,9 @@ const MOST_LEAVES: u32 = 4;
 const NARROW: usize = 4;
 /// A trunk is followed into the crown by such a part of a frame's rows.
 const INTO_CROWN: usize = 6;
+/// Rows above and below with which a trunk's row is drawn: frames of which one has it a texel wide and the next two show lumps
+/// where they are mixed, and gaps where the trunk leans.
+const EVEN: usize = 2;
 /// A row that covers so many texels is never left empty.
 const THIN: f32 = 0.08;
 
@@ -232,7 +235,7 @@ fn fit(drawn: &mut [Drawn], layout: &Impostor, texels: usize, full: &[Shape<'_>]
 /// settled, and would go. It stands in rows of few solid texels, and goes on between the leaves above them. Tells which texels
 /// are its.
 fn keep_trunk(alpha: &mut [f32], own: &[f32], texels: usize) -> Vec<bool> {
-    let is_solid = |alpha: &f32| *alpha >= 0.5;
+    let own = &evened(own, texels);
     let mut is_trunk = vec![false; alpha.len()];
     let (mut columns, mut above): (Vec<usize>, usize) = (Vec::new(), 0);
     // From the foot up.
@@ -257,6 +260,29 @@ fn keep_trunk(alpha: &mut [f32], own: &[f32], texels: usize) -> Vec<bool> {
         }
     }
     is_trunk
+}
+
+/// Alpha of a frame's texels, where a row of the trunk is the mean of those of the trunk around it.
+fn evened(own: &[f32], texels: usize) -> Vec<f32> {
+    let rows: Vec<&[f32]> = own.chunks_exact(texels).collect();
+    let is_trunk: Vec<bool> =
+        rows.iter().map(|row| (1..=NARROW).contains(&row.iter().filter(|alpha| is_solid(alpha)).count())).collect();
+    let mut all = own.to_vec();
+    for (y, row) in all.chunks_exact_mut(texels).enumerate().filter(|(y, _)| is_trunk[*y]) {
+        let around = y.saturating_sub(EVEN)..(y + EVEN + 1).min(rows.len());
+        let around: Vec<&[f32]> = around.filter(|&y| is_trunk[y]).map(|y| rows[y]).collect();
+        let even = |x: usize| around.iter().map(|row| row[x]).sum::<f32>() / around.len() as f32;
+        let even: Vec<f32> = (0..texels).map(even).collect();
+        // A trunk that lies nearly level has nothing in common with the rows around.
+        if even.iter().any(is_solid) {
+            row.copy_from_slice(&even);
+        }
+    }
+    all
+}
+
+fn is_solid(alpha: &f32) -> bool {
+    *alpha >= 0.5
 }
 
 /// What frames hold, row by row of the sheet of so many frames along an edge, each of so many texels.
@@ -568,6 +594,26 @@ mod tests {
         assert!((6..8).all(|y| !solid(2, y) && !solid(9, y)) && (0..12).all(|y| (0..12).any(|x| solid(x, y))));
         assert!(alpha[..36].iter().all(|alpha| *alpha == 0.6));
         assert!((6..12).all(|y| is_trunk[y * 12 + 5]) && !is_trunk[..72].contains(&true));
+    }
+
+    #[test]
+    fn a_trunk_is_as_wide_in_each_of_its_rows_and_takes_nothing_of_the_crown() {
+        // A crown of four rows, a trunk whose rows are one and two texels wide in turn, and an empty row below its foot.
+        let own: Vec<f32> = (0..144)
+            .map(|i| match (i % 12, i / 12) {
+                (_, 0..4) | (5, 4..11) => 0.8,
+                (6, y @ 4..11) => 0.2 + 0.6 * (y % 2) as f32,
+                _ => 0.0,
+            })
+            .collect();
+        let even = evened(&own, 12);
+        assert_eq!((&even[..48], &even[132..]), (&own[..48], &own[132..]));
+        let beside: Vec<f32> = (6..9).map(|y| even[y * 12 + 6]).collect();
+        assert!(beside.iter().all(|alpha| (0.4..0.6).contains(alpha)), "{beside:?}");
+        assert!((4..11).all(|y| (even[y * 12 + 5] - 0.8).abs() < 1e-6));
+        // A row that is a trunk's alone is as it was.
+        let lone: Vec<f32> = (0..144).map(|i| if i == 65 { 0.7 } else { 0.0 }).collect();
+        assert_eq!(evened(&lone, 12), lone);
     }
 
     #[test]
