@@ -17,7 +17,7 @@
 //! away from the picture are skipped; pictures are at most 8192 samples wide and high.
 
 use bytemuck::zeroed_vec;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::cutout::Level;
@@ -25,7 +25,7 @@ use super::draft::Draft;
 use super::picture::{Picture, Repeat};
 use super::recipe::{Palette, Recipe};
 use super::samples::{
-    Extent, Grid, Plane, Point, SMALL, corner_points, edge, extent, holds_any, is_back, project, scan,
+    Extent, Grid, Plane, Point, SMALL, Small, corner_points, edge, extent, holds_any, is_back, mixed, project, scan_box,
 };
 use super::shade::{Fragment, Light, Shading};
 use super::shader::{Face, Worn};
@@ -400,13 +400,36 @@ impl<'a> Scene<'a> {
         if surface.closed && is_back(points) {
             return;
         }
+        let Some(extent) = extent(points, self.grid) else { return };
         let rows = first..first + buffer.len() / self.grid.columns;
-        let cutout = surface.repeat == Repeat::Cutout;
+        let worn = || {
+            let area = edge(points[0], points[1], points[2].x, points[2].y);
+            Worn::new(surface, area, corners, (surface.repeat == Repeat::Cutout).then_some(1.0))
+        };
+        if let Some(small) = Small::new(points, extent) {
+            let inverse = small.inverse();
+            let depths = points.map(|p| p.depth * inverse);
+            let mut setup: Option<(Option<&Level>, bool, [Vec2; 3])> = None;
+            small.each(rows, |row, column, at| {
+                let sample = &mut buffer[(row - first) * self.grid.columns + column];
+                let depth = mixed(depths, at);
+                if !self.range.takes(depth, sample) {
+                    return;
+                }
+                let (level, magnified, uvs) = setup.get_or_insert_with(|| {
+                    let worn = worn();
+                    (worn.level_of(surface), worn.magnified, worn.uv.map(|uv| uv * inverse))
+                });
+                if level.is_none_or(|level| level.shows(*magnified, mixed(*uvs, at))) {
+                    *sample = Sample { depth, triangle: name };
+                }
+            });
+            return;
+        }
         let mut setup: Option<(Worn, Plane<DVec3>)> = None;
-        scan(points, self.grid, rows, |row, left, right| {
+        scan_box(points, self.grid, rows, |row, left, right| {
             let (worn, plane) = setup.get_or_insert_with(|| {
-                let area = edge(points[0], points[1], points[2].x, points[2].y);
-                let worn = Worn::new(surface, area, corners, cutout.then_some(1.0));
+                let worn = worn();
                 let values = std::array::from_fn(|k| worn.uv[k].extend(points[k].depth).as_dvec3());
                 (worn, Plane::new(points, values))
             });
@@ -418,6 +441,13 @@ impl<'a> Scene<'a> {
 }
 
 impl Range {
+    /// Whether what lies at a depth is seen before what a sample shows.
+    #[inline]
+    fn takes(&self, depth: f32, sample: &Sample) -> bool {
+        let kept = self.first_stays && sample.triangle != NONE;
+        !kept && depth > sample.depth && depth <= self.near && depth >= self.far
+    }
+
     /// Puts a triangle into a run of samples where it is nearer than what is there; `start` and `across` are its
     /// coordinates and depth at the first of them and to the next.
     #[inline]
@@ -428,12 +458,10 @@ impl Range {
         (start, across): (Vec3, Vec3),
         line: &mut [Sample],
     ) {
-        // Those that are opaque wear no picture here.
-        let level = worn.picture.map(|t| surface.pictures[t].cutout().at(worn.level));
+        let level = worn.level_of(surface);
         for (k, sample) in line.iter_mut().enumerate() {
             let depth = start.z + across.z * k as f32;
-            let kept = self.first_stays && sample.triangle != NONE;
-            if kept || !(depth > sample.depth && depth <= self.near && depth >= self.far) {
+            if !self.takes(depth, sample) {
                 continue;
             }
             let shows = |level: &Level| level.shows(worn.magnified, (start + across * k as f32).truncate());

@@ -149,6 +149,80 @@ pub(super) fn scan_box(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: i
     }
 }
 
+/// Farthest that the corners of a [`Small`] triangle lie apart along an axis, units: products of edges are far below 2^31.
+const SMALL_SPAN: i32 = 6 * SUBSAMPLE as i32;
+
+/// A triangle of few samples, told by its edges at each of them: sides that are followed from row to row take divisions,
+/// which cost more than a look at every sample of the box, and what corners have is mixed by the same edges.
+pub(super) struct Small {
+    /// At the middle of the box's first sample, to the next column and to the next row: of the edges across from each
+    /// corner, squared units, positive within.
+    first: [i32; 3],
+    across: [i32; 3],
+    down: [i32; 3],
+    /// Least that a sample of the triangle has: 0 for upper and left edges, which belong to it, else 1.
+    least: [i32; 3],
+    columns: (usize, usize),
+    rows: (usize, usize),
+}
+
+impl Small {
+    /// None for what is larger, or has no area.
+    #[inline]
+    pub(super) fn new(p: [Point; 3], (columns, rows): Extent) -> Option<Self> {
+        let span = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
+        let (wide, high) = (span(p[0].x, p[1].x, p[2].x), span(p[0].y, p[1].y, p[2].y));
+        if wide > SMALL_SPAN || high > SMALL_SPAN {
+            return None;
+        }
+        let [a, b, c] = p;
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        if area == 0 {
+            return None;
+        }
+        let sign = area.signum();
+        let (x, y) = ((columns.0 as i32) * 256 + 128, (rows.0 as i32) * 256 + 128);
+        let mut small = Self { first: [0; 3], across: [0; 3], down: [0; 3], least: [0; 3], columns, rows };
+        for (k, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
+            let (dx, dy) = ((to.x - from.x) * sign, (to.y - from.y) * sign);
+            small.first[k] = dx * (y - from.y) - dy * (x - from.x);
+            (small.across[k], small.down[k]) = (-dy * 256, dx * 256);
+            small.least[k] = i32::from(!(dy < 0 || dy == 0 && dx > 0));
+        }
+        Some(small)
+    }
+
+    /// Calls `put` with the row, the column and the edges at each sample that the triangle covers within some rows.
+    #[inline]
+    pub(super) fn each(&self, rows: Range<usize>, mut put: impl FnMut(usize, usize, [i32; 3])) {
+        let rows = self.rows.0.max(rows.start)..(self.rows.1 + 1).min(rows.end);
+        let down = rows.start.saturating_sub(self.rows.0) as i32;
+        let mut line: [i32; 3] = std::array::from_fn(|k| self.first[k] + self.down[k] * down);
+        for row in rows {
+            let mut at = line;
+            for column in self.columns.0..=self.columns.1 {
+                if (at[0] - self.least[0]) | (at[1] - self.least[1]) | (at[2] - self.least[2]) >= 0 {
+                    put(row, column, at);
+                }
+                at = std::array::from_fn(|k| at[k] + self.across[k]);
+            }
+            line = std::array::from_fn(|k| line[k] + self.down[k]);
+        }
+    }
+
+    /// One over the sum of the edges, which is the same at all samples: twice the area, squared units.
+    #[inline]
+    pub(super) fn inverse(&self) -> f32 {
+        1.0 / self.first.iter().sum::<i32>() as f32
+    }
+}
+
+/// What corners have, mixed by a [`Small`] triangle's edges.
+#[inline]
+pub(super) fn mixed<V: Copy + Add<Output = V> + Mul<f32, Output = V>>([a, b, c]: [V; 3], at: [i32; 3]) -> V {
+    a * at[0] as f32 + b * at[1] as f32 + c * at[2] as f32
+}
+
 /// Corners from the top down.
 #[inline]
 fn by_height([mut a, mut b, mut c]: [Point; 3]) -> [Point; 3] {

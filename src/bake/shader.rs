@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::cutout::Level;
 use super::picture::{Picture, Repeat};
 use super::raster::Surface;
 use super::recipe::Palette;
@@ -36,6 +37,12 @@ impl Worn {
         let texels = (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs() * picture.texels();
         let share = samples * texels / (area.abs() as f32 / (SUBSAMPLE * SUBSAMPLE));
         Self { picture: Some(tile as usize), level: picture.level(share), magnified: share < 1.0, ..plain }
+    }
+
+    /// What its alpha is tested by; nothing that is opaque was asked for a picture.
+    #[inline]
+    pub(super) fn level_of<'a>(&self, surface: &Surface<'a>) -> Option<&'a Level> {
+        self.picture.map(|t| surface.pictures[t].cutout().at(self.level))
     }
 }
 
