@@ -4,7 +4,7 @@
 //! Two passes: the first finds for every sample the nearest triangle (a visibility buffer; only depth and alpha are
 //! looked at), the second fetches colour, normal and occlusion once for each triangle that a pixel shows, at the middle of
 //! its samples there, and weighs them by their samples. Most triangles of a tree are smaller than a pixel: those whose
-//! box holds few samples are tested against them at once, and most go no further. (Tried: from front to back with a
+//! box holds few samples are tested against each of them, without a division. (Tried: from front to back with a
 //! hierarchical z-buffer. Nothing is hidden by it where triangles have 1.3 samples each, as those of impostors have, and as
 //! much is won as lost in large pictures.)
 //!

@@ -42,24 +42,30 @@ pub(super) struct Grid {
 
 /// Where a mesh's vertices lie in a picture.
 struct Projection {
-    view: View,
-    scale: Vec2,
-    middle: Vec2,
+    /// Units a metre, to the right and down.
+    across: Vec3,
+    down: Vec3,
+    towards: Vec3,
+    /// Of the world's origin: units, and metres before the view's middle.
+    origin: Vec3,
 }
 
 impl Projection {
     fn new(view: &View, grid: Grid) -> Self {
         let middle = Vec2::new(grid.columns as f32, grid.rows as f32) * (0.5 * SUBSAMPLE);
-        Self { view: *view, scale: middle / Vec2::new(view.half_width, view.half_height), middle }
+        let scale = middle / Vec2::new(view.half_width, view.half_height);
+        let (across, down, towards) = (view.frame.x * scale.x, view.frame.y * -scale.y, view.frame.z);
+        let off = Vec3::new(across.dot(view.centre), down.dot(view.centre), towards.dot(view.centre));
+        Self { across, down, towards, origin: middle.extend(0.0) - off }
     }
 
     #[inline]
     fn point(&self, p: Vec3) -> Point {
-        let local = self.view.frame.to_local(p - self.view.centre);
-        let (x, y) = (self.middle.x + local.x * self.scale.x, self.middle.y - local.y * self.scale.y);
+        let (x, y) = (self.across.dot(p) + self.origin.x, self.down.dot(p) + self.origin.y);
+        let depth = self.towards.dot(p) + self.origin.z;
         // Written so that NaN fails it.
-        if x.abs() < FARTHEST && y.abs() < FARTHEST && local.z.is_finite() {
-            Point { x: round(x), y: round(y), depth: local.z }
+        if x.abs() < FARTHEST && y.abs() < FARTHEST && depth.is_finite() {
+            Point { x: round(x), y: round(y), depth }
         } else {
             Point::NOWHERE
         }
@@ -238,6 +244,10 @@ fn by_height([mut a, mut b, mut c]: [Point; 3]) -> [Point; 3] {
     [a, b, c]
 }
 
+/// By how little a [`Side`] may pass a sample that is then taken to lie on it, in units times 2^16: more than its rounding
+/// comes to along a [`Small`] triangle, and less than half of one over the height of those, so that both find the same.
+const TIE: i64 = 16;
+
 /// An edge of a triangle, row by row: triangles on both sides of it have the same.
 struct Side {
     /// Where it crosses the middle of the row, in units times 2^16.
@@ -259,7 +269,7 @@ impl Side {
     /// The first column whose middle is not left of it; then it goes on to the next row.
     #[inline]
     fn next(&mut self, grid: Grid) -> usize {
-        let column = (self.x + (127 << 16) + 0xffff) >> 24;
+        let column = (self.x - TIE + (127 << 16) + 0xffff) >> 24;
         self.x += self.step;
         column.clamp(0, grid.columns as i64) as usize
     }
@@ -332,5 +342,37 @@ mod tests {
             }
         }
         assert!(seen > 10_000, "{seen}");
+    }
+
+    #[test]
+    fn small_triangles_cover_what_sides_do_and_mix_what_corners_have() {
+        let grid = Grid { columns: 12, rows: 12 };
+        let (mut seen, mut of_edges) = (0, 0);
+        for i in 0..4000 {
+            // Every other on a lattice that holds the middles of samples: many edges pass through some.
+            let step = if i % 2 == 0 { 128 } else { 1 };
+            let at = |k: u64| Seed::new(4).at(i).at(k).index((SMALL_SPAN / step) as usize) as i32 * step + 640;
+            let p = [0, 2, 4].map(|k| Point { x: at(k), y: at(k + 1), depth: 0.0 });
+            let Some(extent) = extent(p, grid) else { continue };
+            let (mut by_sides, mut by_edges) = (Vec::new(), Vec::new());
+            let rows = if i % 3 == 0 { 4..6 } else { 0..12 };
+            scan(p, grid, rows.clone(), |row, left, right| by_sides.extend((left..right).map(|column| (row, column))));
+            if let Some(small) = Small::new(p, extent) {
+                let inverse = small.inverse();
+                small.each(rows, |row, column, at| {
+                    by_edges.push((row, column));
+                    let place = mixed(p.map(|p| Vec2::new(p.x as f32, p.y as f32) * inverse), at);
+                    let middle = Vec2::new(column as f32, row as f32) * 256.0 + 128.0;
+                    assert!(place.distance(middle) < 0.1, "{i}: {place} {middle}");
+                    of_edges += u32::from(at.contains(&0));
+                });
+            }
+            seen += by_edges.len();
+            assert_eq!(by_edges, by_sides, "{i}");
+        }
+        assert!(seen > 5000 && of_edges > 500, "{seen} {of_edges}");
+        let far = |x: i32| Point { x, y: x / 2, depth: 0.0 };
+        let large = [far(0), far(SMALL_SPAN + 1), Point { x: 0, y: 300, depth: 0.0 }];
+        assert!(Small::new(large, extent(large, grid).unwrap()).is_none());
     }
 }

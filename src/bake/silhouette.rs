@@ -87,25 +87,33 @@ impl Areas {
         self.sums.last().copied().unwrap_or(0)
     }
 
-    /// Covered samples of each pixel of `size` by `size` samples, the first of them at column and row `from`; what is left
-    /// over at the right and below is dropped.
+    /// Pixels that both or either of two drawings cover by half or more, of pixels of `size` by `size` samples, the first of
+    /// them at column and row `from`; what is left over at the right and below is dropped.
     #[must_use]
-    pub fn pixels(&self, size: usize, from: (usize, usize)) -> Vec<u32> {
+    pub fn overlap(&self, other: &Self, size: usize, from: (usize, usize)) -> (u32, u32) {
         let size = size.max(1);
-        let stride = self.columns + 1;
-        let (x, y) = (from.0.min(self.columns), from.1.min(self.rows));
-        let (width, height) = ((self.columns - x) / size, (self.rows - y) / size);
-        let mut counts = vec![0; width * height];
-        for (row, line) in counts.chunks_exact_mut(width.max(1)).enumerate() {
-            let [upper, lower] = [row, row + 1].map(|row| &self.sums[(y + row * size) * stride + x..][..stride - x]);
-            let mut left = lower[0] - upper[0];
-            for (k, count) in (1..).zip(line) {
-                let right = lower[k * size] - upper[k * size];
-                *count = right - left;
+        let half = (size * size).div_ceil(2) as u32;
+        let (columns, rows) = (self.columns.min(other.columns), self.rows.min(other.rows));
+        let (x, y) = (from.0.min(columns), from.1.min(rows));
+        let width = (columns - x) / size;
+        let (mut both, mut either) = (0, 0);
+        for row in 0..(rows - y) / size {
+            // Of the rows above and below the pixels, at the corners of each.
+            let corners = |of: &'_ Self, row: usize| (y + row * size) * (of.columns + 1) + x;
+            let lines = |of: &'_ Self| [corners(of, row), corners(of, row + 1)];
+            let [above, below] = lines(self).map(|at| &self.sums[at..=at + width * size]);
+            let [other_above, other_below] = lines(other).map(|at| &other.sums[at..=at + width * size]);
+            let area = |k: usize| (below[k] - above[k], other_below[k] - other_above[k]);
+            let mut left = area(0);
+            for k in 1..=width {
+                let right = area(k * size);
+                let (a, b) = (right.0 - left.0 >= half, right.1 - left.1 >= half);
+                both += u32::from(a & b);
+                either += u32::from(a | b);
                 left = right;
             }
         }
-        counts
+        (both, either)
     }
 }
 
@@ -356,30 +364,34 @@ mod tests {
 
     #[test]
     fn pixels_of_any_size_add_up() {
-        let mesh = strewn(60);
-        let drawn = Silhouette::new(
-            &[Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled, closed: false }],
-            &front(1.5),
-            150,
-            90,
-        );
+        let [drawn, other] = [60, 90].map(|count| {
+            let mesh = strewn(count);
+            let shapes = [Shape { mesh: &mesh, cutouts: &[], repeat: Repeat::Tiled, closed: false }];
+            Silhouette::new(&shapes, &front(1.5), 150, 90)
+        });
         for size in [1, 2, 3, 5, 10, 15, 30] {
             let sum: u64 = drawn.pixels(size).iter().map(|c| u64::from(*c)).sum();
             assert_eq!(sum, drawn.count(), "{size}");
-            assert!(
-                drawn.areas().pixels(size, (0, 0)).into_iter().eq(drawn.pixels(size).into_iter().map(u32::from)),
-                "{size}"
-            );
         }
-        let (areas, samples) = (drawn.areas(), drawn.pixels(1));
-        let (width, height) = ((150 - 5) / 7, (90 - 3) / 7);
-        let covered = |x: usize, y: usize| {
-            (y..y + 7).flat_map(|y| (x..x + 7).map(move |x| (x, y))).map(|(x, y)| u32::from(samples[y * 150 + x])).sum()
-        };
-        let expected: Vec<u32> = (0..width * height).map(|i| covered(5 + i % width * 7, 3 + i / width * 7)).collect();
-        assert_eq!(areas.pixels(7, (5, 3)), expected);
-        assert!(areas.pixels(7, (151, 0)).is_empty());
         assert_eq!(drawn.pixels(64).len(), 2);
+        assert_eq!(u64::from(drawn.areas().count()), drawn.count());
+        let samples = [&drawn, &other].map(|drawn| drawn.pixels(1));
+        let areas = [&drawn, &other].map(Silhouette::areas);
+        for (size, (x, y)) in [(1, (0, 0)), (2, (0, 0)), (7, (5, 3)), (15, (0, 7)), (90, (60, 0))] {
+            let half = |samples: &[u16], row: usize, column: usize| {
+                let rows = (0..size).map(|down| &samples[(y + row * size + down) * 150 + x + column * size..][..size]);
+                2 * rows.flatten().map(|s| usize::from(*s)).sum::<usize>() >= size * size
+            };
+            let (mut both, mut either) = (0, 0);
+            for (row, column) in (0..(90 - y) / size).flat_map(|row| (0..(150 - x) / size).map(move |c| (row, c))) {
+                let [a, b] = [0, 1].map(|i| half(&samples[i], row, column));
+                both += u32::from(a && b);
+                either += u32::from(a || b);
+            }
+            assert!(either > 0);
+            assert_eq!(areas[0].overlap(&areas[1], size, (x, y)), (both, either), "{size}");
+        }
+        assert_eq!(areas[0].overlap(&areas[1], 7, (151, 0)), (0, 0));
     }
 
     #[test]

@@ -17,14 +17,14 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 6);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 28);
+const LADDER: Stage = Stage("ladder", 29);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 23);
+const LEVEL: Stage = Stage("level", 24);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 3);
+const FOOTING: Stage = Stage("footing", 4);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 2);
-const REFERENCE: Stage = Stage("reference", 2);
+const OUTLINES: Stage = Stage("outlines", 3);
+const REFERENCE: Stage = Stage("reference", 3);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 1);
 

@@ -180,13 +180,7 @@ fn iou(a: &Areas, b: &Areas, size: usize) -> f32 {
 }
 
 fn iou_from(a: &Areas, b: &Areas, size: usize, from: (usize, usize)) -> f32 {
-    let half = (size * size).div_ceil(2) as u32;
-    let (mut both, mut either) = (0_u32, 0_u32);
-    for (a, b) in a.pixels(size, from).into_iter().zip(b.pixels(size, from)) {
-        let (a, b) = (a >= half, b >= half);
-        both += u32::from(a && b);
-        either += u32::from(a || b);
-    }
+    let (both, either) = a.overlap(b, size, from);
     if either == 0 { 1.0 } else { both as f32 / either as f32 }
 }
 
