@@ -434,7 +434,12 @@ impl<'a> Bench<'a> {
 
     fn shown(&self, lines: u32) -> &Shown {
         let kept = if lines == FINE { &self.fine } else { &self.coarse };
-        let views = if lines == FINE { VIEWS * 3 / 8 } else { VIEWS };
+        let views = match lines {
+            FINE => VIEWS * 3 / 8,
+            // Twigs lie over each other from one side and beside each other from the next.
+            _ if self.full.leaf.indices.is_empty() => VIEWS * 2,
+            _ => VIEWS,
+        };
         let mut make = || Outlines::new(self.full, &self.cutouts, lines, views);
         once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
     }
