@@ -274,7 +274,7 @@ mod tests {
         let plain = [plain()];
         let sheet = packed(&ladder.tiles)[0].maps(&palette(&plain, &plain[0]));
         let layout = ladder.levels[1].impostor.unwrap();
-        let reference = Reference::new(&ladder.levels[0].mesh, &Wardrobe::new(&plain, &plain[0]), 120, 16);
+        let reference = Reference::new(&ladder.levels[0].mesh, &Wardrobe::new(&plain, &plain[0]), 120, 32);
         let seen = reference
             .measure_from(&|view| layout.as_seen(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE)), Asked::Silhouette);
         assert!((seen.coverage - 1.0).abs() < 0.02, "{}", seen.coverage);
