@@ -409,6 +409,7 @@ impl<'a> Scene<'a> {
         if let Some(small) = Small::new(points, extent) {
             let inverse = small.inverse();
             let depths = points.map(|p| p.depth * inverse);
+            // What cuts it out, whether its texels are larger than samples, and where its corners lie in its picture.
             let mut setup: Option<(Option<&Level>, bool, [Vec2; 3])> = None;
             small.each(rows, |row, column, at| {
                 let sample = &mut buffer[(row - first) * self.grid.columns + column];

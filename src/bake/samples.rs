@@ -202,7 +202,11 @@ impl Small {
     #[inline]
     pub(super) fn each(&self, rows: Range<usize>, mut put: impl FnMut(usize, usize, [i32; 3])) {
         let rows = self.rows.0.max(rows.start)..(self.rows.1 + 1).min(rows.end);
-        let down = rows.start.saturating_sub(self.rows.0) as i32;
+        if rows.is_empty() {
+            return;
+        }
+        // A few rows at most: no product overflows.
+        let down = (rows.start - self.rows.0) as i32;
         let mut line: [i32; 3] = std::array::from_fn(|k| self.first[k] + self.down[k] * down);
         for row in rows {
             let mut at = line;
@@ -355,7 +359,7 @@ mod tests {
             let p = [0, 2, 4].map(|k| Point { x: at(k), y: at(k + 1), depth: 0.0 });
             let Some(extent) = extent(p, grid) else { continue };
             let (mut by_sides, mut by_edges) = (Vec::new(), Vec::new());
-            let rows = if i % 3 == 0 { 4..6 } else { 0..12 };
+            let rows = [4..6, 0..12, 9000..9032][i as usize % 3].clone();
             scan(p, grid, rows.clone(), |row, left, right| by_sides.extend((left..right).map(|column| (row, column))));
             if let Some(small) = Small::new(p, extent) {
                 let inverse = small.inverse();
@@ -370,7 +374,7 @@ mod tests {
             seen += by_edges.len();
             assert_eq!(by_edges, by_sides, "{i}");
         }
-        assert!(seen > 5000 && of_edges > 500, "{seen} {of_edges}");
+        assert!(seen > 3000 && of_edges > 300, "{seen} {of_edges}");
         let far = |x: i32| Point { x, y: x / 2, depth: 0.0 };
         let large = [far(0), far(SMALL_SPAN + 1), Point { x: 0, y: 300, depth: 0.0 }];
         assert!(Small::new(large, extent(large, grid).unwrap()).is_none());

@@ -59,7 +59,8 @@ const SHARP_TWIGS: f32 = 3.0;
 /// Rounds in search of the gain, and how coverage follows it: measured, 1.05 to 1.4.
 const ROUNDS: usize = 5;
 const SLOPE: f32 = 1.2;
-/// How near to what the full tree covers is near enough, of crowns and of twigs.
+/// How near to what the full tree covers is near enough: of twigs less, whose coverage hangs on the views besides (bare trees
+/// from others than these: 0.983 to 1.037 by the first, 0.989 to 1.032 by the second).
 const NEAR: f32 = 0.008;
 const NEAR_TWIGS: f32 = 0.002;
 /// Most leaves that frames are drawn with, for each of a frame's texels: what is seen of a denser crown is a part of its leaves.
