@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use divan::Bencher;
 use treewright::base::Seed;
-use treewright::build::pipeline::{make_set, read_inputs, set_key};
+use treewright::build::pipeline::{dress_params, make_set, read_inputs, set_key};
 use treewright::build::{Cache, load_preset};
 use treewright::plant::Plant;
 use treewright::preset::plan::{BarkArt, LeafArt, MatchParams, Plan};
@@ -65,13 +65,13 @@ fn schedule_half_a_batch(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 10)]
 fn dress_an_oak(bencher: Bencher<'_, '_>) {
     let (oak, plan) = (oak(1), plan());
-    bencher.bench(|| dress::dress(&oak, &plan.dress, Seed::new(1)));
+    bencher.bench(|| dress::dress(&oak, &dress_params(&plan), Seed::new(1)));
 }
 
 #[divan::bench(sample_count = 20)]
 fn mesh_a_dressed_oak(bencher: Bencher<'_, '_>) {
     let plan = plan();
-    let oak = dress::dress(&oak(1), &plan.dress, Seed::new(1));
+    let oak = dress::dress(&oak(1), &dress_params(&plan), Seed::new(1));
     bencher.bench(|| {
         let posed = oak.pose();
         let bark = mesh::tubes(&oak, &posed, &mesh::TubeDetail::full(&plan.mesh));
@@ -89,7 +89,7 @@ fn pictures(plan: &Plan) -> (Vec<bake::Maps>, bake::Maps) {
 }
 
 fn dressed(plan: &Plan) -> Plant {
-    dress::dress(&oak(1), &plan.dress, Seed::new(1))
+    dress::dress(&oak(1), &dress_params(plan), Seed::new(1))
 }
 
 #[divan::bench(sample_count = 10)]

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use treewright::bake::{Shading, View, rasterize};
 use treewright::base::Seed;
 use treewright::blend::sample;
-use treewright::build::pipeline::{make_set, read_inputs, set_key};
+use treewright::build::pipeline::{dress_params, make_set, read_inputs, set_key};
 use treewright::build::{Cache, Limits, load_edited, load_preset};
 use treewright::export::{AssetIn, AssetLevel, PngKind, SetMaterials, encode_maps, glb};
 use treewright::lod::{Wardrobe, ladder, mesh_levels};
@@ -59,7 +59,7 @@ fn asset(plan: &Plan, threads: usize) {
     let leaves: Vec<_> =
         (0..4).into_par_iter().map(|i| bake::leaf_maps(*shape, *color, *variation, *size, i, seed)).collect();
     let bark = bake::bark_maps(*pattern, *brown, *edge, seed);
-    let mut params = plan.dress.clone();
+    let mut params = dress_params(plan);
     let grown = oak(1);
     let mut plant = dress::dress(&grown, &params, seed);
     // Denser or thinner until it is as large as the goal speaks of.
@@ -154,7 +154,7 @@ fn coarse(plan: &Plan) -> MeshParams {
 
 /// The dressing with which a tree has about so many triangles.
 fn thinned_to(plan: &Plan, wanted: usize, tree: &dyn Fn(&DressParams) -> Plant) -> DressParams {
-    let mut params = plan.dress.clone();
+    let mut params = dress_params(plan);
     for _ in 0..3 {
         let triangles = count(&mesh_levels(&tree(&params), &coarse(plan), &[], Seed::new(7))[0]);
         params.density = (params.density * wanted as f32 / triangles.max(1) as f32).clamp(0.02, 4.0);
@@ -193,7 +193,8 @@ fn fifty(plan: &Plan, name: &str, kind: &str, threads: usize, tree: &(dyn Fn(u64
 }
 
 fn meshing(plan: &Plan, threads: usize) {
-    let plants: Vec<Plant> = (0..8).into_par_iter().map(|i| dress::dress(&oak(i), &plan.dress, Seed::new(i))).collect();
+    let params = dress_params(plan);
+    let plants: Vec<Plant> = (0..8).into_par_iter().map(|i| dress::dress(&oak(i), &params, Seed::new(i))).collect();
     let mut triangles = 0;
     let time = seconds(5, || {
         triangles = plants

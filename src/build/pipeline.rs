@@ -12,6 +12,7 @@ use super::morphs::Morphs;
 use super::selections::Selected;
 use super::sheet::Sheet;
 use super::sketches::Drawn;
+pub use super::stages::dress_params;
 use super::stages::{SourcePlant, Wardrobe};
 use super::trees::{Tree, Trees};
 use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};

@@ -523,8 +523,10 @@ impl Wardrobe {
     }
 }
 
-/// The parameters of dressing, with the length of the picture that leaves are shown by: a spray spans several leaves.
-fn dress_params(plan: &Plan) -> DressParams {
+/// How a plan's trees are dressed where it makes their leaves: its own parameters, but for the length of what leaves are shown
+/// by, metres. The picture of a made leaf is a spray of several.
+#[must_use]
+pub fn dress_params(plan: &Plan) -> DressParams {
     let span = match plan.leaf_art {
         LeafArt::Made { shape, .. } => bake::spray_span(shape),
         LeafArt::Files { .. } => 1.0,
