@@ -22,6 +22,7 @@ mod mips;
 mod noise;
 mod noise_table;
 mod picture;
+mod quads;
 mod raster;
 mod recipe;
 mod resample;

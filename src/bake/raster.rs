@@ -23,9 +23,10 @@ use rayon::prelude::*;
 use super::cutout::Level;
 use super::draft::Draft;
 use super::picture::{Picture, Repeat};
+use super::quads::parallelogram;
 use super::recipe::{Palette, Recipe};
 use super::samples::{
-    Extent, Grid, Plane, Point, SMALL, Small, corner_points, edge, extent, holds_any, is_back, mixed, project, scan_box,
+    Extent, Grid, Plane, Point, SMALL, Small, corner_points, extent, holds_any, is_back, mixed, project, scan_box,
 };
 use super::shade::{Fragment, Light, Shading};
 use super::shader::{Face, Worn};
@@ -380,8 +381,16 @@ impl<'a> Scene<'a> {
     /// Fills all triangles, in order.
     fn fill_all(&self, buffer: &mut [Sample]) {
         for ((surface, points), &start) in self.surfaces.iter().zip(self.projected).zip(&self.starts) {
-            for (name, corners) in (start..).zip(surface.mesh.indices.as_chunks::<3>().0) {
-                self.fill_one(surface, points, name, *corners, 0, buffer);
+            let mut rest = surface.mesh.indices.as_chunks::<3>().0;
+            let mut name = start;
+            while let [corners, others @ ..] = rest {
+                let pair = others.first().filter(|_| !surface.closed).map(|second| [*corners, *second]);
+                if pair.is_some_and(|pair| self.fill_pair(surface, points, name, pair, buffer)) {
+                    (rest, name) = (&others[1..], name + 2);
+                } else {
+                    self.fill_one(surface, points, name, *corners, 0, buffer);
+                    (rest, name) = (others, name + 1);
+                }
             }
         }
     }
@@ -402,41 +411,69 @@ impl<'a> Scene<'a> {
         }
         let Some(extent) = extent(points, self.grid) else { return };
         let rows = first..first + buffer.len() / self.grid.columns;
-        let worn = || {
-            let area = edge(points[0], points[1], points[2].x, points[2].y);
-            Worn::new(surface, area, corners, (surface.repeat == Repeat::Cutout).then_some(1.0))
-        };
         if let Some(small) = Small::new(points, extent) {
-            let inverse = small.inverse();
-            let depths = points.map(|p| p.depth * inverse);
-            // What cuts it out, whether its texels are larger than samples, and where its corners lie in its picture.
-            let mut setup: Option<(Option<&Level>, bool, [Vec2; 3])> = None;
-            small.each(rows, |row, column, at| {
-                let sample = &mut buffer[(row - first) * self.grid.columns + column];
-                let depth = mixed(depths, at);
-                if !self.range.takes(depth, sample) {
-                    return;
-                }
-                let (level, magnified, uvs) = setup.get_or_insert_with(|| {
-                    let worn = worn();
-                    (worn.level_of(surface), worn.magnified, worn.uv.map(|uv| uv * inverse))
-                });
-                if level.is_none_or(|level| level.shows(*magnified, mixed(*uvs, at))) {
-                    *sample = Sample { depth, triangle: name };
-                }
-            });
+            self.fill_small(&small, surface, (name, corners, points), first, buffer);
             return;
         }
         let mut setup: Option<(Worn, Plane<DVec3>)> = None;
         scan_box(points, self.grid, rows, |row, left, right| {
             let (worn, plane) = setup.get_or_insert_with(|| {
-                let worn = worn();
+                let worn = Worn::tested(surface, points, corners);
                 let values = std::array::from_fn(|k| worn.uv[k].extend(points[k].depth).as_dvec3());
                 (worn, Plane::new(points, values))
             });
             let along = (plane.at(left, row).as_vec3(), plane.across.as_vec3());
             let line = &mut buffer[(row - first) * self.grid.columns..][left..right];
             self.range.fill(surface, (name, worn), along, line);
+        });
+    }
+
+    /// Fills two triangles that are a small parallelogram, the first of them number `name`; false where they are not.
+    #[inline]
+    fn fill_pair(
+        &self,
+        surface: &Surface<'_>,
+        points: &[Point],
+        name: u32,
+        triangles: [[u32; 3]; 2],
+        buffer: &mut [Sample],
+    ) -> bool {
+        let Some(p) = parallelogram(surface.mesh, points, triangles) else { return false };
+        let Some(extent) = extent(p, self.grid) else { return true };
+        let Some(small) = Small::new(p, extent) else { return false };
+        self.fill_small(&small, surface, (name, triangles[0], [p[0], p[1], p[2]]), 0, buffer);
+        true
+    }
+
+    /// Fills a small triangle, or one and the next, which are a parallelogram.
+    #[inline]
+    fn fill_small<const N: usize>(
+        &self,
+        small: &Small<N>,
+        surface: &Surface<'_>,
+        (name, corners, points): (u32, [u32; 3], [Point; 3]),
+        first: usize,
+        buffer: &mut [Sample],
+    ) {
+        let rows = first..first + buffer.len() / self.grid.columns;
+        let inverse = small.inverse();
+        let depths = points.map(|p| p.depth * inverse);
+        // What cuts it out, whether its texels are larger than samples, and where its corners lie in its picture.
+        let mut setup: Option<(Option<&Level>, bool, [Vec2; 3])> = None;
+        small.each(rows, |row, column, at| {
+            let sample = &mut buffer[(row - first) * self.grid.columns + column];
+            let depth = mixed(depths, at);
+            if !self.range.takes(depth, sample) {
+                return;
+            }
+            let (level, magnified, uvs) = setup.get_or_insert_with(|| {
+                let worn = Worn::tested(surface, points, corners);
+                (worn.level_of(surface), worn.magnified, worn.uv.map(|uv| uv * inverse))
+            });
+            if level.is_none_or(|level| level.shows(*magnified, mixed(*uvs, at))) {
+                let is_second = N > 3 && at[1] < 0;
+                *sample = Sample { depth, triangle: name + u32::from(is_second) };
+            }
         });
     }
 }

@@ -95,21 +95,25 @@ pub(super) fn project_into(mesh: &Mesh, view: &View, grid: Grid, points: &mut Ve
     points.extend(mesh.positions.iter().map(|&p| projection.point(p)));
 }
 
-pub(super) fn corner_points(points: &[Point], corners: [u32; 3]) -> Option<[Point; 3]> {
+pub(super) fn corner_points<const N: usize>(points: &[Point], corners: [u32; N]) -> Option<[Point; N]> {
     let at = |i: u32| points.get(i as usize).copied().filter(|p| p.x != i32::MIN);
-    Some([at(corners[0])?, at(corners[1])?, at(corners[2])?])
+    let mut found = [Point::NOWHERE; N];
+    for (found, corner) in found.iter_mut().zip(corners) {
+        *found = at(corner)?;
+    }
+    Some(found)
 }
 
-/// First and last column and row of the samples whose centres a triangle's box holds.
+/// First and last column and row of the samples whose centres the box around some corners holds.
 #[inline]
-pub(super) fn extent(p: [Point; 3], grid: Grid) -> Option<Extent> {
-    let span = |a: i32, b: i32, c: i32, size: usize| {
+pub(super) fn extent<const N: usize>(p: [Point; N], grid: Grid) -> Option<Extent> {
+    let span = |of: [i32; N], size: usize| {
+        let (low, high) = of.into_iter().fold((i32::MAX, i32::MIN), |(low, high), v| (low.min(v), high.max(v)));
         // A centre lies at 256 i + 128. Shifts round down.
-        let low = ((a.min(b).min(c) - 128 + 255) >> 8).max(0);
-        let high = ((a.max(b).max(c) - 128) >> 8).min(size as i32 - 1);
+        let (low, high) = (((low - 128 + 255) >> 8).max(0), ((high - 128) >> 8).min(size as i32 - 1));
         (low <= high).then_some((low as usize, high as usize))
     };
-    Some((span(p[0].x, p[1].x, p[2].x, grid.columns)?, span(p[0].y, p[1].y, p[2].y, grid.rows)?))
+    Some((span(p.map(|p| p.x), grid.columns)?, span(p.map(|p| p.y), grid.rows)?))
 }
 
 /// Whether the triangle covers a sample.
@@ -132,8 +136,7 @@ pub(super) fn scan(p: [Point; 3], grid: Grid, rows: Range<usize>, put: impl FnMu
 #[inline]
 pub(super) fn scan_box(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: impl FnMut(usize, usize, usize)) {
     let [top, middle, bottom] = by_height(p);
-    let row_from = |y: i32| ((y + 127) >> 8).clamp(rows.start as i32, rows.end as i32) as usize;
-    let (first, turn, end) = (row_from(top.y), row_from(middle.y), row_from(bottom.y));
+    let (first, turn, end) = (row_from(top.y, &rows), row_from(middle.y, &rows), row_from(bottom.y, &rows));
     // Where the middle corner lies of the edge between the others; negative on its right.
     let bulge = edge(top, bottom, middle.x, middle.y);
     if first == end || bulge == 0 {
@@ -155,50 +158,65 @@ pub(super) fn scan_box(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: i
     }
 }
 
+/// The first of some rows whose middle is not above a height.
+#[inline]
+pub(super) fn row_from(y: i32, rows: &Range<usize>) -> usize {
+    ((y + 127) >> 8).clamp(rows.start as i32, rows.end as i32) as usize
+}
+
 /// Farthest that the corners of a [`Small`] triangle lie apart along an axis, units: products of edges are far below 2^31.
 const SMALL_SPAN: i32 = 6 * SUBSAMPLE as i32;
 
-/// A triangle of few samples, told by its edges at each of them: sides that are followed from row to row take divisions,
-/// which cost more than a look at every sample of the box, and what corners have is mixed by the same edges.
-pub(super) struct Small {
-    /// At the middle of the box's first sample, to the next column and to the next row: of the edges across from each
-    /// corner, squared units, positive within.
-    first: [i32; 3],
-    across: [i32; 3],
-    down: [i32; 3],
-    /// Least that a sample of the triangle has: 0 for upper and left edges, which belong to it, else 1.
-    least: [i32; 3],
+/// A triangle or parallelogram of few samples, told by its edges at each of them: sides that are followed from row to row take
+/// divisions, which cost more than a look at every sample of the box, and what corners have is mixed by the same edges.
+pub(super) struct Small<const N: usize> {
+    /// At the middle of the box's first sample, to the next column and to the next row: of the edge from each corner but one to
+    /// the next, squared units, positive within.
+    first: [i32; N],
+    across: [i32; N],
+    down: [i32; N],
+    /// Least that a sample of it has: 0 for upper and left edges, which belong to it, else 1.
+    least: [i32; N],
+    /// Twice the area of its first three corners, squared units.
+    area: i32,
     columns: (usize, usize),
     rows: (usize, usize),
 }
 
-impl Small {
-    /// None for what is larger, or has no area.
+impl<const N: usize> Small<N> {
+    /// None for what is larger, or has no area, or has corners that don't all turn the same way.
     #[inline]
-    pub(super) fn new(p: [Point; 3], (columns, rows): Extent) -> Option<Self> {
-        let span = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
-        let (wide, high) = (span(p[0].x, p[1].x, p[2].x), span(p[0].y, p[1].y, p[2].y));
-        if wide > SMALL_SPAN || high > SMALL_SPAN {
+    pub(super) fn new(p: [Point; N], (columns, rows): Extent) -> Option<Self> {
+        let span = |of: [i32; N]| {
+            let (low, high) = of.into_iter().fold((i32::MAX, i32::MIN), |(low, high), v| (low.min(v), high.max(v)));
+            high - low
+        };
+        if span(p.map(|p| p.x)) > SMALL_SPAN || span(p.map(|p| p.y)) > SMALL_SPAN {
             return None;
         }
-        let [a, b, c] = p;
-        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-        if area == 0 {
-            return None;
-        }
+        let turn = |k: usize| {
+            let [a, b, c] = [p[k], p[(k + 1) % N], p[(k + 2) % N]];
+            (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+        };
+        let area = turn(0);
         let sign = area.signum();
-        let (x, y) = ((columns.0 as i32) * 256 + 128, (rows.0 as i32) * 256 + 128);
-        let mut small = Self { first: [0; 3], across: [0; 3], down: [0; 3], least: [0; 3], columns, rows };
-        for (k, (from, to)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
-            let (dx, dy) = ((to.x - from.x) * sign, (to.y - from.y) * sign);
-            small.first[k] = dx * (y - from.y) - dy * (x - from.x);
-            (small.across[k], small.down[k]) = (-dy * 256, dx * 256);
-            small.least[k] = i32::from(!(dy < 0 || dy == 0 && dx > 0));
+        if area == 0 || N > 3 && (1..N).any(|k| turn(k).signum() != sign) {
+            return None;
         }
-        Some(small)
+        let (x, y) = ((columns.0 as i32) * 256 + 128, (rows.0 as i32) * 256 + 128);
+        let (mut first, mut across, mut down, mut least) = ([0; N], [0; N], [0; N], [0; N]);
+        for k in 0..N {
+            let (from, to) = (p[(k + 1) % N], p[(k + 2) % N]);
+            let (dx, dy) = ((to.x - from.x) * sign, (to.y - from.y) * sign);
+            first[k] = dx * (y - from.y) - dy * (x - from.x);
+            (across[k], down[k]) = (-dy * 256, dx * 256);
+            least[k] = i32::from(!(dy < 0 || dy == 0 && dx > 0));
+        }
+        Some(Self { first, across, down, least, area: area.abs(), columns, rows })
     }
 
-    /// Calls `put` with the row, the column and the edges at each sample that the triangle covers within some rows.
+    /// Calls `put` with the row, the column and the weights of the first three corners, times the area, at each sample that it
+    /// covers within some rows; beyond the line from the third to the first the second's is negative.
     #[inline]
     pub(super) fn each(&self, rows: Range<usize>, mut put: impl FnMut(usize, usize, [i32; 3])) {
         let rows = self.rows.0.max(rows.start)..(self.rows.1 + 1).min(rows.end);
@@ -207,12 +225,13 @@ impl Small {
         }
         // A few rows at most: no product overflows.
         let down = (rows.start - self.rows.0) as i32;
-        let mut line: [i32; 3] = std::array::from_fn(|k| self.first[k] + self.down[k] * down);
+        let mut line: [i32; N] = std::array::from_fn(|k| self.first[k] + self.down[k] * down);
         for row in rows {
             let mut at = line;
             for column in self.columns.0..=self.columns.1 {
-                if (at[0] - self.least[0]) | (at[1] - self.least[1]) | (at[2] - self.least[2]) >= 0 {
-                    put(row, column, at);
+                if at.iter().zip(self.least).fold(0, |any, (at, least)| any | (at - least)) >= 0 {
+                    let (a, c) = (at[0], at[N - 1]);
+                    put(row, column, [a, self.area - a - c, c]);
                 }
                 at = std::array::from_fn(|k| at[k] + self.across[k]);
             }
@@ -220,14 +239,14 @@ impl Small {
         }
     }
 
-    /// One over the sum of the edges, which is the same at all samples: twice the area, squared units.
+    /// One over the sum of the weights.
     #[inline]
     pub(super) fn inverse(&self) -> f32 {
-        1.0 / self.first.iter().sum::<i32>() as f32
+        1.0 / self.area as f32
     }
 }
 
-/// What corners have, mixed by a [`Small`] triangle's edges.
+/// What three corners have, mixed by the weights of a [`Small`].
 #[inline]
 pub(super) fn mixed<V: Copy + Add<Output = V> + Mul<f32, Output = V>>([a, b, c]: [V; 3], at: [i32; 3]) -> V {
     a * at[0] as f32 + b * at[1] as f32 + c * at[2] as f32
@@ -253,7 +272,7 @@ fn by_height([mut a, mut b, mut c]: [Point; 3]) -> [Point; 3] {
 const TIE: i64 = 16;
 
 /// An edge of a triangle, row by row: triangles on both sides of it have the same.
-struct Side {
+pub(super) struct Side {
     /// Where it crosses the middle of the row, in units times 2^16.
     x: i64,
     /// To the next row.
@@ -263,7 +282,7 @@ struct Side {
 impl Side {
     /// From the upper to the lower end, from the middle of `row` on.
     #[inline]
-    fn new(upper: Point, lower: Point, row: usize) -> Self {
+    pub(super) fn new(upper: Point, lower: Point, row: usize) -> Self {
         // Rows have the height of 256 units, and so has the lower end at least one below the upper.
         let slope = f64::from(lower.x - upper.x) / f64::from(lower.y - upper.y) * 65536.0;
         let down = row as i64 * 256 + 128 - i64::from(upper.y);
@@ -272,7 +291,7 @@ impl Side {
 
     /// The first column whose middle is not left of it; then it goes on to the next row.
     #[inline]
-    fn next(&mut self, grid: Grid) -> usize {
+    pub(super) fn next(&mut self, grid: Grid) -> usize {
         let column = (self.x - TIE + (127 << 16) + 0xffff) >> 24;
         self.x += self.step;
         column.clamp(0, grid.columns as i64) as usize

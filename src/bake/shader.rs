@@ -39,6 +39,13 @@ impl Worn {
         Self { picture: Some(tile as usize), level: picture.level(share), magnified: share < 1.0, ..plain }
     }
 
+    /// As its alpha is tested, sample by sample; nothing that is opaque asks for its picture.
+    #[inline]
+    pub(super) fn tested(surface: &Surface<'_>, p: [Point; 3], corners: [u32; 3]) -> Self {
+        let area = edge(p[0], p[1], p[2].x, p[2].y);
+        Self::new(surface, area, corners, (surface.repeat == Repeat::Cutout).then_some(1.0))
+    }
+
     /// What its alpha is tested by; nothing that is opaque was asked for a picture.
     #[inline]
     pub(super) fn level_of<'a>(&self, surface: &Surface<'a>) -> Option<&'a Level> {

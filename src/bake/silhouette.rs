@@ -12,8 +12,11 @@ use glam::{DVec2, Vec2};
 use super::Cutout;
 use super::cutout::{Level, Run, TEXEL};
 use super::picture::Repeat;
+use super::quads::{parallelogram, scan_quad};
 use super::raster::View;
-use super::samples::{Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, is_back, project_into, scan_box};
+use super::samples::{
+    Extent, Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, is_back, project_into, scan_box,
+};
 use crate::mesh::Mesh;
 
 /// Most samples along an edge.
@@ -128,8 +131,14 @@ impl Silhouette {
         let mut points: Vec<Point> = Vec::new();
         for shape in shapes {
             project_into(shape.mesh, view, grid, &mut points);
-            for corners in shape.mesh.indices.as_chunks::<3>().0 {
-                drawn.add(shape, *corners, &points, grid);
+            let mut rest = shape.mesh.indices.as_chunks::<3>().0;
+            while let [corners, others @ ..] = rest {
+                rest = others;
+                let pair = others.first().filter(|_| !shape.closed).map(|second| [*corners, *second]);
+                match pair.and_then(|pair| parallelogram(shape.mesh, &points, pair)) {
+                    Some(p) if drawn.add_pair(shape, *corners, p, grid) => rest = &others[1..],
+                    _ => drawn.add(shape, *corners, &points, grid),
+                }
             }
         }
         drawn
@@ -215,28 +224,65 @@ impl Silhouette {
         if shape.closed && is_back(p) {
             return;
         }
-        let Some((columns, (top, bottom))) = extent(p, grid) else { return };
-        // Most triangles of a crown are small, and others cover their whole box.
-        if bottom - top < FEW && (top..=bottom).all(|row| is_full(&self.bits[row * self.words..], columns)) {
-            return;
-        }
-        let mut cut: Option<Option<Cut<'_>>> = None;
-        scan_box(p, grid, top..bottom + 1, |row, left, right| {
-            let (first, last) = (left / 64, (right - 1) / 64);
-            let line = &mut self.bits[row * self.words + first..=row * self.words + last];
-            let mut run = u64::MAX << (left % 64);
-            for (word, bits) in (first..).zip(line) {
-                if word == last {
-                    run &= u64::MAX >> (63 - (right - 1) % 64);
-                }
-                let open = run & !*bits;
-                if open != 0 {
-                    let cut = cut.get_or_insert_with(|| Cut::new(shape, corners, p, (columns.0, top)));
-                    *bits |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
-                }
-                run = u64::MAX;
+        let Some(extent) = extent(p, grid).filter(|&extent| self.is_open(extent)) else { return };
+        let mut run = self.runs(shape, (corners, p), extent);
+        scan_box(p, grid, extent.1.0..extent.1.1 + 1, |row, left, right| run.add(row, left, right));
+    }
+
+    /// Two triangles that are a parallelogram, the first of them with these corners; false where it is to be drawn as those.
+    fn add_pair(&mut self, shape: &Shape<'_>, corners: [u32; 3], p: [Point; 4], grid: Grid) -> bool {
+        let Some(extent) = extent(p, grid).filter(|&extent| self.is_open(extent)) else { return true };
+        let mut run = self.runs(shape, (corners, [p[0], p[1], p[2]]), extent);
+        scan_quad(p, grid, extent.1.0..extent.1.1 + 1, |row, left, right| run.add(row, left, right))
+    }
+
+    /// Whether a box may hold samples that are clear: most of a crown are small, and others cover all of them.
+    #[inline]
+    fn is_open(&self, (columns, (top, bottom)): Extent) -> bool {
+        bottom - top >= FEW || !(top..=bottom).all(|row| is_full(&self.bits[row * self.words..], columns))
+    }
+
+    #[inline]
+    fn runs<'s, 'a>(
+        &'s mut self,
+        shape: &'s Shape<'a>,
+        triangle: ([u32; 3], [Point; 3]),
+        (columns, rows): Extent,
+    ) -> Runs<'s, 'a> {
+        Runs { bits: &mut self.bits, words: self.words, shape, triangle, from: (columns.0, rows.0), cut: None }
+    }
+}
+
+/// Runs of samples that wear what a triangle does.
+struct Runs<'s, 'a> {
+    bits: &'s mut [u64],
+    words: usize,
+    shape: &'s Shape<'a>,
+    triangle: ([u32; 3], [Point; 3]),
+    /// A sample near it.
+    from: (usize, usize),
+    /// Made when a sample that is still clear asks for it.
+    cut: Option<Option<Cut<'a>>>,
+}
+
+impl Runs<'_, '_> {
+    #[inline]
+    fn add(&mut self, row: usize, left: usize, right: usize) {
+        let (first, last) = (left / 64, (right - 1) / 64);
+        let line = &mut self.bits[row * self.words + first..=row * self.words + last];
+        let mut run = u64::MAX << (left % 64);
+        for (word, bits) in (first..).zip(line) {
+            if word == last {
+                run &= u64::MAX >> (63 - (right - 1) % 64);
             }
-        });
+            let open = run & !*bits;
+            if open != 0 {
+                let (corners, p) = self.triangle;
+                let cut = self.cut.get_or_insert_with(|| Cut::new(self.shape, corners, p, self.from));
+                *bits |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
+            }
+            run = u64::MAX;
+        }
     }
 }
 
