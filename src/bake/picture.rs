@@ -46,20 +46,30 @@ impl Picture {
     /// one white opaque texel.
     #[must_use]
     pub fn new(maps: &Maps) -> Self {
+        let linear = linear_table();
+        Self::of(maps, |c| [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]))
+    }
+
+    /// As [`new`](Self::new), of one colour whatever the maps have.
+    #[must_use]
+    pub fn plain(maps: &Maps, color: [u8; 3]) -> Self {
+        let linear = linear_table();
+        let color = color.map(|v| linear[usize::from(v)]);
+        Self::of(maps, |_| color)
+    }
+
+    fn of(maps: &Maps, color: impl Fn(&[u8; 4]) -> [u16; 3]) -> Self {
         let count = maps.width as usize * maps.height as usize;
         let whole = count > 0 && maps.color.len() >= count && maps.normal.len() >= count && maps.orm.len() >= count;
         let base = if whole {
-            let linear = linear_table();
+            let texel = |c: &[u8; 4]| {
+                let [r, g, b] = color(c);
+                [r, g, b, u16::from(c[3]) * 257]
+            };
             Level {
                 width: maps.width,
                 height: maps.height,
-                color: maps.color[..count]
-                    .iter()
-                    .map(|c| {
-                        let [r, g, b] = [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]);
-                        [r, g, b, u16::from(c[3]) * 257]
-                    })
-                    .collect(),
+                color: maps.color[..count].iter().map(texel).collect(),
                 shape: maps.normal.iter().zip(&maps.orm).take(count).map(|(n, o)| [n[0], n[1], n[2], o[0]]).collect(),
             }
         } else {
@@ -252,8 +262,14 @@ fn half(from: &Level) -> Level {
     let mut color = Vec::with_capacity((width * height) as usize);
     let mut shape = Vec::with_capacity((width * height) as usize);
     let span = |i: u32, count: u32, size: u32| (i * size / count)..((i + 1) * size / count);
+    let is_even = from.width.is_multiple_of(2) && from.height.is_multiple_of(2);
     for y in 0..height {
         for x in 0..width {
+            if let Some((mean_color, mean_shape)) = is_even.then(|| alike(from, (2 * x, 2 * y))).flatten() {
+                color.push(mean_color);
+                shape.push(mean_shape);
+                continue;
+            }
             let (mut sum, mut plain) = ([0_u64; 7], [0_u64; 7]);
             let (mut alpha, mut count) = (0_u64, 0_u64);
             for sy in span(y, height, from.height) {
@@ -277,6 +293,21 @@ fn half(from: &Level) -> Level {
         }
     }
     Level { width, height, color, shape }
+}
+
+/// The mean of four texels from one on, where all have the same alpha: most do, and weigh alike without a division.
+#[inline]
+fn alike(from: &Level, (x, y): (u32, u32)) -> Option<([u16; 4], [u8; 4])> {
+    let (first, wide) = ((y * from.width + x) as usize, from.width as usize);
+    let at = [first, first + 1, first + wide, first + wide + 1];
+    let (c, s) = (at.map(|i| from.color[i]), at.map(|i| from.shape[i]));
+    let alpha = c[0][3];
+    // What is clear is cut off, as it always was.
+    let half = if alpha > 0 { 2 } else { 0 };
+    let color = |k: usize| ((c.iter().map(|c| u32::from(c[k])).sum::<u32>() + half) / 4) as u16;
+    let shape = |k: usize| ((s.iter().map(|s| u32::from(s[k])).sum::<u32>() + half) / 4) as u8;
+    let is_alike = c.iter().all(|c| c[3] == alpha);
+    is_alike.then(|| ([color(0), color(1), color(2), alpha], std::array::from_fn(shape)))
 }
 
 /// Linear light of each 8-bit sRGB value, 65535 is one.
@@ -306,6 +337,36 @@ mod tests {
         for level in 0..7 {
             let c = picture.sample(level, true, (0.3, 0.7), Repeat::Cutout).color;
             assert!(c.x < 1e-3 && c.y > 0.999, "level {level}: {c}");
+        }
+    }
+
+    #[test]
+    fn texels_of_one_alpha_are_averaged_as_all_others_are() {
+        let noise = |i: u32, k: u64| crate::base::Seed::new(k).at(i.into()).bits();
+        for alpha in [u16::MAX, 77, 0] {
+            let level = Level {
+                width: 64,
+                height: 64,
+                color: (0..4096).map(|i| [noise(i, 1) as u16, noise(i, 2) as u16, noise(i, 3) as u16, alpha]).collect(),
+                shape: (0..4096).map(|i| [4, 5, 6, 7].map(|k| noise(i, k) as u8)).collect(),
+            };
+            let mean = |at: u32, of: &dyn Fn(usize) -> u64| {
+                let (x, y) = (at % 32 * 2, at / 32 * 2);
+                let sum: u64 =
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(r, d)| of(((y + d) * 64 + x + r) as usize)).iter().sum();
+                (u64::from(alpha) * sum + u64::from(alpha) * 2).checked_div(u64::from(alpha) * 4).unwrap_or(sum / 4)
+            };
+            let smaller = half(&level);
+            for at in 0..1024 {
+                let (color, shape) = (smaller.color[at as usize], smaller.shape[at as usize]);
+                for k in 0..4 {
+                    assert_eq!(
+                        u64::from(color[k]),
+                        if k < 3 { mean(at, &|i| level.color[i][k].into()) } else { alpha.into() }
+                    );
+                    assert_eq!(u64::from(shape[k]), mean(at, &|i| level.shape[i][k].into()));
+                }
+            }
         }
     }
 

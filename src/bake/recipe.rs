@@ -40,6 +40,13 @@ impl Palette {
         Self { colors }
     }
 
+    /// Of pictures of one colour each.
+    #[must_use]
+    pub fn plain(colors: impl Iterator<Item = [u8; 3]>) -> Self {
+        let texels = |c: [u8; 3]| std::iter::repeat_n(Vec3::from(c.map(srgb::decode)), Self::TEXELS as usize);
+        Self { colors: colors.flat_map(texels).collect() }
+    }
+
     /// The key of its content.
     #[must_use]
     pub fn key(&self) -> Key {

@@ -25,9 +25,10 @@ const ROWS: usize = 20;
 /// Samples along a pixel's edge, and cells in which the shader's rays are followed, each of so many samples an edge.
 const PIXEL: usize = 6;
 const FINE: usize = 3;
-/// Views for each frame, and how many there are at least and at most.
-const PER_FRAME: f32 = 1.0;
-const VIEWS: (usize, usize) = (96, 320);
+/// Views for each frame, and how many there are at least and at most. With one for each frame seven sets agree no better (mean
+/// IoU 0.904, and 0.905 with these), with a third they do worse (0.897).
+const PER_FRAME: f32 = 2.0 / 3.0;
+const VIEWS: (usize, usize) = (64, 213);
 /// Share of the views that stand no higher than 45 degrees, where trees are seen from and measured.
 const LOW: f32 = 0.85;
 /// Rounds, every which view each asks, and the first one's step.

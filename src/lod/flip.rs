@@ -17,6 +17,8 @@ const PIXELS_PER_DEGREE: f32 = 67.020_64;
 const COLOR: (f32, f32, f32) = (0.7, 0.4, 0.95);
 /// Width of the feature detector, degrees.
 const FEATURE: f32 = 0.082;
+/// The least that a blur's weight is worth, of its greatest.
+const NOTHING: f32 = 1e-7;
 /// White of the standard observer (D65) as sums of the rows of the sRGB matrix.
 const WHITE: Vec3 = Vec3::new(0.950_428_55, 1.0, 1.088_900_4);
 
@@ -33,13 +35,19 @@ pub fn flip(a: &[Vec3], b: &[Vec3], width: usize) -> f32 {
     let cut = |picture: &[Vec3]| -> Vec<Vec3> {
         part.1.clone().flat_map(|y| &picture[y * width..][part.0.clone()]).copied().collect()
     };
-    let (first, second) = (opponent(&cut(a)), opponent(&cut(b)));
     let wide = part.0.len();
-    let (edges_a, edges_b) = (kernels.features(&first, wide), kernels.features(&second, wide));
-    let (seen_a, seen_b) = (kernels.seen(&first, wide), kernels.seen(&second, wide));
+    let both = |picture: &[Vec3]| {
+        let picture = opponent(&cut(picture));
+        (kernels.features(&picture, wide), kernels.seen(&picture, wide))
+    };
+    let ((edges_a, seen_a), (edges_b, seen_b)) = (both(a), both(b));
     let most = pow(hyab(hunt(Vec3::Y), hunt(Vec3::Z)), COLOR.0);
     let mut sum = 0.0_f64;
-    for i in 0..first.len() {
+    for i in 0..seen_a.len() {
+        // Where colours are the same features count nothing.
+        if seen_a[i] == seen_b[i] {
+            continue;
+        }
         let far = pow(hyab(seen_a[i], seen_b[i]), COLOR.0);
         let bend = COLOR.1 * most;
         let color =
@@ -139,7 +147,10 @@ impl Kernels {
         let radius = (3.0 * (0.04_f32 / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
         let gauss = |b: f32| -> Vec<f32> {
             let at = |x: i32| x as f32 / PIXELS_PER_DEGREE;
-            (-radius..=radius).map(|x| math::exp(-PI * PI * at(x) * at(x) / b)).collect()
+            let bell = |x: i32| math::exp(-PI * PI * at(x) * at(x) / b);
+            // Of the narrow ones most would be multiplied by nothing that a sum of floats can tell.
+            let reach = (0..=radius).take_while(|&x| bell(x) > NOTHING).last().unwrap_or(0);
+            (-reach..=reach).map(bell).collect()
         };
         // Amplitude and width of each channel's Gaussians.
         let channel = |terms: &[(f32, f32)]| -> Vec<(Vec<f32>, f32)> {
@@ -184,11 +195,17 @@ impl Kernels {
         let y = channel(|c| c.x, &self.channels[0]);
         let x = channel(|c| c.y, &self.channels[1]);
         let z = channel(|c| c.z, &self.channels[2]);
+        // Sky is the same for many pixels, one beside the other.
+        let (mut before, mut made) = ([f32::NAN; 3], Vec3::ZERO);
         (0..picture.len())
             .map(|i| {
-                let level = (y[i] + 16.0) / 116.0;
-                let n = Vec3::new(level + x[i] / 500.0, level, level - z[i] / 200.0);
-                hunt(rgb(n * WHITE).clamp(Vec3::ZERO, Vec3::ONE))
+                let of = [x[i], y[i], z[i]];
+                if of != before {
+                    let level = (y[i] + 16.0) / 116.0;
+                    let n = Vec3::new(level + x[i] / 500.0, level, level - z[i] / 200.0);
+                    (before, made) = (of, hunt(rgb(n * WHITE).clamp(Vec3::ZERO, Vec3::ONE)));
+                }
+                made
             })
             .collect()
     }

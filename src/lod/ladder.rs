@@ -78,18 +78,14 @@ impl Stock {
     /// Makes the mips; colours are not looked at.
     #[must_use]
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
-        let plain = |maps: &Maps, [r, g, b]: [u8; 3]| Maps {
-            color: maps.color.iter().map(|c| [r, g, b, c[3]]).collect(),
-            normal: maps.normal.clone(),
-            orm: maps.orm.clone(),
-            ..*maps
-        };
-        let (leaves, bark): (Vec<Maps>, Maps) = rayon::join(
-            || leaf_art.par_iter().map(|maps| plain(maps, [96, 118, 58])).collect(),
-            || plain(bark, [112, 98, 84]),
+        let (leaves, brown) = ([96, 118, 58], [112, 98, 84]);
+        let (leaf_pictures, bark) = rayon::join(
+            || leaf_art.par_iter().map(|maps| Picture::plain(maps, leaves)).collect(),
+            || Picture::plain(bark, brown),
         );
-        let palette = Palette::new(std::iter::once(&bark).chain(&leaves));
-        Self { wardrobe: Wardrobe::new(&leaves, &bark), palette, cuts: Vec::new() }
+        let palette = Palette::plain(std::iter::once(brown).chain(leaf_art.iter().map(|_| leaves)));
+        let wardrobe = Wardrobe { leaves: leaf_pictures, bark: Arc::new(vec![bark]) };
+        Self { wardrobe, palette, cuts: Vec::new() }
     }
 
     /// The same pictures, as surfaces wear them.
