@@ -5,12 +5,13 @@
 
 use std::sync::OnceLock;
 
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::lacks::{Lacks, Wanted};
-use super::measure::{Measured, views};
+use super::measure::{Measured, bounds, views};
 use crate::bake::{Areas, Cutout, Repeat, Shape, Silhouette, View};
-use crate::base::once;
+use crate::base::{Frame, once};
 use crate::mesh::TreeMesh;
 
 /// Every which view is looked at in searches.
@@ -21,17 +22,19 @@ pub(super) const CARVED: usize = 4;
 const ROUGH: usize = 2;
 /// Edge of pixels that are compared on more than one raster, samples.
 const LARGE: usize = 5;
+/// Widths and heights of views, of the tree's there: a level's cards reach a little farther. And the most samples along an edge.
+const ROOM: f32 = 1.1;
+const LARGEST: usize = 2048;
 /// How far pixels that are carved are drawn from a half.
 const CONTRAST: f32 = 1.5;
 
-/// The outlines of a full tree from all views.
+/// The outlines of a full tree from all views, each as wide and high as the tree is there.
 #[derive(Debug)]
 pub struct Outlines {
     views: Vec<View>,
-    columns: usize,
-    rows: usize,
-    /// Samples along the tree's height.
+    /// Samples along the tree's height, and along a metre.
     lines: u32,
+    per_metre: f32,
     drawn: Vec<Silhouette>,
     /// What pixels are to cover that are carved.
     wanted: OnceLock<Wanted>,
@@ -40,24 +43,28 @@ pub struct Outlines {
 impl Outlines {
     /// Draws `tree` from `count` directions so that it is `lines` samples high.
     pub(super) fn new(tree: &TreeMesh, cutouts: &[&Cutout], lines: u32, count: u32) -> Self {
-        let (mut views, (columns, rows)) = views(tree, lines, count);
-        // Whole pixels of the size that is carved, so that rough drawings have the same.
-        let whole = |samples: u32| (samples as usize).next_multiple_of(CARVED);
-        let grown = |samples: u32| whole(samples) as f32 / samples.max(1) as f32;
-        for view in &mut views {
-            (view.half_width, view.half_height) = (view.half_width * grown(columns), view.half_height * grown(rows));
-        }
-        let (columns, rows) = (whole(columns), whole(rows));
-        let mut made = Self { views, columns, rows, lines, drawn: Vec::new(), wanted: OnceLock::new() };
+        let (low, high) = bounds(tree);
+        let per_metre = lines.max(1) as f32 / (high.y - low.y).max(1e-3);
+        let views = views(tree, lines, count).0.par_iter().map(|view| around(tree, view, per_metre)).collect();
+        let mut made = Self { views, lines, per_metre, drawn: Vec::new(), wanted: OnceLock::new() };
         made.drawn = made.draw(tree, cutouts);
         made
+    }
+
+    /// Columns and rows of samples of a view: whole pixels of the size that is carved, so that rough drawings have the same.
+    fn size(&self, view: &View) -> (usize, usize) {
+        let samples = |half: f32| (2.0 * half * self.per_metre + 0.5) as usize;
+        (samples(view.half_width), samples(view.half_height))
     }
 
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {
-        let (samples, carved) = (self.columns.next_multiple_of(64) * self.rows, CARVED * CARVED);
-        self.drawn.len() * (samples / 8 + samples / carved * size_of::<f32>())
+        let of = |view: &View| {
+            let ((columns, rows), carved) = (self.size(view), CARVED * CARVED);
+            columns.next_multiple_of(64) * rows / 8 + columns * rows / carved * size_of::<f32>()
+        };
+        self.views.iter().map(of).sum()
     }
 
     /// A level from the same views.
@@ -86,12 +93,13 @@ impl Outlines {
     /// What a level lacks, drawn roughly from every `step`-th view, the first of them `from`.
     pub(super) fn lacks(&self, (from, step): (usize, usize), tree: &TreeMesh, cutouts: &[&Cutout]) -> Lacks {
         let views: Vec<usize> = (from..self.views.len()).step_by(step).collect();
-        let new = || Wanted::new(&self.views, &self.drawn, (self.columns, self.rows), (CARVED, CONTRAST));
+        let new = || Wanted::new(&self.views, &self.drawn, (CARVED, CONTRAST));
         once(&self.wanted, new).lacks(&views, CARVED / ROUGH, &|view| self.rough(&self.views[view], tree, cutouts))
     }
 
     fn rough(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
-        outline(tree, cutouts, view, (self.columns / ROUGH, self.rows / ROUGH))
+        let (columns, rows) = self.size(view);
+        outline(tree, cutouts, view, (columns / ROUGH, rows / ROUGH))
     }
 
     /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
@@ -120,7 +128,7 @@ impl Outlines {
 
     /// One view.
     pub(super) fn one(&self, view: &View, tree: &TreeMesh, cutouts: &[&Cutout]) -> Silhouette {
-        outline(tree, cutouts, view, (self.columns, self.rows))
+        outline(tree, cutouts, view, self.size(view))
     }
 
     /// Covered area over the full tree's, mean of the views.
@@ -148,6 +156,22 @@ impl Outlines {
         }
         sum
     }
+}
+
+/// The part of a view that a tree takes, and some room around it for what a level adds.
+fn around(tree: &TreeMesh, view: &View, per_metre: f32) -> View {
+    let Frame { x, y, .. } = view.frame;
+    let all = [&tree.bark, &tree.leaf].into_iter().flat_map(|mesh| &mesh.positions).filter(|p| p.is_finite());
+    let none = (Vec2::MAX, Vec2::MIN);
+    let (low, high) = all.fold(none, |(low, high), &p| {
+        let p = Vec2::new(x.dot(p - view.centre), y.dot(p - view.centre));
+        (low.min(p), high.max(p))
+    });
+    let (low, high) = if low.cmple(high).all() { (low, high) } else { (Vec2::ZERO, Vec2::ZERO) };
+    let samples = |length: f32| ((length * ROOM * per_metre) as usize + 1).next_multiple_of(CARVED).min(LARGEST);
+    let half = |length: f32| 0.5 * samples(length) as f32 / per_metre;
+    let (middle, size) = ((low + high) * 0.5, high - low);
+    View::new(view.frame, view.centre + x * middle.x + y * middle.y, half(size.x), half(size.y))
 }
 
 /// Drawings summed up for many sizes.
@@ -188,7 +212,7 @@ fn iou_from(a: &Areas, b: &Areas, size: usize, from: (usize, usize)) -> f32 {
 mod tests {
     use super::*;
     use crate::bake::{Shading, Surface, rasterize};
-    use crate::base::{Frame, Seed};
+    use crate::base::Seed;
     use crate::mesh::{CrownLight, Mesh, TubeDetail, Wood};
     use crate::plant::PlantBuilder;
     use crate::preset::plan::{Forks, LeafCards, MeshParams};

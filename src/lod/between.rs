@@ -62,7 +62,7 @@ impl Between {
             let size = (across * PIXEL, ROWS * PIXEL);
             let drawn = Silhouette::new(full, &view, size.0, size.1);
             let seen = facing.some(near(&drawn.pixels(PIXEL), (across, ROWS)));
-            (seen, Wanted::new(&[view], &[drawn], size, (PIXEL, CONTRAST)))
+            (seen, Wanted::new(&[view], &[drawn], (PIXEL, CONTRAST)))
         };
         let (seen, wanted) = (0..count).into_par_iter().map(one).unzip::<_, _, Vec<_>, Vec<_>>();
         Self { layout: *layout, seen, wanted: Wanted::joined(wanted) }

@@ -65,16 +65,10 @@ pub(super) struct Wanted {
 pub(super) struct Lacks(Vec<Grid>);
 
 impl Wanted {
-    /// Of drawings of `samples` columns and rows, in pixels of `size` samples an edge, drawn away from a half by
-    /// `contrast`.
-    pub(super) fn new(
-        views: &[View],
-        drawn: &[Silhouette],
-        samples: (usize, usize),
-        (size, contrast): (usize, f32),
-    ) -> Self {
+    /// Of drawings, in pixels of `size` samples an edge, drawn away from a half by `contrast`.
+    pub(super) fn new(views: &[View], drawn: &[Silhouette], (size, contrast): (usize, f32)) -> Self {
         let grid = |(view, drawn): (&View, &Silhouette)| {
-            let mut grid = Grid::new(view, samples, size);
+            let mut grid = Grid::new(view, drawn.size(), size);
             grid.values = shares(drawn, size);
             stretch(&mut grid.values, contrast);
             grid
@@ -162,7 +156,7 @@ mod tests {
     #[test]
     fn a_level_lacks_what_the_full_tree_has_more_at_any_depth() {
         let ((view, full), (_, level)) = (square(-1.0, 1.0), square(0.0, 1.5));
-        let lacks = Wanted::new(&[view], &[full], (64, 64), (4, 1.0)).lacks(&[0], 4, &|_| level.clone());
+        let lacks = Wanted::new(&[view], &[full], (4, 1.0)).lacks(&[0], 4, &|_| level.clone());
         for depth in [-5.0, 0.0, 3.0] {
             let at = |x: f32, y: f32| lacks.at(Vec3::new(x, y, depth));
             assert!(at(-0.5, 0.0) > 0.9 && at(0.5, 0.0).abs() < 0.1 && at(1.25, 0.0) < -0.9);
