@@ -24,7 +24,7 @@ const ROUGH: usize = 2;
 const LARGE: usize = 5;
 /// Widths and heights of views, of the tree's there: a level's cards reach a little farther. And the most samples along an edge.
 const ROOM: f32 = 1.1;
-const LARGEST: usize = 2048;
+const LARGEST: f32 = 2048.0;
 /// How far pixels that are carved are drawn from a half.
 const CONTRAST: f32 = 1.5;
 
@@ -168,7 +168,7 @@ fn around(tree: &TreeMesh, view: &View, per_metre: f32) -> View {
         (low.min(p), high.max(p))
     });
     let (low, high) = if low.cmple(high).all() { (low, high) } else { (Vec2::ZERO, Vec2::ZERO) };
-    let samples = |length: f32| ((length * ROOM * per_metre) as usize + 1).next_multiple_of(CARVED).min(LARGEST);
+    let samples = |length: f32| ((length * ROOM * per_metre).min(LARGEST) as usize + 1).next_multiple_of(CARVED);
     let half = |length: f32| 0.5 * samples(length) as f32 / per_metre;
     let (middle, size) = ((low + high) * 0.5, high - low);
     View::new(view.frame, view.centre + x * middle.x + y * middle.y, half(size.x), half(size.y))
