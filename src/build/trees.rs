@@ -15,18 +15,18 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 6);
+const DRESS: Stage = Stage("dress", 7);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 29);
+const LADDER: Stage = Stage("ladder", 30);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 24);
+const LEVEL: Stage = Stage("level", 25);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 4);
+const FOOTING: Stage = Stage("footing", 5);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 3);
-const REFERENCE: Stage = Stage("reference", 3);
+const OUTLINES: Stage = Stage("outlines", 4);
+const REFERENCE: Stage = Stage("reference", 4);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 1);
+const STOCK: Stage = Stage("stock", 2);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

@@ -5,7 +5,6 @@
 //! empty, and a crown of several limbs keeps its gaps.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::reach::Reach;
 use super::twig::Wood;
@@ -28,33 +27,36 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
     let deepest = wood.crown.depth(centre).max(1e-6);
     let wooded = Reach::new(&wood.near, wood.reach, drawn);
     let clumps = seed.child("clumps");
+    let per_cell = drawn as f32 * wooded.edge() * wooded.edge() * wooded.edge() / volume.max(1e-20);
+    let kept = |p: Vec3, s: Seed| {
+        // Foliage comes in clumps with gaps between.
+        if s.at(5).unit() > math::smoothstep(0.18, 0.5, clump(p / (wood.reach * 1.1), clumps)) {
+            return false;
+        }
+        let depth = wood.crown.depth(p);
+        if depth < -wood.swell {
+            return false;
+        }
+        let inside = (depth / deepest).clamp(0.0, 1.0);
+        let share = 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside);
+        s.at(3).unit() <= share
+    };
     // Every draw has its own address, so the tests may come in any order: the cheap ones that fail often come first.
-    (0..drawn)
-        .into_par_iter()
-        .filter_map(|i| {
-            let s = seed.at(i as u64);
-            let p = low + size * Vec3::new(s.at(0).unit(), s.at(1).unit(), s.at(2).unit());
-            if p.y < wood.floor {
-                return None;
-            }
+    wooded.of_cells(|cell, points| {
+        let seed = seed.at(cell.number);
+        let count = (per_cell + seed.at(0).unit()) as u64;
+        for s in (1..=count).map(|k| seed.at(k)) {
+            let p = || cell.low + wooded.edge() * Vec3::new(s.at(0).unit(), s.at(1).unit(), s.at(2).unit());
             // Near wood always, far from it rarely: foliage clusters about the branches that carry it.
-            let near = wood.reach * s.at(4).unit().sqrt();
-            if !wooded.any(p, near) {
-                return None;
+            if !cell.reaches(wood.reach * s.at(4).unit().sqrt(), p) {
+                continue;
             }
-            // Foliage comes in clumps with gaps between.
-            if s.at(5).unit() > math::smoothstep(0.18, 0.5, clump(p / (wood.reach * 1.1), clumps)) {
-                return None;
+            let p = p();
+            if p.y >= wood.floor && kept(p, s) {
+                points.push(p);
             }
-            let depth = wood.crown.depth(p);
-            if depth < -wood.swell {
-                return None;
-            }
-            let inside = (depth / deepest).clamp(0.0, 1.0);
-            let share = 1.0 - (1.0 - INSIDE) * math::smoothstep(0.1, 0.75, inside);
-            (s.at(3).unit() <= share).then_some(p)
-        })
-        .collect()
+        }
+    })
 }
 
 /// Smooth noise with features of about 1, 0..=1: the eight corners' random values, eased.
