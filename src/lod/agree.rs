@@ -22,6 +22,8 @@ pub(super) const CARVED: usize = 4;
 const ROUGH: usize = 2;
 /// Edge of pixels that are compared on more than one raster, samples.
 const LARGE: usize = 5;
+/// Points that are looked at together.
+const LANES: usize = 8;
 /// Widths and heights of views, of the tree's there: a level's cards reach a little farther. And the most samples along an edge.
 const ROOM: f32 = 1.1;
 const LARGEST: f32 = 2048.0;
@@ -161,12 +163,19 @@ impl Outlines {
 /// The part of a view that a tree takes, and some room around it for what a level adds.
 fn around(tree: &TreeMesh, view: &View, per_metre: f32) -> View {
     let Frame { x, y, .. } = view.frame;
-    let all = [&tree.bark, &tree.leaf].into_iter().flat_map(|mesh| &mesh.positions).filter(|p| p.is_finite());
-    let none = (Vec2::MAX, Vec2::MIN);
-    let (low, high) = all.fold(none, |(low, high), &p| {
-        let p = Vec2::new(x.dot(p - view.centre), y.dot(p - view.centre));
-        (low.min(p), high.max(p))
-    });
+    // Several points at once; what is no number is neither less nor more.
+    let (mut low, mut high) = ([[f32::MAX; LANES]; 2], [[f32::MIN; LANES]; 2]);
+    for part in [&tree.bark, &tree.leaf].into_iter().flat_map(|mesh| mesh.positions.chunks(LANES)) {
+        for (k, &p) in part.iter().enumerate() {
+            let off = p - view.centre;
+            for (axis, along) in [x.dot(off), y.dot(off)].into_iter().enumerate() {
+                low[axis][k] = if along < low[axis][k] { along } else { low[axis][k] };
+                high[axis][k] = if along > high[axis][k] { along } else { high[axis][k] };
+            }
+        }
+    }
+    let low = Vec2::from(low.map(|lanes| lanes.into_iter().fold(f32::MAX, f32::min)));
+    let high = Vec2::from(high.map(|lanes| lanes.into_iter().fold(f32::MIN, f32::max)));
     let (low, high) = if low.cmple(high).all() { (low, high) } else { (Vec2::ZERO, Vec2::ZERO) };
     let samples = |length: f32| ((length * ROOM * per_metre).min(LARGEST) as usize + 1).next_multiple_of(CARVED);
     let half = |length: f32| 0.5 * samples(length) as f32 / per_metre;

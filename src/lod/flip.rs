@@ -40,7 +40,7 @@ pub fn flip(a: &[Vec3], b: &[Vec3], width: usize) -> f32 {
         let picture = opponent(&cut(picture));
         (kernels.features(&picture, wide), kernels.seen(&picture, wide))
     };
-    let ((edges_a, seen_a), (edges_b, seen_b)) = (both(a), both(b));
+    let ((edges_a, seen_a), (edges_b, seen_b)) = rayon::join(|| both(a), || both(b));
     let most = pow(hyab(hunt(Vec3::Y), hunt(Vec3::Z)), COLOR.0);
     let mut sum = 0.0_f64;
     for i in 0..seen_a.len() {
@@ -222,6 +222,23 @@ impl Kernels {
     }
 }
 
+/// Adds rows, each by its tap of a kernel, in their order; four at a time, so that sums stay where they are added up.
+fn add_taps<'v>(sums: &mut [f32], kernel: &[f32], row: impl Fn(usize) -> &'v [f32]) {
+    let (fours, rest) = kernel.as_chunks::<4>();
+    for (i, [a, b, c, d]) in fours.iter().enumerate() {
+        let rows = [0, 1, 2, 3].map(|k| row(4 * i + k));
+        let values = rows[0].iter().zip(rows[1]).zip(rows[2]).zip(rows[3]);
+        for (sum, (((p, q), r), s)) in sums.iter_mut().zip(values) {
+            *sum = *sum + p * a + q * b + r * c + s * d;
+        }
+    }
+    for (k, weight) in rest.iter().enumerate() {
+        for (sum, v) in sums.iter_mut().zip(row(4 * fours.len() + k)) {
+            *sum += v * weight;
+        }
+    }
+}
+
 /// Filtered along rows.
 fn across(values: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     let radius = kernel.len() / 2;
@@ -231,11 +248,7 @@ fn across(values: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
         padded[..radius].fill(row[0]);
         padded[radius..radius + width].copy_from_slice(row);
         padded[radius + width..].fill(row[width - 1]);
-        for (k, weight) in kernel.iter().enumerate() {
-            for (value, v) in to.iter_mut().zip(&padded[k..k + width]) {
-                *value += v * weight;
-            }
-        }
+        add_taps(to, kernel, |k| &padded[k..k + width]);
     }
     out
 }
@@ -246,12 +259,10 @@ fn down(values: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     let radius = (kernel.len() / 2) as isize;
     let mut out = vec![0.0; values.len()];
     for (y, to) in out.chunks_exact_mut(width).enumerate() {
-        for (k, weight) in kernel.iter().enumerate() {
+        add_taps(to, kernel, |k| {
             let from = (y as isize + k as isize - radius).clamp(0, height - 1) as usize * width;
-            for (value, v) in to.iter_mut().zip(&values[from..from + width]) {
-                *value += v * weight;
-            }
-        }
+            &values[from..from + width]
+        });
     }
     out
 }
@@ -290,6 +301,19 @@ mod tests {
         };
         let (small, large) = (with(60, 28), with(140, 70));
         assert!(small > 1.0 && (small / large - 1.0).abs() < 1e-4, "{small} {large}");
+    }
+
+    #[test]
+    fn taps_are_added_in_their_order_however_many() {
+        let values: Vec<f32> = (0..90).map(|i| crate::base::Seed::new(2).at(i).unit()).collect();
+        for count in 0..10 {
+            let kernel: Vec<f32> = (0..count).map(|k| 0.3 + k as f32).collect();
+            let mut sums = [0.5; 9];
+            add_taps(&mut sums, &kernel, |k| &values[9 * k..9 * k + 9]);
+            for (x, sum) in sums.iter().enumerate() {
+                assert_eq!(*sum, kernel.iter().enumerate().fold(0.5, |sum, (k, tap)| sum + values[9 * k + x] * tap));
+            }
+        }
     }
 
     #[test]

@@ -33,9 +33,11 @@ use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
 /// Views of a measurement (fewer of thinned levels, which agree from everywhere alike), and those of them that are looked at
-/// for colours: one from where the sun stands and one against it.
+/// for colours: one from where the sun stands and one against it. Of pictures of more lines, which are of thinned levels in the
+/// full tree's own pictures, the first tells enough.
 const VIEWS: u32 = 16;
 const COLORED: [usize; 2] = [5, 9];
+const MANY_LINES: u32 = 128;
 
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -350,6 +352,11 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_
 /// The full level's outlines, and those summed up for many sizes.
 type Shown = (Arc<Outlines>, OnceLock<Vec<Areas>>);
 
+/// The views that are looked at for colours in pictures of so many lines.
+const fn colored(pixels: u32) -> &'static [usize] {
+    if pixels > MANY_LINES { COLORED.split_at(1).0 } else { &COLORED }
+}
+
 /// What levels are measured with.
 struct Bench<'a> {
     full: &'a TreeMesh,
@@ -480,7 +487,7 @@ impl<'a> Bench<'a> {
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {
-        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, &COLORED));
+        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, colored(pixels)));
         self.memory.reference(pixels, &mut make)
     }
 }
