@@ -302,7 +302,7 @@ fn alike(from: &Level, (x, y): (u32, u32)) -> Option<([u16; 4], [u8; 4])> {
     let at = [first, first + 1, first + wide, first + wide + 1];
     let (c, s) = (at.map(|i| from.color[i]), at.map(|i| from.shape[i]));
     let alpha = c[0][3];
-    // What is clear is cut off, as it always was.
+    // Means of clear texels are cut off, as they are of any number of them.
     let half = if alpha > 0 { 2 } else { 0 };
     let color = |k: usize| ((c.iter().map(|c| u32::from(c[k])).sum::<u32>() + half) / 4) as u16;
     let shape = |k: usize| ((s.iter().map(|s| u32::from(s[k])).sum::<u32>() + half) / 4) as u8;

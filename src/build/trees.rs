@@ -17,14 +17,14 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 7);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 30);
+const LADDER: Stage = Stage("ladder", 31);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 25);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 5);
+const FOOTING: Stage = Stage("footing", 6);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 4);
-const REFERENCE: Stage = Stage("reference", 4);
+const REFERENCE: Stage = Stage("reference", 5);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 2);
 

@@ -663,6 +663,39 @@ mod tests {
     }
 
     #[test]
+    fn colours_of_large_pictures_are_compared_from_one_view() {
+        /// How many views colours were drawn from, by lines.
+        #[derive(Default)]
+        struct Asked(Mutex<Vec<(u32, usize)>>);
+
+        impl Memory for Asked {
+            fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
+                Arc::new(make())
+            }
+
+            fn footing(&self, _: &Rung, _: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
+                make()
+            }
+
+            fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
+                Arc::new(make())
+            }
+
+            fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
+                let made = Arc::new(make());
+                self.0.lock().unwrap().push((pixels, made.views()));
+                made
+            }
+        }
+
+        let (plant, stock, asked) = (plant(400), Stock::new(&[maps(255)], &maps(255)), Asked::default());
+        let lods = [(Lod::Full, None), (Lod::Thinned { triangles: 0.4 }, Some(0.25)), (Lod::CrossedQuads, Some(0.05))];
+        let lods = lods.map(|(lod, screen)| LodBudget { lod, screen });
+        let _ = ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &asked);
+        assert_eq!(*asked.0.lock().unwrap(), [(270, 1), (54, 2)]);
+    }
+
+    #[test]
     fn an_impostor_is_as_bright_as_the_tree() {
         let stock = Stock::new(&[maps(255)], &maps(255));
         let lods = [Lod::Full, Lod::Impostor { frames: 6 }].map(LodBudget::from);

@@ -177,6 +177,12 @@ impl Reference {
             .collect()
     }
 
+    /// How many views it was drawn from.
+    #[cfg(test)]
+    pub(super) const fn views(&self) -> usize {
+        self.targets.len()
+    }
+
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {
