@@ -538,15 +538,12 @@ mod tests {
         }
     }
 
+    fn build_with(plant: &Plant, stock: &Stock) -> Ladder {
+        ladder_with(plant, &PARAMS, &lods().map(LodBudget::from), stock, Texels::all(32), Seed::new(5))
+    }
+
     fn build(plant: &Plant) -> Ladder {
-        ladder_with(
-            plant,
-            &PARAMS,
-            &lods().map(LodBudget::from),
-            &Stock::new(&[maps(255)], &maps(255)),
-            Texels::all(32),
-            Seed::new(5),
-        )
+        build_with(plant, &Stock::new(&[maps(255)], &maps(255)))
     }
 
     #[test]
@@ -582,9 +579,9 @@ mod tests {
         assert_eq!(pool(1).install(|| build(&plant)), pool(3).install(|| build(&plant)));
     }
 
-    /// Remembers levels, in the order in which they were made.
+    /// Remembers levels, in the order in which they were made, and from how many views colours were asked for, by lines.
     #[derive(Default)]
-    struct Known(Mutex<Vec<(Rung, Arc<Piece>)>>);
+    struct Known(Mutex<Vec<(Rung, Arc<Piece>)>>, Mutex<Vec<(u32, usize)>>);
 
     impl Memory for Known {
         fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
@@ -606,7 +603,9 @@ mod tests {
         }
 
         fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
-            Forgetful.reference(pixels, make)
+            let made = Forgetful.reference(pixels, make);
+            self.1.lock().unwrap().push((pixels, made.views()));
+            made
         }
     }
 
@@ -664,35 +663,11 @@ mod tests {
 
     #[test]
     fn colours_of_large_pictures_are_compared_from_one_view() {
-        /// How many views colours were drawn from, by lines.
-        #[derive(Default)]
-        struct Asked(Mutex<Vec<(u32, usize)>>);
-
-        impl Memory for Asked {
-            fn level(&self, _: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece> {
-                Arc::new(make())
-            }
-
-            fn footing(&self, _: &Rung, _: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
-                make()
-            }
-
-            fn outlines(&self, _: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
-                Arc::new(make())
-            }
-
-            fn reference(&self, pixels: u32, make: &mut dyn FnMut() -> Reference) -> Arc<Reference> {
-                let made = Arc::new(make());
-                self.0.lock().unwrap().push((pixels, made.views()));
-                made
-            }
-        }
-
-        let (plant, stock, asked) = (plant(400), Stock::new(&[maps(255)], &maps(255)), Asked::default());
+        let (plant, stock, memory) = (plant(400), Stock::new(&[maps(255)], &maps(255)), Known::default());
         let lods = [(Lod::Full, None), (Lod::Thinned { triangles: 0.4 }, Some(0.25)), (Lod::CrossedQuads, Some(0.05))];
         let lods = lods.map(|(lod, screen)| LodBudget { lod, screen });
-        let _ = ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &asked);
-        assert_eq!(*asked.0.lock().unwrap(), [(270, 1), (54, 2)]);
+        let _ = ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
+        assert_eq!(*memory.1.lock().unwrap(), [(270, 1), (54, 2)]);
     }
 
     #[test]
@@ -712,14 +687,6 @@ mod tests {
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
         assert_eq!(build(&bare).levels.len(), 4);
-        let none = ladder_with(
-            &plant(40),
-            &PARAMS,
-            &lods().map(LodBudget::from),
-            &Stock::new(&[], &maps(0)),
-            Texels::all(32),
-            Seed::new(5),
-        );
-        assert_eq!(none.levels.len(), 4);
+        assert_eq!(build_with(&plant(40), &Stock::new(&[], &maps(0))).levels.len(), 4);
     }
 }
