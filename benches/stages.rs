@@ -72,12 +72,7 @@ fn dress_an_oak(bencher: Bencher<'_, '_>) {
 fn mesh_a_dressed_oak(bencher: Bencher<'_, '_>) {
     let plan = plan();
     let oak = dress::dress(&oak(1), &dress_params(&plan), Seed::new(1));
-    bencher.bench(|| {
-        let posed = oak.pose();
-        let bark = mesh::tubes(&oak, &posed, &mesh::TubeDetail::full(&plan.mesh));
-        let leaf = mesh::leaf_cards(&oak, &posed, &mesh::all_cards(&oak), mesh::CardShape::Folded);
-        (bark, leaf)
-    });
+    bencher.bench(|| lod::mesh_levels(&oak, &plan.mesh, &[], Seed::new(1)));
 }
 
 fn pictures(plan: &Plan) -> (Vec<bake::Maps>, bake::Maps) {

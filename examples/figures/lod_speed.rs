@@ -10,7 +10,7 @@ use treewright::build::pipeline::{dress_params, make_set, read_inputs, set_key};
 use treewright::build::{Cache, Limits, load_edited, load_preset};
 use treewright::export::{AssetIn, AssetLevel, PngKind, SetMaterials, encode_maps, glb};
 use treewright::lod::{Wardrobe, ladder, mesh_levels};
-use treewright::mesh::{CardShape, TreeMesh, TubeDetail, all_cards, leaf_cards, tubes};
+use treewright::mesh::TreeMesh;
 use treewright::plant::Plant;
 use treewright::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, MeshParams, Plan, TextureFormat};
 use treewright::relate::{Family, fuzzy_family};
@@ -199,12 +199,7 @@ fn meshing(plan: &Plan, threads: usize) {
     let time = seconds(5, || {
         triangles = plants
             .par_iter()
-            .map(|plant| {
-                let posed = plant.pose();
-                let bark = tubes(plant, &posed, &TubeDetail::full(&plan.mesh));
-                let leaf = leaf_cards(plant, &posed, &all_cards(plant), CardShape::Folded);
-                count(&TreeMesh { bark, leaf })
-            })
+            .map(|plant| mesh_levels(plant, &plan.mesh, &[], Seed::new(1)).iter().map(count).sum::<usize>())
             .sum();
     });
     let how =

@@ -48,16 +48,15 @@ impl Frame {
         Self { x, y: axis, z: x.cross(axis) }
     }
 
-    /// As [`transported`](Self::transported), for a few steps: what rounding adds stays, a ten-millionth a step, and nothing waits
-    /// for a root.
+    /// `x` of the frame with these `x` and `y`, [`transported`](Self::transported), for a few steps: what rounding adds stays, a
+    /// ten-millionth a step, and nothing waits for a root.
     #[inline]
-    pub(crate) fn turned(self, axis: Vec3) -> Self {
-        let towards = 1.0 + self.y.dot(axis);
+    pub(crate) fn turned_x(x: Vec3, y: Vec3, axis: Vec3) -> Vec3 {
+        let towards = 1.0 + y.dot(axis);
         if towards <= 0.01 {
-            return self.transported(axis);
+            return Self { x, y, z: x.cross(y) }.transported(axis).x;
         }
-        let x = self.x - (self.y + axis) * (self.x.dot(axis) / towards);
-        Self { x, y: axis, z: x.cross(axis) }
+        x - (y + axis) * (x.dot(axis) / towards)
     }
 
     /// The vector with coordinates `v` in this frame, in the world.
@@ -221,7 +220,8 @@ mod tests {
                 // Steps of any angle, half turns nearly among them.
                 let aside = seed.at(k).direction() * if i % 2 == 0 { 0.3 } else { 2.0 };
                 let axis = (transported.y + aside).normalize_or(-transported.y);
-                (turned, transported) = (turned.turned(axis), transported.transported(axis));
+                let x = Frame::turned_x(turned.x, turned.y, axis);
+                (turned, transported) = (Frame { x, y: axis, z: x.cross(axis) }, transported.transported(axis));
                 assert!(turned.x.distance(transported.x) < 1e-4 && turned.z.distance(transported.z) < 1e-4);
             }
             assert!(turned.x.dot(turned.y).abs() < 1e-4 && (turned.x.length() - 1.0).abs() < 1e-4);

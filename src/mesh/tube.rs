@@ -97,19 +97,28 @@ fn append(mesh: &mut Mesh, part: &Mesh) {
 
 /// Sines and cosines of the corners of polygons, and of the middles of their sides.
 struct Circles {
-    /// By sides, from three on: the corners, the first once more as the last.
-    corners: Vec<Vec<(f32, f32)>>,
-    middles: Vec<Vec<(f32, f32)>>,
+    /// By sides, from three on, twice around: from whichever corner, those of once around lie in a row.
+    all: Vec<Circle>,
+}
+
+struct Circle {
+    corners: Vec<(f32, f32)>,
+    middles: Vec<(f32, f32)>,
 }
 
 impl Circles {
     fn up_to(sides: u32) -> Self {
-        let all = 3..=sides.clamp(3, 64);
         let at = |k: f32, n: u32| math::sin_cos(std::f32::consts::TAU * k / n as f32);
-        Self {
-            corners: all.clone().map(|n| (0..=n).map(|k| at((k % n) as f32, n)).collect()).collect(),
-            middles: all.map(|n| (0..n).map(|k| at(k as f32 + 0.5, n)).collect()).collect(),
-        }
+        let one = |n: u32| {
+            let corners: Vec<(f32, f32)> = (0..n).map(|k| at(k as f32, n)).collect();
+            let middles: Vec<(f32, f32)> = (0..n).map(|k| at(k as f32 + 0.5, n)).collect();
+            Circle { corners: corners.repeat(2), middles: middles.repeat(2) }
+        };
+        Self { all: (3..=sides.clamp(3, 64)).map(one).collect() }
+    }
+
+    fn of(&self, sides: u32) -> &Circle {
+        &self.all[sides as usize - 3]
     }
 }
 
@@ -361,10 +370,11 @@ impl<'a> Wood<'a> {
         let body = &rings[..rings.len() - usize::from(is_pointed)];
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
         let foot = self.posed.chain(self.plant, id)[0];
-        let circle = &circles.corners[sides as usize - 3];
+        let columns = sides as usize + 1;
+        let circle = circles.of(sides);
         // As wide in the mean of all views as what is round: the corners of a prism of three sides stand 21 % out. With
         // corners on the circle it would cover 17 % too little, and twigs of coarse levels would fade.
-        let widened = std::f32::consts::PI / (sides as f32 * circles.middles[sides as usize - 3][0].0);
+        let widened = std::f32::consts::PI / (sides as f32 * circle.middles[0].0);
         let girth = |radius: f32| std::f32::consts::TAU * radius;
         // A stem's flare goes round as often as the wood above it.
         let most = match base {
@@ -375,13 +385,13 @@ impl<'a> Wood<'a> {
         let mut v = Seed::new(0).child("bark").at(u64::from(id.0)).unit();
         let mut frame = if self.plant.chain(id).parent.is_some() { self.posed.frame(id, 0.0) } else { Frame::WORLD };
         frame = frame.transported(first.tangent);
-        let turn = if self.plant.chain(id).parent.is_some() { uppermost(circle, frame) } else { 0 };
-        let corner = |k: u32| circle[((k + turn) % sides) as usize];
-        let middle = |k: u32| circles.middles[sides as usize - 3][((k + turn) % sides) as usize];
+        let once = &circle.corners[..sides as usize];
+        let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
+        let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
         let mut density_before = None;
         let mut last = first;
         let start = mesh.positions.len() as u32;
-        let vertices = body.len() * circle.len() + sides as usize;
+        let vertices = body.len() * columns + sides as usize;
         mesh.positions.reserve(vertices);
         mesh.normals.reserve(vertices);
         mesh.tangents.reserve(vertices);
@@ -390,7 +400,7 @@ impl<'a> Wood<'a> {
         mesh.indices.reserve(skin.triangles(rings.len()) * 3);
         // The wood's own normals, before they lean on the parent's, up to the last ring that does.
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
-        let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * circle.len());
+        let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * columns);
         for (j, ring) in body.iter().enumerate() {
             frame = frame.transported(ring.tangent);
             let (here, girth) = (around(ring.radius), girth(ring.radius));
@@ -401,8 +411,7 @@ impl<'a> Wood<'a> {
             let slope = ring.slope.clamp(-2.0, 2.0);
             // Normals stand at one angle to the axis all round.
             let (across, along) = (1.0 / (1.0 + slope * slope).sqrt(), frame.y * -slope);
-            for k in 0..=sides {
-                let (sin, cos) = corner(k);
+            for (k, &(sin, cos)) in corners.iter().enumerate() {
                 let radial = frame.x * cos - frame.z * sin;
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
@@ -422,7 +431,7 @@ impl<'a> Wood<'a> {
             }
             last = *ring;
         }
-        let columns = sides + 1;
+        let columns = columns as u32;
         for j in 0..body.len() as u32 - 1 {
             for k in 0..sides {
                 let a = start + j * columns + k;
@@ -448,8 +457,7 @@ impl<'a> Wood<'a> {
         let shade = Self::shade(light, apex, last.radius);
         let rim = start + (body.len() as u32 - 1) * columns;
         let apexes = mesh.positions.len() as u32;
-        for k in 0..sides {
-            let (sin, cos) = middle(k);
+        for (k, &(sin, cos)) in (0..).zip(middles) {
             // Each side of the cone has a tip of its own, so that its texture is not pinched to one column.
             let radial = frame.x * cos + frame.z * -sin;
             let normal = (radial + frame.y * (last.radius / height).min(2.0)).normalize_or(radial);
@@ -505,9 +513,9 @@ fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv
 }
 
 /// The corner of a ring that lies uppermost.
-fn uppermost(circle: &[(f32, f32)], frame: Frame) -> u32 {
+fn uppermost(circle: &[(f32, f32)], frame: Frame) -> usize {
     let up = |&k: &usize| circle[k].1 * frame.x.y - circle[k].0 * frame.z.y;
-    (0..circle.len() - 1).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0) as u32
+    (0..circle.len()).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0)
 }
 
 /// The flare that a stem still needs: none when its own radii widen at the ground, as a scan's do.

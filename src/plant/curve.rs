@@ -126,13 +126,13 @@ impl<'a> Curve<'a> {
             }
             axis
         });
-        let mut frame = start;
-        let mut frames = [start; STATIONS + 1];
-        for (to, axis) in frames.iter_mut().zip(axes) {
-            frame = frame.turned(axis);
-            *to = frame;
-        }
-        frames
+        // Each station waits for the one before it: what it waits for stays in registers.
+        let (mut x, mut y) = (start.x, start.y);
+        axes.map(|axis| {
+            x = Frame::turned_x(x, y, axis);
+            y = axis;
+            Frame { x, y, z: x.cross(y) }
+        })
     }
 }
 
