@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 7);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 31);
+const LADDER: Stage = Stage("ladder", 32);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 25);
+const LEVEL: Stage = Stage("level", 26);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 6);
 /// What levels are measured with; kept in memory only.

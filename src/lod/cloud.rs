@@ -34,7 +34,7 @@ pub const CARD_TEXELS: u32 = 64;
 /// Neighbours on a chain that stay together: a leaf is a spray of blades already, so that each goes to its own plane.
 const SPRAY: usize = 1;
 /// Most triangles of a cloud's limbs.
-pub(super) const LIMBS: usize = 1100;
+const LIMBS: usize = 1100;
 /// Radius of the thinnest limb that is a tube, as a share of the tree's height: about a quarter of a pixel wide where
 /// the cloud takes over.
 const VISIBLE: f32 = 0.0025;
@@ -61,8 +61,8 @@ pub struct CloudParams {
     pub cards: u32,
     /// Mean edge of a card's picture, texels.
     pub texels: u32,
-    /// Cells along a card's edge, by which it bends to its leaves; 0 of flat ones.
-    pub cells: usize,
+    /// Of limbs and cards: cards bend to their leaves by as many cells as limbs leave triangles for, and limbs alone may have more.
+    pub triangles: usize,
 }
 
 /// What all baked levels start from.
@@ -88,17 +88,19 @@ pub(super) struct Cloud {
     gain: f32,
 }
 
+/// Triangles that a cloud of so many cards has at most.
+pub(super) fn most_triangles(cards: u32) -> usize {
+    LIMBS + bent::most_triangles(cards)
+}
+
 /// A cloud as a level's mesh, tiles counted from `first_tile` on, its alpha yet to be settled.
 pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe, first_tile: u32, seed: Seed) -> Cloud {
     let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     let (low, high) = bounds(scene.full);
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
-    let bends = 2 * params.cards as usize * params.cells * params.cells;
-    let (bark, min_radius) =
-        limbs(scene, (thickest, high.y - low.y), LIMBS + (bends as f32 * scene.wood.bare) as usize);
-    let left = (LIMBS + bends).saturating_sub(bark.indices.len() / 3);
-    let cells = params.cells.min(bent::cells(params.cards, u32::try_from(left).unwrap_or(u32::MAX)));
-    let params = CloudParams { cells, ..params };
+    let budget = LIMBS + (params.triangles.saturating_sub(LIMBS) as f32 * scene.wood.bare) as usize;
+    let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
+    let cells = bent::cells(params.cards, params.triangles.saturating_sub(bark.indices.len() / 3));
 
     let (mut units, unit_of) = sprays(scene);
     let twigs = thin_wood(scene.plant, scene.posed, scene.light, min_radius);
@@ -108,7 +110,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     }
     let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
     let contents = sort_out(scene, &planes, (&homes, &unit_of), (&twigs, &homes[leaves..]));
-    let cards = bake(scene, (&planes, &contents), (&units, &homes), params, wardrobe);
+    let cards = bake(scene, (&planes, &contents), (&units, &homes), (params.texels, cells), wardrobe);
     Cloud::new(bark, cards, first_tile)
 }
 
@@ -299,7 +301,7 @@ fn bake(
     scene: &Scene<'_>,
     (planes, contents): (&[Plane], &[TreeMesh]),
     (units, homes): (&[Unit], &[usize]),
-    params: CloudParams,
+    (texels, cells): (u32, usize),
     wardrobe: &Wardrobe,
 ) -> Vec<Card> {
     let places: Vec<Option<Place>> = planes
@@ -322,7 +324,7 @@ fn bake(
         .collect();
     let area: f32 = places.iter().flatten().map(Place::area).sum();
     let count = places.iter().flatten().count();
-    let texels = params.texels.clamp(8, 1024);
+    let texels = texels.clamp(8, 1024);
     let density = texels as f32 * (count as f32 / area.max(1e-12)).sqrt();
     let edge = |half: f32| ((2.0 * half * density).ceil() as u32).clamp(4, texels * LONGEST);
     let mut leaves: Vec<Vec<(Vec2, f32, f32)>> = vec![Vec::new(); planes.len()];
@@ -340,11 +342,31 @@ fn bake(
             let place = place.as_ref()?;
             Card::bake(
                 content,
-                (place, &Bend::to(leaves, params.cells)),
+                (place, &Bend::to(leaves, cells)),
                 (edge(place.half.x), edge(place.half.y)),
                 wardrobe,
                 scene.light,
             )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lod::specimen::{climbed, on_trunk};
+    use crate::preset::plan::Lod;
+
+    #[test]
+    fn cards_bend_by_what_limbs_leave_of_half_the_level_above() {
+        let cards = 6;
+        let plant = on_trunk(Vec3::ZERO, (4.0, 0.15), (24, 12));
+        let ladder = climbed(&plant, Lod::BillboardCloud { cards });
+        let [full, cloud] = [0, 1].map(|i| &ladder.levels[i]);
+        let limbs = cloud.mesh.bark.indices.len() / 3;
+        // Less than what limbs may have in all, and far less than what they have here.
+        assert!(full.triangles / 2 < LIMBS && limbs < full.triangles / 8, "{limbs} of {}", full.triangles);
+        let (bent, flat) = (cloud.mesh.leaf.indices.len() / 3, cards as usize * 8);
+        assert!(bent > flat && cloud.triangles <= full.triangles / 2, "{bent} of {}", full.triangles);
+    }
 }

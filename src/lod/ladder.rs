@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::agree::{Outlines, areas};
-use super::cloud::{CARD_TEXELS, CloudParams, LIMBS, Scene, cloud};
+use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud, most_triangles};
 use super::crossed::{crossed_quads, widen};
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
@@ -198,7 +198,7 @@ pub fn ladder_by<'s>(
     let wood = OnceLock::new();
     let wood = || once(&wood, || Wood::of(plant, &posed, &TubeDetail::full(mesh)));
     let mut is_new = false;
-    let full = memory.level(&Rung { lod: Lod::Full, texels: None, cells: 0 }, &mut || {
+    let full = memory.level(&Rung { lod: Lod::Full, texels: None, triangles: 0 }, &mut || {
         is_new = true;
         let mesh = full_level(plant, &posed, &light, (wood(), mesh), cards);
         Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
@@ -218,7 +218,7 @@ pub fn ladder_by<'s>(
     let made = |lods: &[LodBudget]| {
         let mut above = usize::MAX;
         let one = |LodBudget { lod, .. }: &LodBudget| {
-            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), cells: cells(lod, above) };
+            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), triangles: budget(lod, above) };
             let piece = match lod {
                 Lod::Full => Arc::clone(&full),
                 _ => memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed)),
@@ -291,12 +291,10 @@ impl Climb {
     }
 }
 
-/// Cells by which the cards of a cloud bend: so many that with the limbs' budget it has half the triangles of the level above
-/// at most; flat cards where that leaves nothing, which may be more than half of a very small level.
-fn cells(lod: &Lod, triangles_above: usize) -> usize {
+/// Triangles of a cloud: half of those of the level above, and no more than it can have.
+fn budget(lod: &Lod, triangles_above: usize) -> usize {
     let Lod::BillboardCloud { cards } = *lod else { return 0 };
-    let own = (triangles_above / 2).saturating_sub(LIMBS);
-    super::bent::cells(cards, u32::try_from(own).unwrap_or(u32::MAX))
+    most_triangles(cards).min(triangles_above / 2)
 }
 
 /// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are
@@ -391,7 +389,7 @@ impl<'a> Bench<'a> {
             Lod::BillboardCloud { .. } | Lod::CrossedQuads => {
                 let mut made = match *lod {
                     Lod::BillboardCloud { cards } => {
-                        let params = CloudParams { cards, texels, cells: rung.cells };
+                        let params = CloudParams { cards, texels, triangles: rung.triangles };
                         cloud(scene, params, wardrobe, first_tile, seed.child("cloud"))
                     }
                     _ => crossed_quads(scene, texels, wardrobe, first_tile),

@@ -19,8 +19,8 @@ pub struct Rung {
     pub(super) lod: Lod,
     /// Of those that bring pictures.
     pub(super) texels: Option<u32>,
-    /// Cells by which the cards of a cloud bend, along an edge.
-    pub(super) cells: usize,
+    /// Most triangles of a cloud.
+    pub(super) triangles: usize,
 }
 
 /// A level by itself.
