@@ -8,7 +8,7 @@ use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
 use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Note, Seed, once};
-use crate::lod::{self, Footing, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
+use crate::lod::{self, Colors, Footing, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
 use crate::mesh::{Mesh, TreeMesh, check_indices};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -21,7 +21,9 @@ const LADDER: Stage = Stage("ladder", 32);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 26);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 6);
+const FOOTING: Stage = Stage("footing", 7);
+/// What colours it has there, likewise.
+const COLORS: Stage = Stage("colors", 1);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 4);
 const REFERENCE: Stage = Stage("reference", 5);
@@ -129,6 +131,10 @@ impl Memory for Known<'_> {
 
     fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
         *self.made(FOOTING.key().params(rung).params(&sizes), |_| size_of::<Footing>(), make)
+    }
+
+    fn colors(&self, rung: &Rung, pixels: u32, make: &mut dyn FnMut() -> Colors) -> Colors {
+        *self.made(COLORS.key().params(rung).number(pixels.into()), |_| size_of::<Colors>(), make)
     }
 
     fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {

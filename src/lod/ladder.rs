@@ -10,35 +10,26 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::agree::{Outlines, areas};
-use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud, most_triangles};
-use super::crossed::{crossed_quads, widen};
-use super::impostor::{Impostor, Settled};
-use super::measure::{Measured, Reference, Wardrobe};
-use super::memory::{Footing, Forgetful, Memory, Piece, Rung};
-use super::parallax::CROWNS;
-use super::sizes::{COARSE, FINE, SCREEN, Sizes, agrees, chosen, lines, share, sizes};
-use super::thin::{thinned, thinned_as_seen};
+use super::bench::Bench;
+use super::cloud::{CARD_TEXELS, Scene, most_triangles};
+use super::impostor::Impostor;
+use super::measure::Measured;
+use super::memory::{Colors, Footing, Forgetful, Memory, Piece, Rung};
+use super::sizes::{COARSE, SCREEN, Sizes, sizes};
+use super::stock::Stock;
+use super::thin::thinned;
 use super::tile::Tile;
-use crate::bake::{Areas, Cutout, Maps, Palette, Picture, Silhouette, View, card_cuts};
+use crate::bake::Maps;
 use crate::base::{Seed, once};
-use crate::mesh::{CardCut, Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
+use crate::mesh::{Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
 use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
 
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
-/// Views of a measurement (fewer of thinned levels, which agree from everywhere alike), and those of them that are looked at
-/// for colours: one from where the sun stands and one against it. Of pictures of more lines, which are of thinned levels in the
-/// full tree's own pictures, the first tells enough.
-const VIEWS: u32 = 16;
-const COLORED: [usize; 2] = [5, 9];
-const MANY_LINES: u32 = 128;
-
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
@@ -66,47 +57,6 @@ pub struct Level {
     pub measured: Measured,
     /// How the sheet of an impostor is laid out; it is the one tile of the level's mesh.
     pub impostor: Option<Impostor>,
-}
-
-/// What ladders of one set start from: the leaf pictures by slot and the bark, in plain colours.
-#[derive(Clone, Debug)]
-pub struct Stock {
-    wardrobe: Wardrobe,
-    palette: Palette,
-    cuts: Vec<CardCut>,
-}
-
-impl Stock {
-    /// Makes the mips; colours are not looked at.
-    #[must_use]
-    pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
-        let (leaves, brown) = ([96, 118, 58], [112, 98, 84]);
-        let (leaf_pictures, bark) = rayon::join(
-            || leaf_art.par_iter().map(|maps| Picture::plain(maps, leaves)).collect(),
-            || Picture::plain(bark, brown),
-        );
-        let palette = Palette::plain(std::iter::once(brown).chain(leaf_art.iter().map(|_| leaves)));
-        let wardrobe = Wardrobe { leaves: leaf_pictures, bark: Arc::new(vec![bark]) };
-        Self { wardrobe, palette, cuts: Vec::new() }
-    }
-
-    /// The same pictures, as surfaces wear them.
-    #[must_use]
-    pub fn wardrobe(&self) -> &Wardrobe {
-        &self.wardrobe
-    }
-
-    /// Bytes that it takes, about.
-    #[must_use]
-    pub fn weight(&self) -> usize {
-        self.wardrobe.leaves.iter().chain(&*self.wardrobe.bark).map(Picture::weight).sum()
-    }
-
-    /// With the outlines of the leaf pictures, where leaves are to be cut out.
-    #[must_use]
-    pub fn cut(self, leaf_art: &[Maps], leaves: LeafCards) -> Self {
-        Self { cuts: card_cuts(leaf_art, leaves), ..self }
-    }
 }
 
 /// How fine the pictures of cards and of impostors are drawn.
@@ -144,12 +94,6 @@ pub fn pictures(level: &Lod, texels: Texels) -> Vec<(u32, u32)> {
         Lod::CrossedQuads => vec![(2, texels.cards * super::crossed::EDGE)],
         Lod::Impostor { frames } => vec![(1, frames.clamp(2, 32) * super::impostor::texels(texels.impostors, frames))],
     }
-}
-
-/// The palette that [`Tile`]s are painted with: bark, then leaf pictures by slot.
-#[must_use]
-pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
-    Palette::new(std::iter::once(bark).chain(leaf_art))
 }
 
 /// Builds all levels of a dressed plant, with card pictures of [`CARD_TEXELS`].
@@ -237,18 +181,31 @@ pub fn ladder_by<'s>(
         let (near, far) = rayon::join(|| made(near), || made(far));
         near.into_iter().chain(far).collect()
     };
-    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
     let mut above = 1.0;
-    for (i, (rung, piece)) in pieces.iter().enumerate() {
+    let stand = |(i, (rung, piece)): (usize, &(Rung, Arc<Piece>))| {
         let footing = if rung.lod == Lod::Full {
-            Footing { size: 1.0, measured: Measured::same(SCREEN as u32), gain: 1.0 }
+            Footing { size: 1.0, measured: Measured::same(SCREEN as u32) }
         } else {
             let Sizes { measured, told } = sizes(&lods[i..], above);
-            let found = memory.footing(rung, &measured, &mut || bench().footing(&rung.lod, &measured, piece));
+            let found = memory.footing(rung, &measured, &mut || bench().takes_over(&rung.lod, &measured, &piece.drawn));
             Footing { size: told.unwrap_or(found.size), ..found }
         };
         above = footing.size;
-        climb.add(&rung.lod, piece, footing);
+        footing
+    };
+    let footings: Vec<Footing> = pieces.iter().enumerate().map(stand).collect();
+    // Sizes hang on each other, colours don't.
+    let shown = |((rung, piece), footing): (&(Rung, Arc<Piece>), &Footing)| {
+        let pixels = footing.measured.pixels;
+        match rung.lod {
+            Lod::Full => Colors { measured: footing.measured, gain: 1.0 },
+            _ => memory.colors(rung, pixels, &mut || bench().colors(piece, pixels)),
+        }
+    };
+    let colors: Vec<Colors> = pieces.par_iter().with_max_len(1).zip(&footings).map(shown).collect();
+    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
+    for (((rung, piece), footing), colors) in pieces.iter().zip(footings).zip(colors) {
+        climb.add(&rung.lod, piece, footing, colors);
     }
     Ladder { levels: climb.levels, tiles: climb.tiles }
 }
@@ -266,26 +223,26 @@ struct Climb {
 }
 
 impl Climb {
-    fn add(&mut self, lod: &Lod, piece: &Piece, footing: Footing) {
+    fn add(&mut self, lod: &Lod, piece: &Piece, Footing { size, measured }: Footing, colors: Colors) {
         let mut mesh = piece.mesh.clone();
         if !piece.tiles.is_empty() {
             // Tiles of levels before come first.
             mesh.leaf.tiles.iter_mut().for_each(|tile| *tile += self.tiles.len() as u32);
             let first = self.tiles.len();
             self.tiles.extend_from_slice(&piece.tiles);
-            if footing.gain != 1.0 {
-                self.tiles[first..].iter_mut().for_each(|tile| tile.recipe.brighten(footing.gain));
+            if colors.gain != 1.0 {
+                self.tiles[first..].iter_mut().for_each(|tile| tile.recipe.brighten(colors.gain));
             }
         }
         if let Some(last) = self.levels.last_mut() {
-            last.screen_coverage = footing.size;
+            last.screen_coverage = size;
         }
         self.levels.push(Level {
             kind: lod.clone(),
             mesh,
             triangles: piece.triangles(),
-            screen_coverage: CULL.min(footing.size * 0.5),
-            measured: footing.measured,
+            screen_coverage: CULL.min(size * 0.5),
+            measured: Measured { color: colors.measured.color, flip: colors.measured.flip, ..measured },
             impostor: piece.impostor,
         });
     }
@@ -347,157 +304,17 @@ fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_
         .collect()
 }
 
-/// The full level's outlines, and those summed up for many sizes.
-type Shown = (Arc<Outlines>, OnceLock<Vec<Areas>>);
-
-/// The views that are looked at for colours in pictures of so many lines.
-const fn colored(pixels: u32) -> &'static [usize] {
-    if pixels > MANY_LINES { COLORED.split_at(1).0 } else { &COLORED }
-}
-
-/// What levels are measured with.
-struct Bench<'a> {
-    full: &'a TreeMesh,
-    stock: &'a Stock,
-    /// Of the leaf pictures.
-    cutouts: Vec<&'a Cutout>,
-    fine: OnceLock<Shown>,
-    coarse: OnceLock<Shown>,
-    memory: &'a dyn Memory,
-}
-
-impl<'a> Bench<'a> {
-    fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
-        let cutouts = stock.wardrobe.cutouts();
-        Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), memory }
-    }
-
-    /// Makes a level.
-    fn piece(&self, scene: &Scene<'_>, cards: Cards<'_>, rung: &Rung, seed: Seed) -> Piece {
-        let lod = &rung.lod;
-        let texels = rung.texels.unwrap_or(CARD_TEXELS);
-        let wardrobe = &self.stock.wardrobe;
-        let first_tile = wardrobe.leaves.len() as u32;
-        match *lod {
-            Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
-            Lod::Thinned { triangles } => {
-                let seen = (&*self.outlines(COARSE), self.cutouts.as_slice());
-                let made = thinned_as_seen(scene, cards, triangles, seen, seed);
-                let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
-                Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }
-            }
-            Lod::BillboardCloud { .. } | Lod::CrossedQuads => {
-                let mut made = match *lod {
-                    Lod::BillboardCloud { cards } => {
-                        let params = CloudParams { cards, texels, triangles: rung.triangles };
-                        cloud(scene, params, wardrobe, first_tile, seed.child("cloud"))
-                    }
-                    _ => crossed_quads(scene, texels, wardrobe, first_tile),
-                };
-                let outlines = self.outlines(lines(lod));
-                if let Some(share) = made.share_of_wood(self.full) {
-                    let seen = (&*outlines, self.cutouts.as_slice());
-                    let mesh = thinned_as_seen(scene, cards, share, seen, seed);
-                    let drawn = outlines.draw(&mesh, &self.cutouts);
-                    return Piece { mesh, tiles: Vec::new(), impostor: None, drawn };
-                }
-                made.carve(&outlines, &self.cutouts);
-                let mut drawn = made.settle(&outlines, &self.cutouts);
-                if *lod == Lod::CrossedQuads {
-                    drawn = widen(&mut made, (scene.plant, scene.posed), (&outlines, &self.cutouts), drawn);
-                }
-                let tiles = made.tiles();
-                Piece { mesh: made.tree, tiles, impostor: None, drawn }
-            }
-            Lod::Impostor { frames } => {
-                let Settled { views, gain, drawn } =
-                    Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE), seed);
-                let mesh = views.tree(first_tile);
-                Piece { mesh, tiles: vec![views.sheet(gain)], impostor: Some(views.layout), drawn }
-            }
-        }
-    }
-
-    /// Where a level takes over, of some sizes.
-    fn footing(&self, lod: &Lod, sizes: &[usize], piece: &Piece) -> Footing {
-        let (size, found) = self.takes_over(lod, sizes, &piece.drawn);
-        let (gain, seen) = match (piece.impostor, piece.tiles.as_slice()) {
-            (Some(layout), [sheet]) => self.impostor_colors(&layout, sheet, found.pixels),
-            _ => (1.0, self.colors(&piece.mesh, &piece.tiles, found.pixels)),
-        };
-        Footing { size, measured: Measured { color: seen.color, flip: seen.flip, ..found }, gain }
-    }
-
-    /// The full tree's outlines on so many samples.
-    fn outlines(&self, lines: u32) -> Arc<Outlines> {
-        Arc::clone(&self.shown(lines).0)
-    }
-
-    fn shown(&self, lines: u32) -> &Shown {
-        let kept = if lines == FINE { &self.fine } else { &self.coarse };
-        let views = match lines {
-            FINE => VIEWS * 3 / 8,
-            // Twigs lie over each other from one side and beside each other from the next.
-            _ if self.full.leaf.indices.is_empty() => VIEWS * 2,
-            _ => VIEWS,
-        };
-        let mut make = || Outlines::new(self.full, &self.cutouts, lines, views);
-        once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
-    }
-
-    /// The size of some, from the largest down, at which a level takes over.
-    fn takes_over(&self, lod: &Lod, sizes: &[usize], drawn: &[Silhouette]) -> (f32, Measured) {
-        let (outlines, full) = self.shown(lines(lod));
-        let (full, drawn) = (once(full, || outlines.areas()), areas(drawn));
-        let mut found: Vec<(f32, Measured)> = Vec::with_capacity(sizes.len());
-        let mut better: Vec<f32> = Vec::with_capacity(sizes.len());
-        for &size in sizes {
-            let measured = outlines.agreement((full, &drawn), size);
-            better.push(agrees(lod, &measured));
-            found.push((share(lines(lod), size), measured));
-            if better.last().is_some_and(|better| *better >= 0.0) {
-                break;
-            }
-        }
-        chosen(&better).map_or((share(lines(lod), 1), Measured::same(SCREEN as u32)), |size| found[size])
-    }
-
-    /// The differences in colour of a level that may wear tiles of its own.
-    fn colors(&self, tree: &TreeMesh, own: &[Tile], pixels: u32) -> Measured {
-        let dressed;
-        let wardrobe = if own.is_empty() {
-            &self.stock.wardrobe
-        } else {
-            let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
-            let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
-            leaves.extend(own.iter().map(|tile| Picture::new(&tile.maps(&self.stock.palette))));
-            dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
-            &dressed
-        };
-        self.reference(pixels).measure(tree, wardrobe)
-    }
-
-    /// The same of an impostor, and by how much its sheet is to be brighter to be as bright as the full tree: texels that are
-    /// solid are those that show most, and lighter than what stands between them.
-    fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, pixels: u32) -> (f32, Measured) {
-        let maps = sheet.maps(&self.stock.palette);
-        self.reference(pixels).matched(&|view: &View| layout.worn((view.frame, CROWNS), &maps, (Vec2::ZERO, Vec2::ONE)))
-    }
-
-    fn reference(&self, pixels: u32) -> Arc<Reference> {
-        let mut make = || Reference::some(self.full, &self.stock.wardrobe, pixels, (VIEWS, colored(pixels)));
-        self.memory.reference(pixels, &mut make)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
 
-    use glam::Vec3;
+    use glam::{Vec2, Vec3};
 
     use super::*;
+    use crate::bake::View;
     use crate::base::Rotation;
+    use crate::lod::bench::{COLORED, VIEWS};
+    use crate::lod::{Outlines, Reference};
     use crate::plant::{Leaf, PlantBuilder};
     use crate::preset::plan::{Forks, LeafCards};
 
@@ -596,6 +413,10 @@ mod tests {
             Forgetful.footing(rung, sizes, make)
         }
 
+        fn colors(&self, rung: &Rung, pixels: u32, make: &mut dyn FnMut() -> Colors) -> Colors {
+            Forgetful.colors(rung, pixels, make)
+        }
+
         fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines> {
             Forgetful.outlines(lines, make)
         }
@@ -665,7 +486,9 @@ mod tests {
         let lods = [(Lod::Full, None), (Lod::Thinned { triangles: 0.4 }, Some(0.25)), (Lod::CrossedQuads, Some(0.05))];
         let lods = lods.map(|(lod, screen)| LodBudget { lod, screen });
         let _ = ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
-        assert_eq!(*memory.1.lock().unwrap(), [(270, 1), (54, 2)]);
+        let mut asked = std::mem::take(&mut *memory.1.lock().unwrap());
+        asked.sort_unstable();
+        assert_eq!(asked, [(54, 2), (270, 1)]);
     }
 
     #[test]

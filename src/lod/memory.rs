@@ -53,7 +53,14 @@ impl Piece {
 pub struct Footing {
     /// The share of the screen's height that the tree covers there.
     pub(super) size: f32,
-    /// How well it agrees there.
+    /// How well its outlines agree there.
+    pub(super) measured: Measured,
+}
+
+/// The colours of a level at one size.
+#[derive(Clone, Copy, Debug)]
+pub struct Colors {
+    /// How far they are from the full level's.
     pub(super) measured: Measured,
     /// By how much its pictures are brightened.
     pub(super) gain: f32,
@@ -66,6 +73,8 @@ pub trait Memory: Sync {
     fn level(&self, rung: &Rung, make: &mut dyn FnMut() -> Piece) -> Arc<Piece>;
     /// Where a level takes over, of some sizes.
     fn footing(&self, rung: &Rung, sizes: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing;
+    /// A level's colours where the tree is so many pixels high.
+    fn colors(&self, rung: &Rung, pixels: u32, make: &mut dyn FnMut() -> Colors) -> Colors;
     /// The full level's outlines, so many samples high.
     fn outlines(&self, lines: u32, make: &mut dyn FnMut() -> Outlines) -> Arc<Outlines>;
     /// The full level in plain colours, so many pixels high.
@@ -81,6 +90,10 @@ impl Memory for Forgetful {
     }
 
     fn footing(&self, _: &Rung, _: &[usize], make: &mut dyn FnMut() -> Footing) -> Footing {
+        make()
+    }
+
+    fn colors(&self, _: &Rung, _: u32, make: &mut dyn FnMut() -> Colors) -> Colors {
         make()
     }
 

@@ -5,6 +5,7 @@
 
 mod agree;
 mod bake_card;
+mod bench;
 mod bent;
 mod between;
 mod cloud;
@@ -22,6 +23,7 @@ mod planes;
 mod sizes;
 #[cfg(test)]
 mod specimen;
+mod stock;
 mod thin;
 mod tile;
 mod trunk;
@@ -31,11 +33,10 @@ pub use agree::Outlines;
 pub use cloud::{CARD_TEXELS, CloudParams};
 pub use flip::flip;
 pub use impostor::Impostor;
-pub use ladder::{
-    CULL, Ladder, Level, Stock, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, palette, pictures,
-};
+pub use ladder::{CULL, Ladder, Level, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, pictures};
 pub use measure::{Asked, Measured, Reference, Seen, Wardrobe};
-pub use memory::{Footing, Memory, Piece, Rung};
+pub use memory::{Colors, Footing, Memory, Piece, Rung};
 pub(crate) use packed::packed;
 pub(crate) use parallax::Facing;
+pub use stock::{Stock, palette};
 pub use tile::Tile;

@@ -23,6 +23,8 @@ const ROUNDS: usize = 6;
 const SPARE: f32 = 1.25;
 /// λ as a share of the square of the distance between planes.
 const FACING: f32 = 2.0;
+/// Planes that are looked at together.
+const LANES: usize = 8;
 /// How much planes lean, at most: sine of the elevation of their normals.
 const LEAN: f32 = 0.8;
 
@@ -113,24 +115,62 @@ fn seeded(units: &[Unit], count: usize, lambda: f32, seed: Seed) -> Vec<Plane> {
     planes
 }
 
+/// Planes, a coordinate at a time, filled up with such as cost infinitely much.
+struct Lanes {
+    axes: [Vec<[f32; LANES]>; 3],
+    offsets: Vec<[f32; LANES]>,
+}
+
+impl Lanes {
+    fn new(planes: &[Plane]) -> Self {
+        let of = |get: &dyn Fn(&Plane) -> f32, none: f32| -> Vec<[f32; LANES]> {
+            let lane = |part: &[Plane]| std::array::from_fn(|k| part.get(k).map_or(none, get));
+            planes.chunks(LANES).map(lane).collect()
+        };
+        Self {
+            axes: std::array::from_fn(|axis| of(&|plane| plane.normal[axis], 0.0)),
+            offsets: of(&|plane| plane.offset, f32::INFINITY),
+        }
+    }
+
+    /// The cheapest plane for a unit, and how much dearer the next best is; `costs` are used again.
+    fn nearest(&self, unit: &Unit, lambda: f32, costs: &mut Vec<[f32; LANES]>) -> (usize, f32) {
+        let [x, y, z] = &self.axes;
+        let (centre, way) = (unit.centre, unit.way);
+        // As `Plane::cost` has it: `stands` is the share along a plane's normal of twigs, and what is left of one of leaves.
+        let (whole, sign) = if unit.is_twig { (0.0, 1.0) } else { (1.0, -1.0) };
+        costs.clear();
+        for (((x, y), z), offset) in x.iter().zip(y).zip(z).zip(&self.offsets) {
+            costs.push(std::array::from_fn(|k| {
+                let distance = x[k] * centre.x + y[k] * centre.y + z[k] * centre.z - offset[k];
+                let along = (x[k] * way.x + y[k] * way.y + z[k] * way.z).abs();
+                unit.area * (distance * distance + lambda * (whole + sign * along))
+            }));
+        }
+        let best = least(costs);
+        // What costs infinitely much may be no plane at all.
+        let is_best = |cost: &f32| *cost == best && best < f32::INFINITY;
+        let home = costs.as_flattened().iter().position(is_best).unwrap_or(0);
+        costs.as_flattened_mut()[home] = f32::INFINITY;
+        (home, least(costs) - best)
+    }
+}
+
+/// The least of some costs; what is no number is none.
+fn least(costs: &[[f32; LANES]]) -> f32 {
+    let mut least = [f32::INFINITY; LANES];
+    for costs in costs {
+        for (least, cost) in least.iter_mut().zip(costs) {
+            *least = if *cost < *least { *cost } else { *least };
+        }
+    }
+    least.into_iter().fold(f32::INFINITY, f32::min)
+}
+
 /// For each unit its cheapest plane and how much dearer the next best is.
 fn nearest(units: &[Unit], planes: &[Plane], lambda: f32) -> Vec<(usize, f32)> {
-    units
-        .par_iter()
-        .with_min_len(256)
-        .map(|unit| {
-            let (mut home, mut best, mut next) = (0, f32::INFINITY, f32::INFINITY);
-            for (i, plane) in planes.iter().enumerate() {
-                let cost = plane.cost(unit, lambda);
-                if cost < best {
-                    (home, next, best) = (i, best, cost);
-                } else if cost < next {
-                    next = cost;
-                }
-            }
-            (home, next - best)
-        })
-        .collect()
+    let lanes = Lanes::new(planes);
+    units.par_iter().with_min_len(256).map_init(Vec::new, |costs, unit| lanes.nearest(unit, lambda, costs)).collect()
 }
 
 /// One round of k-planes.
@@ -207,6 +247,22 @@ mod tests {
         let mean = units.iter().zip(&homes).map(|(u, h)| stands(u, h)).sum::<f32>() / 3000.0;
         // Of planes drawn by lot it is a half.
         assert!(mean < 0.3, "{mean}");
+    }
+
+    #[test]
+    fn planes_looked_at_together_cost_what_each_does() {
+        let units = units(500, |s| s.at(0).direction() * 3.0);
+        for count in [1, 7, 8, 21] {
+            let one =
+                |i: u64| Plane { normal: Seed::new(9).at(i).direction(), offset: Seed::new(9).at(i).at(5).unit() };
+            let planes: Vec<Plane> = (0..count).map(one).collect();
+            for (unit, (home, dearer)) in units.iter().zip(nearest(&units, &planes, 0.3)) {
+                let mut costs: Vec<f32> = planes.iter().map(|plane| plane.cost(unit, 0.3)).collect();
+                let best = costs.swap_remove(home);
+                let next = costs.into_iter().fold(f32::INFINITY, f32::min);
+                assert!(best <= next && (dearer == next - best), "{count}: {home} {dearer}");
+            }
+        }
     }
 
     #[test]
