@@ -25,16 +25,17 @@ const ROWS: usize = 20;
 /// Samples along a pixel's edge, and cells in which the shader's rays are followed, each of so many samples an edge.
 const PIXEL: usize = 6;
 const FINE: usize = 3;
-/// Views for each frame, and how many there are at least and at most. With one for each frame seven sets agree no better (mean
-/// IoU 0.904, and 0.905 with these), with a third they do worse (0.897).
-const PER_FRAME: f32 = 2.0 / 3.0;
-const VIEWS: (usize, usize) = (64, 213);
+/// Views for each frame, and how many there are at least and at most. With two thirds for each frame twenty sets agree no better
+/// (mean IoU 0.903, both), with a third they do worse (seven sets: 0.897, and 0.904).
+const PER_FRAME: f32 = 0.5;
+const VIEWS: (usize, usize) = (48, 160);
 /// Share of the views that stand no higher than 45 degrees, where trees are seen from and measured.
 const LOW: f32 = 0.85;
-/// Rounds, every which view each asks, and the first one's step.
+/// Rounds, every which view each asks, and the first one's step. With longer steps as many levels agree in the mean, and fewer from
+/// all sides: of 102 impostors 29 miss a goal with a half, 32 with 0.7; four rounds of a whole one leave 36, and a mean of 0.902.
 const ROUNDS: usize = 6;
 const SUBSETS: usize = 3;
-const STEP: f32 = 0.7;
+const STEP: f32 = 0.5;
 /// How far what pixels are to cover is drawn from a half.
 const CONTRAST: f32 = 1.5;
 
