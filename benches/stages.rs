@@ -12,7 +12,7 @@ use treewright::plant::Plant;
 use treewright::preset::plan::{BarkArt, LeafArt, MatchParams, Plan};
 use treewright::relate::{Family, fuzzy_family};
 use treewright::source::grow::grow;
-use treewright::{bake, blend, dress, export, lod, mesh, preset};
+use treewright::{bake, blend, dress, export, lod, preset};
 
 fn main() {
     divan::main();
