@@ -50,7 +50,7 @@ impl Stock {
     }
 }
 
-/// The palette that [`Tile`]s are painted with: bark, then leaf pictures by slot.
+/// The palette that [`Tile`](super::Tile)s are painted with: bark, then leaf pictures by slot.
 #[must_use]
 pub fn palette(leaf_art: &[Maps], bark: &Maps) -> Palette {
     Palette::new(std::iter::once(bark).chain(leaf_art))
