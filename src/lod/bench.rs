@@ -103,7 +103,7 @@ impl<'a> Bench<'a> {
     pub(super) fn colors(&self, piece: &Piece, pixels: u32) -> Colors {
         match (piece.impostor, piece.tiles.as_slice()) {
             (Some(layout), [sheet]) => self.impostor_colors(&layout, sheet, pixels),
-            _ => Colors { measured: self.worn_colors(&piece.mesh, &piece.tiles, pixels), gain: 1.0 },
+            _ => Colors::of(&self.worn_colors(&piece.mesh, &piece.tiles, pixels), 1.0),
         }
     }
 
@@ -164,7 +164,7 @@ impl<'a> Bench<'a> {
         let maps = sheet.maps(&self.stock.palette);
         let seen = |view: &View| layout.worn((view.frame, CROWNS), &maps, (Vec2::ZERO, Vec2::ONE));
         let (gain, measured) = self.reference(pixels).matched(&seen);
-        Colors { measured, gain }
+        Colors::of(&measured, gain)
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {

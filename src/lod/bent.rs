@@ -16,15 +16,15 @@ const PLANAR: f32 = 0.15;
 
 /// Cells along an edge with which so many cards have no more than some triangles; 0 where they are to be flat.
 pub(super) fn cells(cards: u32, triangles: usize) -> usize {
-    (1..=MOST).rev().find(|cells| of(cards, *cells) <= triangles).unwrap_or(0)
+    (1..=MOST).rev().find(|cells| triangles_of(cards, *cells) <= triangles).unwrap_or(0)
 }
 
 /// Triangles that so many cards have at most.
 pub(super) fn most_triangles(cards: u32) -> usize {
-    of(cards, MOST)
+    triangles_of(cards, MOST)
 }
 
-fn of(cards: u32, cells: usize) -> usize {
+fn triangles_of(cards: u32, cells: usize) -> usize {
     (cards as usize).saturating_mul(2 * cells * cells)
 }
 

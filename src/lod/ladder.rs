@@ -198,7 +198,7 @@ pub fn ladder_by<'s>(
     let shown = |((rung, piece), footing): (&(Rung, Arc<Piece>), &Footing)| {
         let pixels = footing.measured.pixels;
         match rung.lod {
-            Lod::Full => Colors { measured: footing.measured, gain: 1.0 },
+            Lod::Full => Colors::of(&footing.measured, 1.0),
             _ => memory.colors(rung, pixels, &mut || bench().colors(piece, pixels)),
         }
     };
@@ -242,7 +242,7 @@ impl Climb {
             mesh,
             triangles: piece.triangles(),
             screen_coverage: CULL.min(size * 0.5),
-            measured: Measured { color: colors.measured.color, flip: colors.measured.flip, ..measured },
+            measured: Measured { color: colors.color, flip: colors.flip, ..measured },
             impostor: piece.impostor,
         });
     }

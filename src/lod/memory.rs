@@ -57,13 +57,20 @@ pub struct Footing {
     pub(super) measured: Measured,
 }
 
-/// The colours of a level at one size.
+/// How the colours of a level compare with the full one's at one size: see [`Measured`].
 #[derive(Clone, Copy, Debug)]
 pub struct Colors {
-    /// How far they are from the full level's.
-    pub(super) measured: Measured,
+    pub(super) color: f32,
+    pub(super) flip: f32,
     /// By how much its pictures are brightened.
     pub(super) gain: f32,
+}
+
+impl Colors {
+    /// As they were measured, of pictures that were brightened so.
+    pub(super) const fn of(measured: &Measured, gain: f32) -> Self {
+        Self { color: measured.color, flip: measured.flip, gain }
+    }
 }
 
 /// Who remembers what the levels of one tree are made of and measured with: answers with what the last argument makes, now
