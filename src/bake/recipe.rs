@@ -188,6 +188,20 @@ impl Recipe {
         self.counts.iter().map(|count| *count > 0)
     }
 
+    /// For each pixel which share of it, in the shade there, is mixed from the first so many pictures; zero where nothing is.
+    pub(crate) fn share_of_first(&self, pictures: u32) -> impl Iterator<Item = f32> {
+        let end = pictures.saturating_mul(Palette::TEXELS);
+        let mut parts = self.parts.iter();
+        self.counts.iter().map(move |&count| {
+            let (mut own, mut all) = (0, 0);
+            for part in parts.by_ref().take(usize::from(count)) {
+                all += part & 255;
+                own += if part >> 8 < end { part & 255 } else { 0 };
+            }
+            if all > 0 { own as f32 / all as f32 } else { 0.0 }
+        })
+    }
+
     /// Whether it is one of a picture of so many pixels.
     #[must_use]
     pub fn is_of(&self, pixels: usize) -> bool {

@@ -1,6 +1,7 @@
 //! The user's own pictures as maps: PNG, JPEG and WebP, decoded within limits.
 //!
-//! A picture of a leaf stands with its petiole at the bottom centre, as made ones do, and needs alpha. A missing normal
+//! A picture of a leaf stands with its petiole at the bottom centre, as made ones do, and needs alpha. Leaves are drawn on
+//! squares: a picture that is none keeps its proportions, with clear room beside or above it. A missing normal
 //! map is made from the colour's luminance, a missing roughness is even. Maps of other sizes are resampled to the
 //! colour's. EXIF orientation and colour profiles are not read: pictures are taken as sRGB, upright.
 
@@ -111,7 +112,7 @@ impl ArtError {
 /// Roughness where no map says otherwise: leaves, bark.
 const ROUGH: [u8; 2] = [148, 224];
 
-/// The maps of the user's own pictures, of the colour picture's size. See the head of the file for what is made where
+/// The maps of the user's own pictures, of the colour picture's size; of a leaf that is no square, of a square around it. See the head of the file for what is made where
 /// a map is missing.
 ///
 /// # Errors
@@ -125,6 +126,10 @@ pub fn maps_from_images(
 ) -> Result<Maps, ArtError> {
     let picture = decode(color, ArtFile::Color, limits)?.into_rgba8();
     let (width, height) = picture.dimensions();
+    let edge = u64::from(width.max(height));
+    if purpose == ArtUse::Leaf && edge * edge * 4 > limits.bytes {
+        return Err(ArtError::TooLarge { file: ArtFile::Color, edge: limits.edge, bytes: limits.bytes });
+    }
     let mut pixels: Vec<[u8; 4]> = picture.pixels().map(|p| p.0).collect();
     match purpose {
         ArtUse::Bark => pixels.iter_mut().for_each(|p| p[3] = 255),
@@ -153,9 +158,35 @@ pub fn maps_from_images(
     };
     let mut maps = Maps { width, height, color: pixels, normal, orm };
     if purpose == ArtUse::Leaf {
+        maps = squared(maps);
         dilate(&mut maps);
     }
     Ok(maps)
+}
+
+/// A leaf's maps in a square, at the middle of its lower edge; what is added is clear and level.
+fn squared(maps: Maps) -> Maps {
+    let (width, height) = (maps.width as usize, maps.height as usize);
+    let edge = width.max(height);
+    if width == height {
+        return maps;
+    }
+    let (left, above) = ((edge - width) / 2, edge - height);
+    fn placed<T: Copy>(own: &[T], (width, left, above, edge): (usize, usize, usize, usize), clear: T) -> Vec<T> {
+        let mut all = vec![clear; edge * edge];
+        for (row, line) in own.chunks_exact(width).enumerate() {
+            all[(above + row) * edge + left..][..width].copy_from_slice(line);
+        }
+        all
+    }
+    let at = (width, left, above, edge);
+    Maps {
+        width: edge as u32,
+        height: edge as u32,
+        color: placed(&maps.color, at, [0; 4]),
+        normal: placed(&maps.normal, at, [128, 128, 255]),
+        orm: placed(&maps.orm, at, [255, ROUGH[0], 0]),
+    }
 }
 
 /// Decodes one picture within limits.
@@ -240,10 +271,23 @@ mod tests {
     #[test]
     fn a_leaf_keeps_its_alpha_and_gets_colour_under_it() {
         let maps = load(&png(8, 6, leaf), ArtUse::Leaf).unwrap();
-        assert_eq!((maps.width, maps.height, maps.color.len()), (8, 6, 48));
+        assert_eq!((maps.width, maps.height, maps.color.len()), (8, 8, 64));
         assert!(maps.color.iter().all(|c| c[..3] == [60, 90, 30]));
         assert_eq!(maps.color[7][3], 0);
         assert!(maps.normal.iter().all(|n| *n == [128, 128, 255]));
+    }
+
+    #[test]
+    fn a_leaf_that_is_no_square_keeps_its_proportions_on_the_lower_edge() {
+        let solid = |maps: &Maps, x: u32, y: u32| maps.color[(y * maps.width + x) as usize][3] == 255;
+        let cut = |x: u32, y: u32| if (x, y) == (0, 0) { [0; 4] } else { [60, 90, 30, 255] };
+        let bump = png(4, 12, |_, _| [128, 200, 220, 255]);
+        let slim = maps_from_images(&png(4, 12, cut), Some(&bump), None, ArtUse::Leaf, ArtLimits::default()).unwrap();
+        assert_eq!((slim.width, slim.height, slim.normal.len(), slim.orm.len()), (12, 12, 144, 144));
+        assert!((0..144).all(|i| solid(&slim, i % 12, i / 12) == ((4..8).contains(&(i % 12)) && i != 4)));
+        assert_ne!(slim.normal[5], [128, 128, 255]);
+        let wide = load(&png(12, 4, cut), ArtUse::Leaf).unwrap();
+        assert!((0..144).all(|i| solid(&wide, i % 12, i / 12) == (i >= 96 && i != 96)));
     }
 
     #[test]

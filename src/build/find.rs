@@ -21,8 +21,16 @@ pub struct Loaded {
     pub world: World,
 }
 
-/// The preset files that some paths mean: a file is itself, a folder means its `*.ron` files in order of name. Folders
-/// inside it are not searched; they hold what presets read.
+/// Whether what lies in a folder is a preset. A link to nowhere is: what reads it says so. Hidden files are none: editors and
+/// file managers leave theirs beside what they work on (`.#oak.ron`, `._oak.ron`).
+fn is_preset(path: &Path) -> bool {
+    let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    let is_dangling = || path.is_symlink() && !path.exists();
+    path.extension().is_some_and(|e| e == "ron") && !is_hidden && (path.is_file() || is_dangling())
+}
+
+/// The preset files that some paths mean: a file is itself, a folder means its `*.ron` files in order of name, hidden
+/// ones left out. Folders inside it are not searched; they hold what presets read.
 ///
 /// # Errors
 ///
@@ -39,11 +47,8 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
                     continue;
                 }
             };
-            let mut found: Vec<PathBuf> = entries
-                .flatten()
-                .map(|entry| entry.path())
-                .filter(|p| p.extension().is_some_and(|e| e == "ron") && p.is_file())
-                .collect();
+            let mut found: Vec<PathBuf> =
+                entries.flatten().map(|entry| entry.path()).filter(|p| is_preset(p)).collect();
             found.sort();
             if found.is_empty() {
                 errors.push(
@@ -132,4 +137,29 @@ impl Loaded {
 /// A path as people read it: `/` between folders.
 pub(super) fn shown(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hidden_files_are_no_presets_and_links_to_nowhere_are_some_that_cannot_be_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        for name in ["oak.ron", ".#oak.ron", "._oak.ron", "oak.txt"] {
+            fs::write(at(name), "()").expect("it is written");
+        }
+        fs::create_dir(at("kept.ron")).expect("a folder inside it");
+        let presets = find_presets(&[folder.path().to_path_buf()]).expect("there are some");
+        assert_eq!(presets, [at("oak.ron")]);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("gone.ron", at("ash.ron")).expect("a link");
+            let presets = find_presets(&[folder.path().to_path_buf()]).expect("there are some");
+            assert_eq!(presets, [at("ash.ron"), at("oak.ron")]);
+            let errors = load_preset(&at("ash.ron")).expect_err("it leads nowhere");
+            assert!(errors[0].file.ends_with("ash.ron"), "{errors:?}");
+        }
+    }
 }

@@ -21,9 +21,9 @@ use crate::source::{estimate, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 8);
+const IMPORT: Stage = Stage("import", 9);
 const LIKE: Stage = Stage("like", 5);
-const PICTURES: Stage = Stage("pictures", 3);
+const PICTURES: Stage = Stage("pictures", 4);
 const DRAWING: Stage = Stage("drawing", 1);
 const BARK: Stage = Stage("bark", 1);
 

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use super::agree::Outlines;
 use super::between::Between;
 use super::cloud::{CARD_TEXELS, Scene};
+use super::limbs::{Limbs, Lines, Seen};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
 use super::parallax::{CROWNS, Facing, TWIGS, Texels};
@@ -49,8 +50,6 @@ const ROOM: f32 = 1.05;
 const APART: f32 = 0.01;
 /// Roughness of leaves, of 255.
 const ROUGHNESS: u8 = 200;
-/// The first alpha that passes the test.
-const SOLID: u8 = 128;
 /// Texels around one that coverage is sharpened by, and how far: of leaves, whose holes three mixed frames would close
 /// (measured, FLIP 0.077 without and 0.065 with it), and of twigs alone.
 const AROUND: usize = 2;
@@ -66,15 +65,10 @@ const NEAR_TWIGS: f32 = 0.002;
 /// Most leaves that frames are drawn with, for each of a frame's texels: what is seen of a denser crown is a part of its leaves.
 /// As many as there are: mean IoU of four elms 0.909; four: 0.907; two: 0.900; one 0.897.
 const MOST_LEAVES: u32 = 4;
-/// Rows of so few solid texels are those of a trunk, or of the tip of a crown: they are not settled between frames.
-const NARROW: usize = 4;
-/// A trunk is followed into the crown by such a part of a frame's rows.
-const INTO_CROWN: usize = 6;
-/// Rows above and below with which a trunk's row is drawn: frames of which one has it a texel wide and the next two show lumps
-/// where they are mixed, and gaps where the trunk leans.
-const EVEN: usize = 2;
-/// A row that covers so many texels is never left empty.
-const THIN: f32 = 0.08;
+/// The alpha of lines around which nothing else is shown of a bare tree: half a texel from their rims.
+const RIM: f32 = 0.25;
+/// Every which level frame is looked at for how much wood is seen.
+const COUNTED: usize = 4;
 
 /// Texels along a frame's edge where cards have so many: a sheet of fewer frames shows each of them larger.
 pub(super) fn texels(cards: u32, frames: u32) -> u32 {
@@ -154,8 +148,8 @@ pub(super) struct Views {
 struct Drawn {
     /// A half and more is solid.
     alpha: Vec<f32>,
-    /// Texels of the trunk, which is as wide as it is whatever the gain.
-    trunk: Vec<bool>,
+    /// Texels of wood, which is as wide as it is whatever the gain.
+    wood: Vec<bool>,
     /// Metres before the middle, smoothed and filled.
     depth: Vec<f32>,
     normal: Vec<[u8; 3]>,
@@ -180,21 +174,33 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe,
         Surface { mesh: bark, pictures: &wardrobe.bark, repeat: Repeat::Tiled, closed: true },
         Surface { mesh: leaf, pictures: &wardrobe.leaves, repeat: Repeat::Cutout, closed: false },
     ];
-    let is_bare = scene.plant.leaves().is_empty();
     // Rows above and below with which a row's alpha is found.
     let is_twigs = scene.wood.bare > 0.5;
-    let (around, samples) = if is_twigs { (usize::MAX, SAMPLES_TWIGS) } else { (1, SAMPLES) };
-    let mut drawn: Vec<Drawn> = (0..frames * frames)
+    let samples = if is_twigs { SAMPLES_TWIGS } else { SAMPLES };
+    let at = |i: u32| (i % frames, i / frames);
+    let surveyed: Vec<Surveyed> = (0..frames * frames)
         .into_par_iter()
         .map(|i| {
-            let frame = (i % frames, i / frames);
-            let (axes, extent) = (layout.axes(frame), layout.extent(frame));
+            let (axes, extent) = (layout.axes(at(i)), layout.extent(at(i)));
             let view = View::new(axes, centre, extent.x, extent.y);
-            let (mut target, recipe) = survey(&surfaces, &view, texels, texels, samples, &Shading::Seen);
-            sharpen(&mut target.coverage, texels as usize, if is_bare { SHARP_TWIGS } else { SHARP });
-            let alpha = alphas(&target.coverage, texels, around).into_iter().map(|a| f32::from(a) / 255.0).collect();
-            Drawn::new(target, recipe, axes, alpha)
+            let (target, recipe) = survey(&surfaces, &view, texels, texels, samples, &Shading::Seen);
+            Surveyed::new(target, recipe, wardrobe.bark.len() as u32)
         })
+        .collect();
+    let level: Vec<((u32, u32), &Seen)> = surveyed
+        .iter()
+        .zip(0..)
+        .filter(|(_, i)| is_level(at(*i), frames))
+        .map(|(s, i)| (at(i), &s.wood))
+        .step_by(COUNTED)
+        .collect();
+    let limbs = Limbs::of(scene.plant, scene.posed);
+    let limbs =
+        if is_twigs { limbs.thick(2.0 * height / texels as f32) } else { limbs.enough(&layout, texels, &level) };
+    let mut drawn: Vec<Drawn> = surveyed
+        .into_par_iter()
+        .zip(0..frames * frames)
+        .map(|(surveyed, i)| Drawn::new(surveyed, layout.axes(at(i)), &limbs.lines(&layout, at(i), texels), is_twigs))
         .collect();
     // Twigs are a small part of a pixel, and what is to be covered there is drawn away from a half: they would go.
     if !is_twigs {
@@ -231,62 +237,15 @@ fn fit(drawn: &mut [Drawn], layout: &Impostor, texels: usize, full: &[Shape<'_>]
     between.settle(&mut alphas, &deep, texels);
     for ((drawn, alpha), own) in drawn.iter_mut().zip(alphas).zip(own) {
         drawn.alpha = alpha;
-        drawn.trunk = keep_trunk(&mut drawn.alpha, &own, texels);
+        for (i, _) in drawn.wood.iter().enumerate().filter(|(_, is_wood)| **is_wood) {
+            drawn.alpha[i] = own[i];
+        }
     }
 }
 
-/// Gives a trunk back to a frame of `texels` an edge, whose own alpha is `own`: it is less than half a pixel wide where frames
-/// are settled, and would go. It stands in rows of few solid texels ([`evened`]), and goes on between the leaves above them.
-/// Tells which texels are its.
-fn keep_trunk(alpha: &mut [f32], own: &[f32], texels: usize) -> Vec<bool> {
-    let own = &evened(own, texels);
-    let mut is_trunk = vec![false; alpha.len()];
-    let (mut columns, mut above): (Vec<usize>, usize) = (Vec::new(), 0);
-    // From the foot up.
-    let rows = alpha.chunks_exact_mut(texels).zip(own.chunks_exact(texels)).zip(is_trunk.chunks_exact_mut(texels));
-    for ((alpha, own), is_trunk) in rows.rev() {
-        let solid: Vec<usize> = (0..texels).filter(|&x| is_solid(&own[x])).collect();
-        if solid.len() <= NARROW {
-            alpha.copy_from_slice(own);
-            is_trunk.fill(true);
-            if !solid.is_empty() {
-                (columns, above) = (solid, texels / INTO_CROWN);
-            }
-        } else if above > 0 {
-            above -= 1;
-            for &x in &columns {
-                alpha[x] = alpha[x].max(own[x]);
-                is_trunk[x] = true;
-            }
-        }
-        if !alpha.iter().any(is_solid) {
-            alpha.copy_from_slice(own);
-        }
-    }
-    is_trunk
-}
-
-/// Alpha of a frame's texels, where a row of the trunk is the mean of those of the trunk around it.
-fn evened(own: &[f32], texels: usize) -> Vec<f32> {
-    let rows: Vec<&[f32]> = own.chunks_exact(texels).collect();
-    let is_trunk: Vec<bool> =
-        rows.iter().map(|row| (1..=NARROW).contains(&row.iter().filter(|alpha| is_solid(alpha)).count())).collect();
-    let mut all = own.to_vec();
-    for (y, row) in all.chunks_exact_mut(texels).enumerate().filter(|(y, _)| is_trunk[*y]) {
-        let around = y.saturating_sub(EVEN)..(y + EVEN + 1).min(rows.len());
-        let around: Vec<&[f32]> = around.filter(|&y| is_trunk[y]).map(|y| rows[y]).collect();
-        let even = |x: usize| around.iter().map(|row| row[x]).sum::<f32>() / around.len() as f32;
-        let even: Vec<f32> = (0..texels).map(even).collect();
-        // A trunk that lies nearly level has nothing in common with the rows around.
-        if even.iter().any(is_solid) {
-            row.copy_from_slice(&even);
-        }
-    }
-    all
-}
-
-fn is_solid(alpha: &f32) -> bool {
-    *alpha >= 0.5
+/// Whether a frame is one of those along the edges of the sheet, which are level.
+fn is_level((column, row): (u32, u32), frames: u32) -> bool {
+    column == 0 || row == 0 || column + 1 == frames || row + 1 == frames
 }
 
 /// What frames hold, row by row of the sheet of so many frames along an edge, each of so many texels.
@@ -390,18 +349,59 @@ impl Settled {
     }
 }
 
+/// A frame as it was drawn.
+struct Surveyed {
+    target: Target,
+    recipe: Recipe,
+    wood: Seen,
+}
+
+impl Surveyed {
+    /// `barks` of the pictures are those of wood.
+    fn new(target: Target, recipe: Recipe, barks: u32) -> Self {
+        let wood: Vec<f32> = recipe.share_of_first(barks).zip(&target.coverage).map(|(share, c)| share * c).collect();
+        let leaves: Vec<f32> = target.coverage.iter().zip(&wood).map(|(all, wood)| all - wood).collect();
+        let wood = Seen::new(wood, &leaves, target.width as usize);
+        Self { target, recipe, wood }
+    }
+}
+
 impl Drawn {
-    fn new(target: Target, recipe: Recipe, axes: Frame, alpha: Vec<f32>) -> Self {
+    fn new(Surveyed { mut target, recipe, wood: seen }: Surveyed, axes: Frame, lines: &Lines, is_twigs: bool) -> Self {
+        let mut depth = depths(&target);
+        let is_line = if is_twigs { lines.alpha.iter().map(|line| *line > RIM).collect() } else { seen.clear };
+        let all: f32 = target.coverage.iter().sum();
+        // Wood that lines stand for is not to be shown again.
+        let rest = &mut target.coverage;
+        rest.iter_mut().zip(&is_line).filter(|(_, is_line)| **is_line).for_each(|(covered, _)| *covered = 0.0);
+        if is_twigs {
+            let solid = lines.alpha.iter().filter(|line| **line >= 0.5).count() as f32;
+            let left = (all - solid) / rest.iter().sum::<f32>().max(1e-6);
+            rest.iter_mut().for_each(|covered| *covered *= left.clamp(0.0, 1.0));
+        }
+        let (by, around) = if is_twigs { (SHARP_TWIGS, usize::MAX) } else { (SHARP, 1) };
+        sharpen(rest, target.width as usize, by);
+        let mut alpha: Vec<f32> =
+            alphas(rest, target.width, around).into_iter().map(|a| f32::from(a) / 255.0).collect();
+        let mut wood = vec![false; alpha.len()];
+        for i in (0..alpha.len()).filter(|&i| is_line[i]) {
+            alpha[i] = lines.alpha[i];
+            if alpha[i] > 0.0 {
+                depth[i] = lines.depth[i];
+                // Of twigs alone all there is is made to cover as much as the tree does.
+                wood[i] = !is_twigs;
+            }
+        }
         let normal = |n: &Vec3| {
             let n = axes.to_local(*n);
             let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
             [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8)
         };
         Self {
-            depth: depths(&target),
+            depth,
             normal: target.normal.iter().map(normal).collect(),
             open: target.occlusion.iter().map(|o| (o.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect(),
-            trunk: vec![false; alpha.len()],
+            wood,
             alpha,
             recipe,
         }
@@ -424,11 +424,11 @@ impl Views {
 
     /// Alpha of the sheet.
     fn alpha(&self, gain: f32) -> Vec<u8> {
-        let texel = |(alpha, is_trunk): (&f32, &bool)| {
-            let gain = if *is_trunk { 1.0 } else { gain };
+        let texel = |(alpha, is_wood): (&f32, &bool)| {
+            let gain = if *is_wood { 1.0 } else { gain };
             (alpha * gain * 255.0 + 0.5).clamp(0.0, 255.0) as u8
         };
-        let of = |drawn: &Drawn| drawn.alpha.iter().zip(&drawn.trunk).map(texel).collect();
+        let of = |drawn: &Drawn| drawn.alpha.iter().zip(&drawn.wood).map(texel).collect();
         let alphas: Vec<Vec<u8>> = self.drawn.par_iter().map(of).collect();
         self.laid_out(|frame| &alphas[frame])
     }
@@ -459,9 +459,7 @@ impl Views {
 }
 
 /// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, the
-/// fullest first. With one, a bare trunk keeps its width below a crown that is thin, where the texels that show
-/// it in part would all be solid by the crown's measure; of twigs alone all rows are one. Of a row of one solid texel or
-/// none the fullest is shown as wide as the row is covered, so that a thin trunk has no gap.
+/// fullest first. Of twigs alone all rows are one.
 ///
 /// Halftones were tried: error diffusion and an iterated one, drawn from a half by 1 to 4. They keep what each pixel
 /// covers and lose two to nine hundredths of IoU, since a pixel holds two texels only; contours between texels keep both.
@@ -480,16 +478,6 @@ fn alphas(coverage: &[f32], texels: u32, around: usize) -> Vec<u8> {
         // A little past the threshold, which itself must pass after rounding to bytes.
         let scale = 0.505 / threshold.unwrap_or(0.5).clamp(0.02, 1.0);
         alphas.extend(covered.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8));
-    }
-    for (row, covered) in alphas.chunks_exact_mut(width).zip(coverage.chunks_exact(width)) {
-        let sum: f32 = covered.iter().sum();
-        if sum < THIN || row.iter().filter(|a| **a >= SOLID).count() > 1 {
-            continue;
-        }
-        let fullest = (0..width).fold(0, |best, x| if covered[x] > covered[best] { x } else { best });
-        // So wide is a column of texels of this alpha between texels, half a texel at least.
-        let wide = (f32::from(SOLID) / (1.0 - 0.5 * sum.clamp(0.5, 0.98)) + 0.5) as u8;
-        row[fullest] = row[fullest].max(wide);
     }
     alphas
 }
@@ -538,8 +526,9 @@ fn depths(target: &Target) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Rotation;
     use crate::lod::specimen::{climbed, on_trunk};
-    use crate::plant::PlantBuilder;
+    use crate::plant::{Leaf, PlantBuilder};
     use crate::preset::plan::Lod;
 
     #[test]
@@ -565,60 +554,47 @@ mod tests {
         (0..900).map(at).collect()
     }
 
-    #[test]
-    fn a_trunk_keeps_its_width_below_a_thin_crown() {
-        // Both columns are half covered: a texel in all, from middle to middle.
-        let alphas = alphas(&crown_and_trunk([0.5, 0.5]), 30, 1);
-        let trunk: Vec<u8> = alphas.chunks(30).skip(22).take(7).flat_map(|row| row[14..16].to_vec()).collect();
-        assert!(trunk.iter().all(|a| (SOLID..SOLID + 8).contains(a)), "{trunk:?}");
+    /// The sheet's alpha at a place of a frame of `texels` an edge, as a filter has it between texels.
+    fn alpha_at(sheet: &Tile, frame: (u32, u32), texels: usize, at: Vec2) -> f32 {
+        let (x, y) = (at.x.floor(), at.y.floor());
+        let (fx, fy) = (at.x - x, at.y - y);
+        let one = |dx: usize, dy: usize| {
+            let column = frame.0 as usize * texels + (x as usize + dx).min(texels - 1);
+            let row = frame.1 as usize * texels + (y as usize + dy).min(texels - 1);
+            f32::from(sheet.alpha[row * sheet.width as usize + column])
+        };
+        let upper = one(0, 0) * (1.0 - fx) + one(1, 0) * fx;
+        let lower = one(0, 1) * (1.0 - fx) + one(1, 1) * fx;
+        upper * (1.0 - fy) + lower * fy
     }
 
     #[test]
-    fn a_thin_trunk_has_no_gap() {
-        for trunk in [[0.3, 0.05], [0.6, 0.45]] {
-            let alphas = alphas(&crown_and_trunk(trunk), 30, 1);
-            let column: Vec<u8> = alphas.chunks(30).skip(21).take(8).map(|row| row[14]).collect();
-            assert!(column.iter().all(|a| *a >= SOLID + 20), "{trunk:?}: {column:?}");
+    fn a_crown_on_a_thin_leaning_stem_does_not_float() {
+        // Two stems from one foot, of a sixth of a texel each, that carry a crown of leaves.
+        let mut builder = PlantBuilder::new();
+        let ways = [Vec3::new(1.0, 4.0, 0.3), Vec3::new(-0.9, 4.0, 0.4)];
+        let trunk = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y + ways[0]], &[0.05, 0.04, 0.02]);
+        let limb = builder.branch(trunk, 0.2, &[Vec3::ZERO, ways[1]], &[0.03, 0.015]);
+        for (i, chain) in [trunk, limb].into_iter().cycle().take(1200).enumerate() {
+            let seed = Seed::new(9).at(i as u64);
+            let turned = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+            let leaf = Leaf::new(chain, seed.at(2).range(0.85, 1.0), turned, 0.35, 0);
+            builder.leaf(Leaf { offset: seed.at(3).direction() * seed.at(4).unit(), ..leaf });
         }
-    }
-
-    #[test]
-    fn a_trunk_is_given_back_up_into_the_crown_and_no_row_is_lost() {
-        // Twelve rows: four of a full crown, four of leaves on both sides of the trunk, four of the trunk alone.
-        let own: Vec<f32> = (0..144)
-            .map(|i| match (i % 12, i / 12) {
-                (_, 0..4) | (5, _) | (1..=3 | 8..=10, 4..8) => 0.8,
-                _ => 0.0,
-            })
-            .collect();
-        let mut alpha: Vec<f32> = (0..144).map(|i| if i < 36 { 0.6 } else { 0.1 }).collect();
-        let is_trunk = keep_trunk(&mut alpha, &own, 12);
-        let solid = |x: usize, y: usize| alpha[y * 12 + x] >= 0.5;
-        assert!((4..12).all(|y| solid(5, y)));
-        // Two rows of leaves are left as they were settled, and what would be empty is as it was.
-        assert!((6..8).all(|y| !solid(2, y) && !solid(9, y)) && (0..12).all(|y| (0..12).any(|x| solid(x, y))));
-        assert!(alpha[..36].iter().all(|alpha| *alpha == 0.6));
-        assert!((6..12).all(|y| is_trunk[y * 12 + 5]) && !is_trunk[..72].contains(&true));
-    }
-
-    #[test]
-    fn a_trunk_is_as_wide_in_each_of_its_rows_and_takes_nothing_of_the_crown() {
-        // A crown of four rows, a trunk whose rows are one and two texels wide in turn, and an empty row below its foot.
-        let own: Vec<f32> = (0..144)
-            .map(|i| match (i % 12, i / 12) {
-                (_, 0..4) | (5, 4..11) => 0.8,
-                (6, y @ 4..11) => 0.2 + 0.6 * (y % 2) as f32,
-                _ => 0.0,
-            })
-            .collect();
-        let even = evened(&own, 12);
-        assert_eq!((&even[..48], &even[132..]), (&own[..48], &own[132..]));
-        let beside: Vec<f32> = (6..9).map(|y| even[y * 12 + 6]).collect();
-        assert!(beside.iter().all(|alpha| (0.4..0.6).contains(alpha)), "{beside:?}");
-        assert!((4..11).all(|y| (even[y * 12 + 5] - 0.8).abs() < 1e-6));
-        // A row that is a trunk's alone is as it was.
-        let lone: Vec<f32> = (0..144).map(|i| if i == 65 { 0.7 } else { 0.0 }).collect();
-        assert_eq!(evened(&lone, 12), lone);
+        let plant = builder.finish().unwrap();
+        let ladder = climbed(&plant, Lod::Impostor { frames: 10 });
+        let (sheet, layout, texels) = (&ladder.tiles[0], ladder.levels[1].impostor.unwrap(), 48);
+        let posed = plant.pose();
+        for frame in [(0, 0), (4, 0), (9, 3), (2, 9)] {
+            let (axes, extent) = (layout.axes(frame), layout.extent(frame));
+            for part in 0..40 {
+                let point = posed.at(&plant, trunk, 0.01 + 0.014 * part as f32).position;
+                let seen = axes.to_local(point - layout.centre);
+                let at = Vec2::new(seen.x / extent.x, -seen.y / extent.y) * 0.5 + 0.5;
+                let alpha = alpha_at(sheet, frame, texels, at * texels as f32 - 0.5);
+                assert!(alpha > 122.0, "{frame:?} {part}: {alpha}");
+            }
+        }
     }
 
     #[test]
@@ -629,7 +605,7 @@ mod tests {
         // Level frames: along the edges of the sheet. The crown begins above half of the height.
         for frame in (0..10).flat_map(|i| [(i, 0), (i, 9), (0, i), (9, i)]) {
             let row = |y: usize| &sheet.alpha[(frame.1 * texels + y) * 480 + frame.0 * texels..][..texels];
-            let whole = (26..46).all(|y| row(y).iter().any(|alpha| *alpha >= SOLID));
+            let whole = (26..46).all(|y| row(y).iter().any(|alpha| *alpha >= 128));
             assert!(whole, "{frame:?}");
         }
     }
@@ -639,7 +615,7 @@ mod tests {
         let coverage = crown_and_trunk([0.5, 0.5]);
         let covered: f32 = coverage[..30 * 20].iter().sum();
         for around in [1, usize::MAX] {
-            let solid = alphas(&coverage, 30, around).iter().take(30 * 20).filter(|a| **a >= SOLID).count();
+            let solid = alphas(&coverage, 30, around).iter().take(30 * 20).filter(|a| **a >= 128).count();
             assert!((solid as f32 / covered - 1.0).abs() < 0.1, "{around}: {solid} of {covered}");
         }
     }

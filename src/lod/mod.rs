@@ -14,6 +14,7 @@ mod flip;
 mod impostor;
 mod lacks;
 mod ladder;
+mod limbs;
 mod measure;
 mod memory;
 mod outline;

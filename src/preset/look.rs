@@ -240,7 +240,8 @@ static FROM: Record = Record {
 
 static LEAF_FILE_FIELDS: Record = Record {
     title: "Files of a leaf",
-    about: "The leaf's base is at the middle of the picture's lower edge, its tip up.",
+    about: "The leaf's base is at the middle of the picture's lower edge, its tip up. A picture that is no square keeps its \
+            proportions; its longer edge is the leaf's size.",
     fields: &[
         Field {
             name: "color",
@@ -255,7 +256,7 @@ static LEAF_FILE_FIELDS: Record = Record {
 const NORMAL: Field = Field {
     name: "normal",
     kind: Kind::Text("a path"),
-    default: Default::Else("flat"),
+    default: Default::Else("made from the colour's light and dark"),
     about: "tangent-space normal map, green up",
 };
 
@@ -296,7 +297,7 @@ static BARK_FILES: Choice = Choice {
 
 static BARK_FILE_FIELDS: Record = Record {
     title: "Files of a bark",
-    about: "Maps that tile both ways.",
+    about: "Maps that tile both ways. A tile is a square: of slim maps take as many side by side as make one.",
     fields: &[
         Field { name: "color", kind: Kind::Text("a path"), default: Default::Required, about: "colour" },
         NORMAL,

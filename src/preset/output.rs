@@ -343,10 +343,15 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
                 _ => Lod::CrossedQuads,
             };
             let screen = fields.has("screen").then(|| fields.number("screen"));
-            if let (Some(before), Some(screen)) = (told, screen)
+            // A level between this one and `Full` takes over below the whole of the screen.
+            let before = told.or_else(|| (levels.len() > 1).then_some(1.0));
+            if let (Some(before), Some(screen)) = (before, screen)
                 && screen >= before
             {
-                let message = format!("{screen} is not less than the {before} of a level before");
+                let message = match told {
+                    Some(before) => format!("{screen} is not less than the {before} of a level before"),
+                    None => format!("{screen} leaves no room for the level before"),
+                };
                 fields.fault("screen", message, "the coarser a level, the smaller the tree where it takes over");
             }
             Some(LodBudget { lod, screen })

@@ -61,7 +61,7 @@ static DIVERSE: Record = Record {
         name: "apart",
         kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
         default: Default::Is("0.0"),
-        about: "least difference of two of them; where the candidates don't reach it, a note tells how near they came",
+        about: "least difference of two of them; where some don't reach it, a note tells how near they came; where no two do, an error",
     }],
 };
 

@@ -221,7 +221,8 @@ fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
     let limit = lowest.max(extent.low) + extent.height * 0.2;
     let low = roots.iter().copied().filter(|&i| pieces[i as usize].start.y <= limit);
     let best = low.reduce(|a, b| if wood[b as usize] > wood[a as usize] { b } else { a });
-    let main = best.or_else(|| roots.first().copied()).unwrap_or(0);
+    let most = best.or_else(|| roots.first().copied()).unwrap_or(0);
+    let main = foot_below(pieces, &root, most, extent);
     let first = &pieces[main as usize];
     let mut standing = vec![main];
     // A shrub has stems by the dozen; a file with thousands of roots is no shrub.
@@ -243,6 +244,27 @@ fn stems(pieces: &[Piece], order: &[u32], extent: &Extent) -> Vec<u32> {
         }
     }
     standing
+}
+
+/// The root of what a trunk stands on: where a link is lost low on a trunk, most of the wood hangs on a root in mid-air, which
+/// touches the end of what the trunk began as. `root` is the root of each piece.
+fn foot_below(pieces: &[Piece], root: &[u32], mut main: u32, extent: &Extent) -> u32 {
+    // A trunk may be broken more than once.
+    const MOST_BREAKS: usize = 8;
+    for _ in 0..MOST_BREAKS {
+        let first = &pieces[main as usize];
+        let below = pieces.iter().zip(root).find(|(piece, root)| {
+            let on = piece.start.lerp(piece.end, piece.nearest(first.start));
+            first.start.y - pieces[**root as usize].start.y > extent.height * 0.01
+                && piece.radius > 0.5 * first.radius
+                && on.distance(first.start) <= piece.radius.max(first.radius)
+        });
+        match below {
+            Some((_, below)) if *below != main => main = *below,
+            _ => break,
+        }
+    }
+    main
 }
 
 /// The most suitable wood for a fragment's first piece, and its cost: the distance to its surface, more for wood that

@@ -94,6 +94,18 @@ fn a_further_root_in_the_crown_is_bridged_to_the_thick_wood_near_it() {
 }
 
 #[test]
+fn a_trunk_whose_link_is_lost_low_down_keeps_its_foot() {
+    // Two of the links, one below the other, are lost; nearly all of the wood hangs on the last root.
+    let tree = rows(
+        "1,0,0,0,0,0,0,1,0.4,0.2\n2,0,0,0,0.4,0,0,1,0.4,0.19\n3,0,0.05,0,0.8,0,0,1,4,0.18\n\
+         4,3,0.05,0,4.8,0,0,1,4,0.1\n5,3,0.05,0,3,1,0,0,2,0.05\n",
+    );
+    assert_eq!(tips(&tree), [[5, 880, 0], [205, 300, 0]]);
+    let posed = tree.plant.pose();
+    assert!(posed.positions()[0].length() < 1e-5 && posed.positions().iter().all(|p| p.y > -1e-5));
+}
+
+#[test]
 fn a_further_root_on_the_ground_is_a_stem_of_its_own() {
     let tree = rows("1,0,0,0,0,0,0,1,4,0.1\n2,0,1,0,0.1,0,0,1,3,0.1\n");
     assert_eq!(tree.plant.chains().iter().filter(|c| c.parent.is_none()).count(), 2);
