@@ -224,7 +224,8 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
         }
         grow::GrowError::Shape(_) => "the species file that the source names names it in turn",
         grow::GrowError::Nothing | grow::GrowError::Plant(_) => {
-            "in the species file, widen the shapes that endpoints are taken from or raise `nodes`"
+            "in the species file, widen the shapes that endpoints are taken from or raise `nodes`; obstacles and neighbours \
+             of the source may stand in the way of its root"
         }
     };
     Diagnostic::new("", error.to_string()).with_field(format!("sources[\"{}\"]", source.name)).with_hint(hint)

@@ -247,6 +247,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::math;
     use crate::plant::PlantBuilder;
 
     const LAYOUT: Impostor = Impostor { frames: 8, centre: Vec3::Y, radius: 4.0, reach: 3.0, height: 1.5 };
@@ -304,7 +305,8 @@ mod tests {
         let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[0.05, 0.04, 0.04]);
         for i in 0..count {
             let turn = std::f32::consts::TAU * i as f32 / count as f32;
-            let way = Vec3::new(turn.cos(), 1.0, turn.sin());
+            let (sin, cos) = math::sin_cos(turn);
+            let way = Vec3::new(cos, 1.0, sin);
             builder.branch(stem, 0.5, &[Vec3::ZERO, way], &[radius, radius * 0.9]);
         }
         builder.finish().unwrap()
