@@ -11,7 +11,7 @@
 //! Frames are as wide as the upright cylinder around the tree, and as high as it is from where they look: with squares
 //! around the bounding sphere half the texels of a tree were empty, three quarters of a poplar's. Leaves are drawn flat, and of
 //! crowns with very many some that are larger. What of a frame is solid is settled by what the full tree covers between frames
-//! ([`super::between`]); trunks and twigs, which would go, are as the frame itself has them.
+//! ([`super::between`]); wood, which would go, is drawn as lines ([`super::limbs`]), and twigs are as the frame itself has them.
 //!
 //! The four corners of the square are level views from ±x and ±z. The level's mesh is two crossed rectangles, back to
 //! back, that wear those corners: where there is no shader they are shown as they are.
