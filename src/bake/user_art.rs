@@ -112,8 +112,8 @@ impl ArtError {
 /// Roughness where no map says otherwise: leaves, bark.
 const ROUGH: [u8; 2] = [148, 224];
 
-/// The maps of the user's own pictures, of the colour picture's size; of a leaf that is no square, of a square around it. See the head of the file for what is made where
-/// a map is missing.
+/// The maps of the user's own pictures, of the colour picture's size; of a leaf that is no square, of a square around it. See
+/// the head of the file for what is made where a map is missing.
 ///
 /// # Errors
 /// Bytes that are no picture, damaged or beyond `limits`; a leaf that has no transparent or no opaque pixel.

@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 7);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 34);
+const LADDER: Stage = Stage("ladder", 35);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 28);
+const LEVEL: Stage = Stage("level", 29);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 7);
 /// What colours it has there, likewise.

@@ -56,7 +56,7 @@ const AROUND: usize = 2;
 const SHARP: f32 = 0.7;
 const SHARP_TWIGS: f32 = 3.0;
 /// Rounds in search of the gain, and how coverage follows it: measured, 1.05 to 1.4.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 const SLOPE: f32 = 1.2;
 /// How near to what the full tree covers is near enough: of twigs less, whose coverage hangs on the views besides (bare trees
 /// from others than these: 0.983 to 1.037 by the first, 0.989 to 1.032 by the second).
@@ -65,8 +65,6 @@ const NEAR_TWIGS: f32 = 0.002;
 /// Most leaves that frames are drawn with, for each of a frame's texels: what is seen of a denser crown is a part of its leaves.
 /// As many as there are: mean IoU of four elms 0.909; four: 0.907; two: 0.900; one 0.897.
 const MOST_LEAVES: u32 = 4;
-/// The alpha of lines around which nothing else is shown of a bare tree: half a texel from their rims.
-const RIM: f32 = 0.25;
 /// Every which level frame is looked at for how much wood is seen.
 const COUNTED: usize = 4;
 
@@ -174,7 +172,6 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe,
         Surface { mesh: bark, pictures: &wardrobe.bark, repeat: Repeat::Tiled, closed: true },
         Surface { mesh: leaf, pictures: &wardrobe.leaves, repeat: Repeat::Cutout, closed: false },
     ];
-    // Rows above and below with which a row's alpha is found.
     let is_twigs = scene.wood.bare > 0.5;
     let samples = if is_twigs { SAMPLES_TWIGS } else { SAMPLES };
     let at = |i: u32| (i % frames, i / frames);
@@ -369,7 +366,7 @@ impl Surveyed {
 impl Drawn {
     fn new(Surveyed { mut target, recipe, wood: seen }: Surveyed, axes: Frame, lines: &Lines, is_twigs: bool) -> Self {
         let mut depth = depths(&target);
-        let is_line = if is_twigs { lines.alpha.iter().map(|line| *line > RIM).collect() } else { seen.clear };
+        let is_line = if is_twigs { lines.alpha.iter().map(|line| *line > 0.0).collect() } else { seen.clear };
         let all: f32 = target.coverage.iter().sum();
         // Wood that lines stand for is not to be shown again.
         let rest = &mut target.coverage;
@@ -384,9 +381,12 @@ impl Drawn {
         let mut alpha: Vec<f32> =
             alphas(rest, target.width, around).into_iter().map(|a| f32::from(a) / 255.0).collect();
         let mut wood = vec![false; alpha.len()];
-        for i in (0..alpha.len()).filter(|&i| is_line[i]) {
-            alpha[i] = lines.alpha[i];
-            if alpha[i] > 0.0 {
+        for (i, &line) in lines.alpha.iter().enumerate() {
+            if !is_line[i] && !(seen.near[i] && line > alpha[i]) {
+                continue;
+            }
+            alpha[i] = line;
+            if line > 0.0 {
                 depth[i] = lines.depth[i];
                 // Of twigs alone all there is is made to cover as much as the tree does.
                 wood[i] = !is_twigs;

@@ -8,14 +8,14 @@
 //! Lines that are wider than limbs cover more: the thickest are drawn, and only so many as cover what all do.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 use super::impostor::Impostor;
 use crate::base::Frame;
 use crate::plant::{ChainId, Plant, Posed};
 
-/// Half the least width of a line, texels: half a texel, and a little that mixing and rounding take.
-const LEAST: f32 = 0.5;
+/// Half the least width of a line, texels: half a texel, and a little that mixing and rounding take. With half a texel alone thin
+/// limbs have gaps.
+const LEAST: f32 = 0.55;
 /// By how much alpha falls in a texel.
 const SLOPE: f32 = 0.5;
 /// By how much of what the wood of a bare tree covers its lines may cover more.
@@ -24,8 +24,10 @@ const WIDENED: f32 = 0.2;
 const THINNEST: f32 = 0.05;
 /// Pieces are so long at least, texels.
 const PIECE: f32 = 0.5;
-/// Texels around one by which it is told whether wood or leaves are seen there.
+/// Texels around one by which it is told whether wood or leaves are seen there, and how far lines go on between leaves: what of
+/// a crown is solid begins farther up than its lowest leaves.
 const AROUND: usize = 2;
+const INTO_CROWN: usize = 2;
 
 /// What of a frame is wood.
 #[derive(Clone, Debug, Default)]
@@ -34,25 +36,32 @@ pub(super) struct Seen {
     pub(super) covered: Vec<f32>,
     /// Texels around which wood covers more than leaves do: there lines are all that is drawn.
     pub(super) clear: Vec<bool>,
+    /// Those and some around them, where lines are drawn beside what else is.
+    pub(super) near: Vec<bool>,
 }
 
 impl Seen {
     /// Of what wood and leaves cover of each texel, in rows of `width`.
     pub(super) fn new(wood: Vec<f32>, leaves: &[f32], width: usize) -> Self {
         let height = wood.len() / width.max(1);
-        let mut clear = vec![false; wood.len()];
+        let (mut clear, mut near) = (vec![false; wood.len()], vec![false; wood.len()]);
+        let around = |i: usize, by: usize| {
+            let part = |at: usize, count: usize| at.saturating_sub(by)..(at + by + 1).min(count);
+            let columns = part(i % width, width);
+            part(i / width, height).map(move |row| row * width + columns.start..row * width + columns.end)
+        };
         if wood.iter().any(|covered| *covered > 0.0) {
-            for (i, clear) in clear.iter_mut().enumerate() {
-                let around = |at: usize, count: usize| at.saturating_sub(AROUND)..(at + AROUND + 1).min(count);
-                let columns = around(i % width, width);
-                let rows = around(i / width, height).map(|row| row * width + columns.start..row * width + columns.end);
-                let (own, others) = rows.fold((0.0, 0.0), |(own, others), row| {
+            for i in 0..wood.len() {
+                let (own, others) = around(i, AROUND).fold((0.0, 0.0), |(own, others), row| {
                     (own + wood[row.clone()].iter().sum::<f32>(), others + leaves[row].iter().sum::<f32>())
                 });
-                *clear = own > others;
+                if own > others {
+                    clear[i] = true;
+                    around(i, INTO_CROWN).for_each(|row| near[row].fill(true));
+                }
             }
         }
-        Self { covered: wood, clear }
+        Self { covered: wood, clear, near }
     }
 
     /// What wood covers where lines are drawn.
@@ -128,7 +137,7 @@ impl<'a> Limbs<'a> {
         let (mut covered, mut seen) = (0.0, Vec::new());
         for &limb in self.order.iter().filter(|limb| self.plant.radii(**limb).first().is_some_and(|r| *r >= thinnest)) {
             let one = |(lines, (_, seen)): (&mut Lines, &(_, &Seen))| self.stroke(limb, lines, &seen.clear);
-            let added = lines.par_iter_mut().zip(frames).map(one).sum::<usize>() as f32;
+            let added = lines.iter_mut().zip(frames).map(one).sum::<usize>() as f32;
             let before = covered;
             covered += added;
             if !seen.is_empty() && covered - wanted > wanted - before {
@@ -338,7 +347,7 @@ mod tests {
     #[test]
     fn twigs_of_a_bare_tree_are_left_out_and_limbs_are_not() {
         let texel = 0.1;
-        let (twigs, limbs) = (forked(300, 0.004), forked(3, 0.06));
+        let (twigs, limbs) = (forked(300, 0.004), forked(3, 0.09));
         let below = |plant: &Plant| Limbs::of(plant, &plant.pose()).thick(texel).below;
         assert!(below(&limbs) < 0.0 && (0.003..0.01).contains(&below(&twigs)), "{} {}", below(&limbs), below(&twigs));
         let posed = twigs.pose();
@@ -363,6 +372,9 @@ mod tests {
         let seen = Seen::new(wood, &leaves, 10);
         let clear = |x: usize, y: usize| seen.clear[y * 10 + x];
         assert!(clear(5, 9) && clear(7, 8) && !clear(8, 8) && !clear(5, 2) && !clear(1, 1));
+        let near = |x: usize, y: usize| seen.near[y * 10 + x];
+        let first = (0..10).find(|y| clear(5, *y)).unwrap();
+        assert!(near(5, first - INTO_CROWN) && !near(5, first - INTO_CROWN - 1) && near(9, 9) && !near(1, 1));
         assert!((seen.in_the_clear() - 0.4 * (0..10).filter(|y| clear(5, *y)).count() as f32).abs() < 1e-5);
     }
 }
