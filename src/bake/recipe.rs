@@ -241,6 +241,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_share_of_the_first_pictures_is_theirs_of_what_is_shown() {
+        let mut recipe = Recipe::default();
+        for mixed in [vec![(5, 0.6), (Palette::TEXELS, 0.2)], vec![], vec![(2 * Palette::TEXELS, 0.5)], vec![(9, 0.1)]]
+        {
+            recipe.push(&mut mixed.clone());
+        }
+        let shares = |pictures: u32| recipe.share_of_first(pictures).collect::<Vec<f32>>();
+        let off = |all: Vec<f32>, wanted: [f32; 4]| all.iter().zip(wanted).any(|(a, b)| (a - b).abs() > 0.01);
+        assert!(!off(shares(0), [0.0; 4]) && !off(shares(1), [0.75, 0.0, 0.0, 1.0]), "{:?}", shares(1));
+        assert!(!off(shares(2), [1.0, 0.0, 0.0, 1.0]));
+    }
+
     fn plain(color: [u8; 3]) -> Maps {
         let [r, g, b] = color;
         Maps {

@@ -382,14 +382,13 @@ impl Drawn {
             alphas(rest, target.width, around).into_iter().map(|a| f32::from(a) / 255.0).collect();
         let mut wood = vec![false; alpha.len()];
         for (i, &line) in lines.alpha.iter().enumerate() {
-            if !is_line[i] && !(seen.near[i] && line > alpha[i]) {
-                continue;
-            }
-            alpha[i] = line;
-            if line > 0.0 {
-                depth[i] = lines.depth[i];
-                // Of twigs alone all there is is made to cover as much as the tree does.
-                wood[i] = !is_twigs;
+            if is_line[i] || seen.near[i] && line > alpha[i] {
+                alpha[i] = line;
+                if line > 0.0 {
+                    depth[i] = lines.depth[i];
+                    // Of twigs alone all there is is made to cover as much as the tree does.
+                    wood[i] = !is_twigs;
+                }
             }
         }
         let normal = |n: &Vec3| {

@@ -51,12 +51,12 @@ impl Seen {
             part(i / width, height).map(move |row| row * width + columns.start..row * width + columns.end)
         };
         if wood.iter().any(|covered| *covered > 0.0) {
-            for i in 0..wood.len() {
+            for (i, clear) in clear.iter_mut().enumerate() {
                 let (own, others) = around(i, AROUND).fold((0.0, 0.0), |(own, others), row| {
                     (own + wood[row.clone()].iter().sum::<f32>(), others + leaves[row].iter().sum::<f32>())
                 });
                 if own > others {
-                    clear[i] = true;
+                    *clear = true;
                     around(i, INTO_CROWN).for_each(|row| near[row].fill(true));
                 }
             }
