@@ -239,6 +239,21 @@ fn the_gallery_keeps_what_it_says_of_sets_of_other_folders() {
 }
 
 #[test]
+fn a_level_that_is_unlike_its_tree_is_told_with_what_helps() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let told = |lods: &str| {
+        fs::write(&preset, SMALL.replace("[Full, CrossedQuads]", lods)).unwrap();
+        let made = treewright(&[&"build", &preset, &"--out", &project.path().join("out")]);
+        assert!(made.status.success(), "{}", errors(&made));
+        errors(&made).lines().find(|line| line.contains("lods[1]")).map(str::to_owned)
+    };
+    let note = told("[Full, Thinned(triangles: 0.01)]").expect("a hundredth is not the tree");
+    assert!(note.contains("unlike") && note.contains("raise its `triangles`"), "{note}");
+    assert_eq!(told("[Full, Thinned(triangles: 0.6)]"), None);
+}
+
+#[test]
 fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
     let project = small_project();
     let preset = project.path().join("small.ron");

@@ -5,6 +5,7 @@ use treewright::preset::plan::{DressParams, Phyllotaxis};
 /// Foliage of so many leaves at most.
 pub(crate) fn foliage(leaves: u32) -> DressParams {
     DressParams {
+        leaf_share: 1.0 / 15.0,
         density: 1.0,
         most_leaves: leaves,
         leaf_size: 0.2,

@@ -26,6 +26,12 @@ const MIPS: usize = 5;
 /// The first alpha that is solid, and the last that is clear.
 const SOLID: f32 = 128.0;
 const CLEAR: f32 = 127.0;
+/// How far from the cut-off texels are kept that are moved: engines compress blocks of 4 × 4 texels, and those on the brink
+/// change sides. With moves up to it 2 to 3 % more of four sets were solid as BC3, BC7 or ETC2. The last are for pictures so
+/// sparse that their mips can't be solid anywhere else.
+const GAPS: [f32; 3] = [8.0, 4.0, 1.0];
+/// How much of what a mip is to cover it may lack for want of texels that can be moved, before a smaller gap is taken.
+const LACKING: f32 = 0.015;
 /// Room for the rounding of each mip.
 const MARGIN: f32 = 1.5;
 
@@ -74,6 +80,24 @@ pub(crate) fn move_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures
         return;
     }
     let free = free(alpha, wide);
+    for gap in GAPS {
+        let is_last = gap == GAPS[GAPS.len() - 1];
+        if let Some(levels) = designed(alpha, &free, (wide, high), pictures, gap, is_last) {
+            settle(alpha, &free, &levels, gap);
+            return;
+        }
+    }
+}
+
+/// The mips, as they are to be; none where one lacks what it is to cover, unless that is to be taken.
+fn designed(
+    alpha: &[u8],
+    free: &[bool],
+    (wide, high): (usize, usize),
+    pictures: &[Rect],
+    gap: f32,
+    is_last: bool,
+) -> Option<Vec<Level>> {
     let mut levels: Vec<Level> = Vec::new();
     while levels.len() < MIPS {
         let (w, h) = levels.last().map_or((wide, high), |fine| (fine.width, fine.height));
@@ -82,12 +106,15 @@ pub(crate) fn move_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures
         }
         let mut next = match levels.last() {
             Some(fine) => Level::of(w / 2, h / 2, |i| fine.squares[i]),
-            None => Level::of(w / 2, h / 2, |i| Square::texel(alpha[i], free[i])),
+            None => Level::of(w / 2, h / 2, |i| Square::texel(alpha[i], free[i], gap)),
         };
-        next.choose(levels.len() + 1, pictures);
+        let lacking = next.choose(levels.len() + 1, pictures);
+        if lacking > LACKING && !is_last {
+            return None;
+        }
         levels.push(next);
     }
-    settle(alpha, &free, &levels);
+    Some(levels)
 }
 
 /// Texels around which all are on the same side of the cut-off.
@@ -124,10 +151,10 @@ struct Square {
 }
 
 impl Square {
-    fn texel(alpha: u8, free: bool) -> Self {
+    fn texel(alpha: u8, free: bool, gap: f32) -> Self {
         let own = f32::from(alpha);
         let solid = own >= SOLID;
-        let (low, high) = if solid { (SOLID, 255.0) } else { (0.0, CLEAR) };
+        let (low, high) = if solid { (own.min(CLEAR + gap), 255.0) } else { (0.0, own.max(SOLID - gap)) };
         let (free_low, free_high) = if free { (low, high) } else { (own, own) };
         Self { solid: if solid { 1.0 } else { 0.0 }, low, high, free_low, free_high, own }
     }
@@ -172,8 +199,9 @@ impl Level {
         Self { width, height, squares }
     }
 
-    /// Chooses the squares of the `k`-th mip that are to be solid: in each picture as many as it covers.
-    fn choose(&mut self, k: usize, pictures: &[Rect]) {
+    /// Chooses the squares of the `k`-th mip that are to be solid: in each picture as many as it covers. Gives back the share of
+    /// all that is to be solid and can't be.
+    fn choose(&mut self, k: usize, pictures: &[Rect]) -> f32 {
         let mut taken = vec![false; self.squares.len()];
         let edge = 1 << k;
         let mut of_pictures: Vec<Vec<Ranked>> = Vec::with_capacity(pictures.len() + 1);
@@ -196,7 +224,10 @@ impl Level {
             owed = wanted - count as f32;
             count
         };
+        let all: f32 = wanted.iter().map(|wanted| wanted.0).sum();
         let counts: Vec<usize> = wanted.into_iter().map(count).collect();
+        // Less than a square is no lack.
+        let lacking = ((all - counts.iter().sum::<usize>() as f32).abs() - 1.0) / all.max(1.0);
         of_pictures.par_iter_mut().zip(&counts).for_each(|(ranked, &count)| {
             if count < ranked.len() {
                 ranked.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -207,6 +238,7 @@ impl Level {
             ranked.iter().enumerate().for_each(|(place, &(_, i))| solid[i as usize] = place < count);
         }
         self.squares.par_iter_mut().zip(solid).with_min_len(1 << 13).for_each(|(square, solid)| square.keep(solid));
+        lacking
     }
 
     /// Ranks some squares: those that can be either go by how full they are, before them come those that can't be clear.
@@ -232,7 +264,7 @@ impl Level {
 type Ranked = (f32, u32);
 
 /// Moves alpha so that the squares of every mip fall on the sides that were chosen for them.
-fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level]) {
+fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level], gap: f32) {
     let Some(last) = levels.last() else { return };
     // From the coarsest down: each square hands its mean on to its four parts.
     let mut goals: Vec<f32> = last.squares.iter().map(|s| s.own).collect();
@@ -257,7 +289,7 @@ fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level]) {
             if sum as f32 * 0.25 == *goal {
                 continue;
             }
-            let texels = parts.map(|p| Square::texel(alpha[p], free[p]));
+            let texels = parts.map(|p| Square::texel(alpha[p], free[p], gap));
             for ((part, goal), texel) in parts.into_iter().zip(handed(*goal, texels)).zip(texels) {
                 alpha[part] = (goal + 0.5).clamp(texel.low, texel.high) as u8;
             }
@@ -371,10 +403,16 @@ mod tests {
     fn every_mip_covers_what_level_0_does_and_that_stays() {
         for leaves in [15, 60, 240, 900] {
             let mut maps = strewn(256, leaves);
+            let before = maps.color.clone();
             let solid = |m: &Maps| m.color.iter().map(|c| c[3] >= 128).collect::<Vec<_>>();
             let was = solid(&maps);
             let report = preserve_coverage(&mut maps);
             assert_eq!(solid(&maps), was);
+            // Little is moved to the brink, where compressed blocks would take it to the other side, but of few leaves.
+            let brink = 121..135;
+            let moved = maps.color.iter().zip(&before).filter(|(a, b)| brink.contains(&a[3]) && !brink.contains(&b[3]));
+            let moved = moved.count();
+            assert!(leaves < 100 || moved == 0, "{leaves}: {moved}");
             // Of a few leaves a square of the coarser mips is more than 2 %.
             let squares = |k: usize| ((256 >> k) * (256 >> k)) as f32;
             for (k, share) in report.after.iter().enumerate().skip(1).take(if leaves < 60 { 4 } else { 5 }) {

@@ -1,5 +1,6 @@
 //! Modes of blending: each only chooses [`Weights`](crate::relate::Weights) for a [`Family`](crate::relate::Family).
 
+mod ground;
 mod growth;
 mod mix;
 mod morph;
@@ -10,6 +11,7 @@ mod tasks;
 #[cfg(test)]
 mod tests;
 
+pub use ground::grounded;
 pub use growth::grown;
 pub use mix::{mix, scattered};
 pub use morph::{Pace, morph, support_over_morph};

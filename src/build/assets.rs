@@ -19,7 +19,7 @@ use crate::export::{
     MANIFEST_FORMAT, Manifest, MeasuredErrors, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::{self, Level, Tile};
-use crate::mesh::{Limbs, MeshPart, TreeMesh, Wind};
+use crate::mesh::{Limbs, TreeMesh, Wind};
 use crate::plant::PlantStats;
 use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
@@ -368,9 +368,7 @@ fn engine_files(
     let posed = plant.pose();
     let winds: Vec<Option<[Wind; 2]>> = if parts.plan.wind == WindData::Attributes {
         let limbs = Limbs::of(plant, &posed);
-        let of = |mesh: &TreeMesh| {
-            [limbs.wind(plant, &mesh.bark, MeshPart::Bark), limbs.wind(plant, &mesh.leaf, MeshPart::Leaf)]
-        };
+        let of = |mesh: &TreeMesh| [limbs.wind(plant, &mesh.bark), limbs.wind(plant, &mesh.leaf)];
         placed.meshes[variant].iter().map(|mesh| Some(of(mesh))).collect()
     } else {
         vec![None; placed.meshes[variant].len()]

@@ -221,7 +221,8 @@ pub(super) fn variant(
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
-        Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| family.blend(&weights)),
+        Variant::Blend { .. } => blend_of(plan, variant, blends)
+            .map(|(family, weights)| blend::grounded(family.blend(&weights), family.sources())),
         Variant::Shape { shape, shares } => blends.shapes.plant(*shape, shares),
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),

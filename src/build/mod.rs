@@ -31,6 +31,7 @@ pub(crate) mod stamp;
 mod studio;
 mod textures;
 mod trees;
+mod unlike;
 mod world;
 
 use std::collections::BTreeMap;

@@ -23,7 +23,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 43;
+pub(super) const VERSION: u32 = 44;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -304,7 +304,8 @@ pub fn make_set(
     let clips = clips::clips(plan, &prepared.morphs, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
-    let notes = notes(plan, inputs, &prepared, &selected);
+    let mut notes = notes(plan, inputs, &prepared, &selected);
+    notes.extend(super::unlike::notes(plan, &trees));
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
     let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::blends::{self, Blends};
 use crate::base::{Diagnostic, Note};
+use crate::blend::grounded;
 use crate::plant::{ChainId, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
@@ -172,5 +173,5 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
 /// A kept tree, bare.
 pub(super) fn plant(plan: &Plan, kept: &Kept, made: &Blends) -> Option<Plant> {
     let (family, weights) = blends::blend_of(plan, &kept.recipe, made)?;
-    Some(select::without(&family.blend(&weights), &kept.gone))
+    Some(grounded(select::without(&family.blend(&weights), &kept.gone), family.sources()))
 }

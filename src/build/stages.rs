@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
     BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe,
-    TargetLeaf, Variant, Wear,
+    TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
@@ -455,6 +456,9 @@ pub(super) fn wardrobe(
     Ok(Wardrobe { pictures, plants, dressed, leaf_size })
 }
 
+/// Longest leaf that a preset may ask for, as a share of the largest source's extent.
+const LARGEST_LEAF: f32 = 0.8;
+
 impl Wardrobe {
     /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
     pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
@@ -469,8 +473,25 @@ impl Wardrobe {
         if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
             return Dressing::Own { params: plan.dress.clone() };
         }
-        let params = DressParams { pictures: self.dressed.1, leaf_size: self.leaf_size, ..plan.dress.clone() };
+        let leaf_size = self.leaf_size;
+        let leaf_share = self.leaf_share(plan, leaf_size, sources);
+        let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
         Dressing::Made { params, first: self.dressed.0 }
+    }
+
+    /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
+    /// the largest of them, and on smaller trees as much smaller.
+    fn leaf_share(&self, plan: &Plan, size: f32, sources: &[usize]) -> f32 {
+        if plan.dress.leaf_share > 0.0 {
+            return plan.dress.leaf_share;
+        }
+        let extent = |&i: &usize| {
+            let posed = self.plants[i].pose();
+            let ends = posed.positions().iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
+            (ends.1 - ends.0).max_element()
+        };
+        let largest = sources.iter().map(extent).fold(0.0, f32::max);
+        if largest > 0.0 { (size / largest).clamp(USUAL_LEAF_SHARE, LARGEST_LEAF) } else { USUAL_LEAF_SHARE }
     }
 }
 

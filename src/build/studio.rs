@@ -171,7 +171,7 @@ impl Studio {
         };
         let tree = BlendTree::Point { shares: shares.clone(), scatter: 0.0, draw: 0 };
         let seed = self.seed(&blends::blend_identity(&self.plan, &params, &tree));
-        let bare = family.blend(&blend::mix(&family, &shares));
+        let bare = blend::grounded(family.blend(&blend::mix(&family, &shares)), family.sources());
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 

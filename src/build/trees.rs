@@ -15,13 +15,13 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 7);
+const DRESS: Stage = Stage("dress", 8);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 35);
+const LADDER: Stage = Stage("ladder", 36);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 29);
+const LEVEL: Stage = Stage("level", 30);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 7);
+const FOOTING: Stage = Stage("footing", 8);
 /// What colours it has there, likewise.
 const COLORS: Stage = Stage("colors", 1);
 /// What levels are measured with; kept in memory only.

@@ -41,6 +41,6 @@ pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
             let why = why.as_ref().map(|why| format!("{why}; ")).unwrap_or_default();
             meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
         }
-        Event::Idle { files } => meter.line(&format!("watching {files} files")),
+        Event::Idle { files } => meter.line(&format!("watching {files} file{}", if *files == 1 { "" } else { "s" })),
     }
 }

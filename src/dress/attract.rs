@@ -52,7 +52,7 @@ pub(super) fn leaf_points(wood: &Wood, seed: Seed) -> Vec<Vec3> {
                 continue;
             }
             let p = p();
-            if p.y >= wood.floor && kept(p, s) {
+            if p.y >= wood.floor && p.y <= wood.top && kept(p, s) {
                 points.push(p);
             }
         }

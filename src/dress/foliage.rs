@@ -109,7 +109,7 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     posed.frame_chains(&plant, chosen.iter().map(|&i| sites[i as usize].chain));
     for &i in &chosen {
         let leaf = leaf(&plant, &posed, (wood, middle_of_crown), &sites[i as usize], params, scale, seed);
-        if let Some(chain) = moved[leaf.chain.index()] {
+        if let Some((leaf, chain)) = leaf.and_then(|leaf| Some((leaf, moved[leaf.chain.index()]?))) {
             builder.leaf(Leaf { chain, ..leaf });
         }
     }
@@ -144,7 +144,7 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
         }
         let tip = plant.radii(id)[plant.radii(id).len() - 1];
         if own
-            && (tip > wood.thin
+            && (tip > wood.thin[id.index()]
                 || (plant.chain(id).parent.is_none() && posed.chain(plant, id).last().is_none_or(|p| p.y < wood.floor)))
         {
             continue;
@@ -159,7 +159,7 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
             let back = k as f32 * gap;
             let location = 1.0 - back / length;
             // Leaves grow on young wood only.
-            if location <= 0.0 || (own && curve.value(plant.radii(id), f64::from(location)) > wood.thin) {
+            if location <= 0.0 || (own && curve.value(plant.radii(id), f64::from(location)) > wood.thin[id.index()]) {
                 break;
             }
             let inward = if own { ((back - near) / near.max(1e-6)).max(0.0) } else { 0.0 };
@@ -187,6 +187,7 @@ fn shadow(posed: &Posed, wood: &Wood) -> f32 {
     total / 3.0
 }
 
+/// None for what would hang into the ground.
 fn leaf(
     plant: &Plant,
     posed: &Posed,
@@ -195,7 +196,7 @@ fn leaf(
     params: &DressParams,
     scale: f32,
     seed: Seed,
-) -> Leaf {
+) -> Option<Leaf> {
     let s = address(seed, site);
     let pose = posed.at(plant, site.chain, site.location);
     let axis = pose.frame.y;
@@ -236,5 +237,6 @@ fn leaf(
     let taper = if rows { 1.0 - TAPER * site.location * site.location } else { 1.0 };
     let size = wood.leaf * scale * taper * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
-    Leaf::new(site.chain, site.location, orientation, size, slot)
+    let lowest = pose.position.y + (y.y * size).min(0.0);
+    (lowest >= wood.ground).then(|| Leaf::new(site.chain, site.location, orientation, size, slot))
 }

@@ -58,6 +58,7 @@ mod tests {
             phyllotaxis: Phyllotaxis::Spiral,
             droop: 0.2,
             pictures: 3,
+            leaf_share: 1.0 / 15.0,
         }
     }
 
@@ -115,6 +116,59 @@ mod tests {
         let (few, many) = (places(0.3), places(0.9));
         assert!(few.len() * 2 < many.len(), "{} {}", few.len(), many.len());
         assert!(few.iter().all(|p| many.binary_search(p).is_ok()));
+    }
+
+    /// The lowest and the highest that leaves reach.
+    fn reach(plant: &Plant) -> (f32, f32) {
+        let posed = plant.pose();
+        plant.leaves().iter().fold((f32::MAX, f32::MIN), |(low, high), leaf| {
+            let pose = posed.leaf(plant, leaf);
+            let ends = [pose.position.y, pose.position.y + pose.frame.y.y * leaf.size];
+            (low.min(ends[0]).min(ends[1]), high.max(ends[0]).max(ends[1]))
+        })
+    }
+
+    #[test]
+    fn leaves_stay_above_the_ground_and_hardly_above_the_wood() {
+        let mut builder = PlantBuilder::from_plant(tree(4.0, 12));
+        for i in 0..24 {
+            let s = Seed::new(6).at(i);
+            let out = Vec3::new(s.direction().x, 0.0, s.direction().z).normalize() * 1.5;
+            let points = [Vec3::ZERO, out, out * 1.2 - Vec3::Y * 0.25];
+            builder.branch(crate::plant::ChainId(0), 0.08, &points, &[0.02, 0.01, 0.004]);
+        }
+        let low = dress(&builder.finish().unwrap(), &DressParams { droop: 0.8, ..params() }, Seed::new(1));
+        assert!(low.leaves().len() > 300 && reach(&low).0 >= -1e-3, "{:?}", reach(&low));
+        let bare = tree(8.0, 90);
+        let top = bare.pose().positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
+        let full = dress(&bare, &params(), Seed::new(1));
+        // A leaf's length, and a step of a twig that was on its way.
+        assert!(reach(&full).1 < top + 0.3 * 1.2 + 0.25, "{:?}, {top}", reach(&full));
+    }
+
+    #[test]
+    fn every_limb_that_ends_in_the_air_has_leaves_at_its_end_however_thick_it_is() {
+        let mut builder = PlantBuilder::from_plant(tree(8.0, 90));
+        let thick: Vec<_> = (0..6)
+            .map(|i| {
+                let (sin, cos) = crate::base::math::sin_cos(i as f32);
+                let out = Vec3::new(cos, 0.6, sin) * 2.0;
+                builder.branch(crate::plant::ChainId(0), 0.5, &[Vec3::ZERO, out * 0.5, out], &[0.15, 0.14, 0.13])
+            })
+            .collect();
+        // What goes on is no end.
+        let on = builder.branch(thick[0], 1.0, &[Vec3::ZERO, Vec3::Y], &[0.05, 0.01]);
+        let bare = builder.finish().unwrap();
+        let plant = dress(&bare, &params(), Seed::new(1));
+        let on_limb = |limb: crate::plant::ChainId| {
+            let is_twig = |chain: crate::plant::ChainId| chain.index() >= bare.chains().len();
+            let bears = |leaf: &&crate::plant::Leaf| {
+                leaf.chain == limb || (is_twig(leaf.chain) && plant.chain(leaf.chain).parent == Some(limb))
+            };
+            plant.leaves().iter().filter(bears).count()
+        };
+        assert!(thick[1..].iter().all(|limb| on_limb(*limb) > 0) && on_limb(on) > 0);
+        assert_eq!(on_limb(thick[0]), 0);
     }
 
     #[test]

@@ -52,6 +52,7 @@ mod tests {
             density,
             most_leaves,
             leaf_size: 0.1,
+            leaf_share: 1.0,
             leaf_spread: 0.2,
             leaf_angle: 0.9,
             twig_length: 0.5,

@@ -5,14 +5,15 @@ use glam::Vec3;
 use super::colonize::Shoot;
 use crate::base::math;
 use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Crown, Curve, Plant, PlantBuilder, Posed};
-use crate::preset::plan::DressParams;
+use crate::preset::plan::{DressParams, USUAL_LEAF_SHARE};
 
 /// Share of the thickest radius up to which wood bears twigs.
 const THIN: f32 = 0.22;
+/// Where the end of a chain begins, as a share of its length, and how much thicker than its very end wood is there at most.
+const END: f32 = 0.8;
+const BLUNT: f32 = 1.15;
 /// How far a twig's points may lie from a straight line to be left out, in steps.
 const STRAIGHT: f32 = 0.14;
-/// Longest leaf, as a share of the plant's extent: a picture meant for a tall tree must not swallow a sapling.
-const LEAF_SHARE: f32 = 1.0 / 15.0;
 /// Length of all branches, in extents of the plant, from which on a plant has a crown of its own.
 const SPARSE: f32 = 8.0;
 
@@ -37,6 +38,10 @@ pub(super) struct Wood {
     pub(super) swell: f32,
     /// No foliage below this height.
     pub(super) floor: f32,
+    /// The lowest and the highest that wood is: leaves hang no lower, and no twig is sought higher, or a tree would be higher
+    /// than it was asked to be.
+    pub(super) ground: f32,
+    pub(super) top: f32,
     /// A twig's step.
     pub(super) step: f32,
     /// How far from the wood a leaf point may lie.
@@ -53,8 +58,8 @@ pub(super) struct Wood {
     pub(super) leaf: f32,
     /// Radius of a twig's tip.
     pub(super) tip: f32,
-    /// Up to this radius wood bears twigs.
-    pub(super) thin: f32,
+    /// Up to this radius the wood of each chain bears twigs.
+    pub(super) thin: Vec<f32>,
 }
 
 impl Wood {
@@ -87,10 +92,13 @@ impl Wood {
         for &p in posed.positions().iter().filter(|p| p.y >= base) {
             crown.add(p);
         }
+        let floor = (base - swell * 0.7).max(low.y);
+        let blunt = blunt_ends(plant);
         let mut thin = thickest * THIN;
-        let mut starts = Vec::new();
+        let (mut starts, mut each) = (Vec::new(), Vec::new());
         for _ in 0..4 {
-            starts = places(plant, posed, thin, base - swell * 0.7, step * 0.7);
+            each = blunt.iter().map(|end| thin.max(*end)).collect();
+            starts = places(plant, posed, &each, floor, step * 0.7);
             let bearing = starts.len() as f32 * step * 0.7;
             if bearing > extent * 2.0 {
                 break;
@@ -102,12 +110,14 @@ impl Wood {
             return None;
         }
         let near = starts.iter().map(|s| s.position).collect();
-        let leaf = params.leaf_size.min(extent * LEAF_SHARE);
+        let leaf = params.leaf_size.min(extent * params.leaf_share.max(USUAL_LEAF_SHARE));
         let tip = (leaf * 0.006).clamp(extent * 1e-4, extent * 1e-3);
         Some(Self {
             crown,
             swell,
-            floor: base - swell * 0.7,
+            floor,
+            ground: low.y,
+            top: high.y,
             step,
             reach,
             rounds,
@@ -116,7 +126,7 @@ impl Wood {
             near,
             leaf,
             tip,
-            thin,
+            thin: each,
         })
     }
 }
@@ -133,10 +143,23 @@ fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
     lowest.max(low + (high - low) * 0.08)
 }
 
-/// Places along wood up to radius `thin` and above `floor`, `step` metres from each other.
-fn places(plant: &Plant, posed: &Posed, thin: f32, floor: f32, step: f32) -> Vec<Start> {
+/// For each chain the radius of its end and a little more, where nothing leaves it there: however thick it is, a limb that
+/// ends in the air has leaves at its end. 0 for others.
+fn blunt_ends(plant: &Plant) -> Vec<f32> {
+    let mut ends: Vec<f32> =
+        plant.chain_ids().map(|id| plant.radii(id).last().map_or(0.0, |radius| radius * BLUNT)).collect();
+    for chain in plant.chains() {
+        if let Some(parent) = chain.parent.filter(|_| chain.location > END) {
+            ends[parent.index()] = 0.0;
+        }
+    }
+    ends
+}
+
+/// Places along wood up to a radius for each chain and above `floor`, `step` metres from each other.
+fn places(plant: &Plant, posed: &Posed, thin: &[f32], floor: f32, step: f32) -> Vec<Start> {
     let mut starts = Vec::new();
-    for id in plant.chain_ids() {
+    for (id, &thin) in plant.chain_ids().zip(thin) {
         let curve = posed.curve(plant, id);
         let length = curve.length();
         let count = ((length / step + 0.5) as usize).clamp(1, 100_000);

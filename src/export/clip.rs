@@ -1,7 +1,9 @@
 //! A sequence as one animated GLB: morph targets, which every engine that reads glTF animations plays.
 //!
-//! Wood is one mesh with a target for each key but the first; the weights go from one to the next, so each vertex moves
-//! along a polyline. Leaves change their pictures, which a texture coordinate that stays cannot: there is a leaf mesh for
+//! Wood is a mesh with a target for each key but one; the weights go from one to the next, so each vertex moves along a
+//! polyline. That one is the largest: viewers frame and cull by what a mesh is without its targets, and a sapling's box cuts the
+//! grown tree off. glTF asks readers for eight morphed attributes, which are four targets (Cesium stops drawing at more), so a
+//! longer clip has a mesh of wood for each four steps of it, shown by a scale of 1 or 0. Leaves change their pictures, which a texture coordinate that stays cannot: there is a leaf mesh for
 //! each key, with the picture that is worn about then, shown from the middle before the key to the middle after it by a
 //! scale of 1 or 0 that steps; its two targets are where the leaves stand at those middles. So one picture is
 //! seen at a time, and leaves do not jump when they change it.
@@ -19,7 +21,10 @@ use json::validation::Checked::Valid;
 
 use super::SetMaterials;
 use super::glb::{ExportError, Part, Writer, proper_triangles};
-use crate::mesh::{Key, Mesh};
+use crate::mesh::{Key, Mesh, add_tangents};
+
+/// Most targets of a mesh.
+const TARGETS: usize = 4;
 
 /// Leaves about one key.
 #[derive(Clone, Debug)]
@@ -66,12 +71,8 @@ pub fn clip_glb(clip: &ClipIn<'_>) -> Result<Vec<u8>, ExportError> {
     let mut build =
         Build { writer: Writer::new(clip.materials), nodes: Vec::new(), channels: Vec::new(), samplers: Vec::new() };
     let last = clip.times.len() - 1;
-    // Wood.
-    let targets: Vec<&Key> = clip.keys[1..].iter().collect();
-    if let Some(node) = build.node(&format!("{}_wood", clip.name), Part::Bark, clip.wood, &targets)? {
-        let weights = (0..=last).flat_map(|k| (1..=last).map(move |j| if j == k { 1.0 } else { 0.0 }));
-        let times = build.times(clip.times);
-        build.channel(node, times, Property::Weights, weights.collect(), last);
+    for (first, end) in (0..last).step_by(TARGETS).map(|first| (first, (first + TARGETS).min(last))) {
+        build.wood(clip, (first, end))?;
     }
     let middle = |k: usize| (clip.times[k] + clip.times[k + 1]) * 0.5;
     for (k, leaves) in clip.leaves.iter().enumerate() {
@@ -105,14 +106,7 @@ pub fn clip_glb(clip: &ClipIn<'_>) -> Result<Vec<u8>, ExportError> {
         if k < last {
             shown.push((to, false));
         }
-        let own: Vec<f32> = shown.iter().map(|s| s.0).collect();
-        let times = build.times(&own);
-        let scales = shown.iter().flat_map(|&(_, on)| [if on { 1.0 } else { 0.0 }; 3]).collect();
-        build.channel(node, times, Property::Scale, scales, 3);
-        if k > 0 {
-            // Before the clip plays the first key is seen.
-            build.writer.root.nodes[node as usize].scale = Some([0.0; 3]);
-        }
+        build.shown(node, &shown);
     }
     build.finish(clip)
 }
@@ -131,6 +125,50 @@ struct Build<'a> {
 }
 
 impl Build<'_> {
+    /// Adds the wood from one key to another, and shows it from the time of the one to that of the other.
+    fn wood(&mut self, clip: &ClipIn<'_>, (first, end): (usize, usize)) -> Result<(), ExportError> {
+        let last = clip.times.len() - 1;
+        let size = |key: &Key| {
+            let ends = key.positions.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
+            (ends.1 - ends.0).length()
+        };
+        let keys = first..=end;
+        let rest = keys.clone().max_by(|a, b| size(&clip.keys[*a]).total_cmp(&size(&clip.keys[*b]))).unwrap_or(first);
+        let Key { positions, normals } = clip.keys[rest].clone();
+        let mut mesh = Mesh { positions, normals, ..clip.wood.clone() };
+        if rest > 0 {
+            // An error only says that the mesh has no triangles to take tangents from.
+            let _ = add_tangents(&mut mesh);
+        }
+        let moving: Vec<usize> = keys.clone().filter(|key| *key != rest).collect();
+        let targets: Vec<&Key> = moving.iter().map(|key| &clip.keys[*key]).collect();
+        let name = if first == 0 { format!("{}_wood", clip.name) } else { format!("{}_wood_{first:02}", clip.name) };
+        let Some(node) = self.node(&name, Part::Bark, &mesh, &targets)? else { return Ok(()) };
+        let at = |key: usize| moving.iter().map(move |of| if *of == key { 1.0 } else { 0.0 });
+        // Before the clip plays the first key is seen.
+        self.writer.root.nodes[node as usize].weights = Some(at(first).collect());
+        let times = self.times(&clip.times[keys.clone()]);
+        self.channel(node, times, Property::Weights, keys.flat_map(at).collect(), targets.len());
+        if (first, end) != (0, last) {
+            let mut shown = vec![(0.0, first == 0)];
+            shown.extend((first > 0).then(|| (clip.times[first], true)));
+            shown.extend((end < last).then(|| (clip.times[end], false)));
+            self.shown(node, &shown);
+        }
+        Ok(())
+    }
+
+    /// Shows a node at some times and hides it at others; what is hidden at first is so before the clip plays.
+    fn shown(&mut self, node: u32, shown: &[(f32, bool)]) {
+        let own: Vec<f32> = shown.iter().map(|s| s.0).collect();
+        let times = self.times(&own);
+        let scales = shown.iter().flat_map(|&(_, on)| [if on { 1.0 } else { 0.0 }; 3]).collect();
+        self.channel(node, times, Property::Scale, scales, 3);
+        if !shown[0].1 {
+            self.writer.root.nodes[node as usize].scale = Some([0.0; 3]);
+        }
+    }
+
     /// Adds a mesh with its targets and a node that shows it; none for a mesh without triangles.
     fn node(&mut self, name: &str, part: Part, mesh: &Mesh, targets: &[&Key]) -> Result<Option<u32>, ExportError> {
         let wrong = |what: String| ExportError::Mesh { name: name.to_owned(), what };
@@ -300,6 +338,40 @@ mod tests {
         assert_eq!(read.scenes().next().unwrap().nodes().next().unwrap().children().count(), 4);
         let bare = ClipIn { leaves: &[], ..clip };
         assert!(clip_glb(&bare).is_ok());
+    }
+
+    #[test]
+    fn long_clips_have_wood_of_four_targets_at_most_and_rest_as_large_as_they_get() {
+        let meshes: Vec<Mesh> = (0..8)
+            .map(|k| {
+                let mut mesh = quad(0.0);
+                mesh.positions.iter_mut().for_each(|p| *p *= 1.0 + k as f32);
+                mesh
+            })
+            .collect();
+        let keys: Vec<Key> = meshes.iter().map(key).collect();
+        let times: Vec<f32> = (0..8).map(|k| k as f32).collect();
+        let materials = SetMaterials::of("set", TextureFormat::Png);
+        let clip = ClipIn {
+            name: "c",
+            seed: 1,
+            times: &times,
+            wood: &meshes[0],
+            keys: &keys,
+            leaves: &[],
+            materials: &materials,
+        };
+        let bytes = clip_glb(&clip).unwrap();
+        let read = gltf::Gltf::from_slice(&bytes).unwrap();
+        let primitives: Vec<_> = read.meshes().map(|mesh| mesh.primitives().next().unwrap()).collect();
+        assert_eq!(primitives.iter().map(|p| p.morph_targets().count()).collect::<Vec<_>>(), [4, 3]);
+        let tops: Vec<f32> = primitives.iter().map(|p| p.bounding_box().max[1]).collect();
+        assert_eq!(tops, [5.0, 8.0]);
+        let nodes: Vec<_> = read.nodes().filter(|node| node.mesh().is_some()).collect();
+        // The first key, which is a target, and nothing of the later part.
+        assert_eq!(nodes[0].weights().unwrap(), [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!((nodes[0].transform().decomposed().2, nodes[1].transform().decomposed().2), ([1.0; 3], [0.0; 3]));
+        assert_eq!(read.animations().next().unwrap().channels().count(), 4);
     }
 
     #[test]

@@ -180,6 +180,8 @@ pub(super) struct Writer<'a> {
     leaf: Option<Index<json::Material>>,
     /// The cube that positions are quantized in; none where they stay as they are.
     cube: Option<Cube>,
+    /// Whether wind goes into an attribute of an own name: see [`wind`](Self::wind).
+    pub(super) custom: bool,
     /// Bytes of the fallback buffer that packed views name.
     pub(super) unpacked: usize,
 }
@@ -193,6 +195,7 @@ impl<'a> Writer<'a> {
             bark: None,
             leaf: None,
             cube: None,
+            custom: false,
             unpacked: 0,
         }
     }
@@ -292,25 +295,6 @@ impl<'a> Writer<'a> {
             material: Some(self.material(part)),
             mode: Valid(json::mesh::Mode::Triangles),
             targets: None,
-        }
-    }
-
-    /// Adds `_WIND` (trunk, limb, leaf, phase), bend and phase as the first texture coordinates that are free, and the
-    /// limb's pivot, x and y, then z, in the two after that.
-    fn wind(&mut self, primitive: &mut json::mesh::Primitive, wind: &Wind, mesh: &Mesh) {
-        use json::accessor::{ComponentType, Type};
-        use json::mesh::Semantic;
-        let count = mesh.positions.len();
-        let view = self.vertex_view(wind.weights.iter().flatten().flat_map(|v| v.to_le_bytes()));
-        let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec4);
-        primitive.attributes.insert(Valid(Semantic::Extras("WIND".to_owned())), accessor);
-        let first = if mesh.lightmap.is_empty() { 1 } else { 2 };
-        let flat = |pick: fn(&Vec3) -> [f32; 2]| wind.pivots.iter().map(pick).collect::<Vec<[f32; 2]>>();
-        let bend = wind.bend_and_phase().iter().map(|v| v.to_array()).collect();
-        for (k, pairs) in [bend, flat(|p| [p.x, p.y]), flat(|p| [p.z, 0.0])].into_iter().enumerate() {
-            let view = self.vertex_view(pairs.iter().flatten().flat_map(|v| v.to_le_bytes()));
-            let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
-            primitive.attributes.insert(Valid(Semantic::TexCoords(first + k as u32)), accessor);
         }
     }
 
@@ -539,7 +523,7 @@ impl<'a> Writer<'a> {
             self.root.nodes.push(json::Node {
                 mesh: Some(Index::new(level as u32)),
                 name: Some(name),
-                scale: self.cube.map(|cube| [cube.edge; 3]),
+                scale: self.cube.map(|cube| [cube.edge / 65535.0; 3]),
                 translation: self.cube.map(|cube| cube.low.to_array()),
                 ..Default::default()
             });

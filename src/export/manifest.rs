@@ -57,12 +57,13 @@ pub struct FileEntry {
 /// The layout of the wind in the vertices of all files but those for the web.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WindEntry {
-    /// Attribute of four numbers: bend of the trunk, swing of the limb, flutter of the leaf, each 0 to 1, and the phase.
-    pub weights: String,
     /// Attribute of two numbers: bend of all together, 0 to 1, and the phase.
     pub bend_and_phase: String,
-    /// Attributes that hold the place that the limb swings about, metres: x and y of it in the first, z in the second.
+    /// Attributes that hold the place that the limb swings about, metres: x and y of it in the first, z in the second. In files
+    /// for Bevy `_WIND` holds place and swing.
     pub pivot: [String; 2],
+    /// Attribute whose second number is how far the limb swings, 0 to 1.
+    pub swing: String,
 }
 
 impl WindEntry {
@@ -71,7 +72,7 @@ impl WindEntry {
     pub fn with_lightmap(lightmap: bool) -> Self {
         let first = if lightmap { 2 } else { 1 };
         let set = |k: u32| format!("TEXCOORD_{}", first + k);
-        Self { weights: "_WIND".to_owned(), bend_and_phase: set(0), pivot: [set(1), set(2)] }
+        Self { bend_and_phase: set(0), pivot: [set(1), set(2)], swing: set(2) }
     }
 }
 

@@ -19,6 +19,7 @@ mod profile;
 mod tests;
 mod textures;
 mod uastc;
+mod wind;
 
 pub use clip::{ClipIn, ClipLeaves, clip_glb};
 pub use collider::{Capsule, capsules};

@@ -1,7 +1,8 @@
 //! Meshes for the web: quantized, and packed by meshoptimizer's codecs.
 //!
-//! Positions are 16 bits in a cube around the whole variant, that the nodes' scale and translation bring to its place
-//! (one scale for all axes, so that normals stay); normals and tangents 8 bits; texture coordinates of the atlas 16 bits,
+//! Positions are whole numbers of 16 bits in a cube around the whole variant, that the nodes' scale and translation bring to
+//! its place (one scale for all axes, so that normals stay), and not normalized ones, whose bounds some engines take as they
+//! stand: they culled what they drew; normals and tangents 8 bits; texture coordinates of the atlas 16 bits,
 //! those of bark, which leave 0..=1, stay floats. Each view is packed by `EXT_meshopt_compression` with the vertex codec's
 //! version 0, which is the one that the extension knows. Triangles are reordered for the vertex cache, which the index
 //! codec wants.
@@ -79,7 +80,6 @@ impl Writer<'_> {
         };
         let (low, high) = (bound(u16::min, u16::MAX), bound(u16::max, 0));
         let positions = &mut self.root.accessors[accessor.value()];
-        positions.normalized = true;
         positions.min = Some(serde_json::json!(low));
         positions.max = Some(serde_json::json!(high));
         attributes.insert(Valid(Semantic::Positions), accessor);

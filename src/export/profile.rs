@@ -96,6 +96,7 @@ fn siblings(asset: &AssetIn<'_>, colliders: Colliders<'_>, engine: Engine) -> Re
     super::glb::check_levels(asset)?;
     let height = height(asset);
     let mut writer = Writer::new(asset.materials);
+    writer.custom = engine == Engine::Bevy;
     let mut children = Vec::new();
     let mut from = 0.0_f32;
     for (i, level) in asset.levels.iter().enumerate() {

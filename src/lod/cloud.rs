@@ -99,6 +99,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (low, high) = bounds(scene.full);
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let budget = LIMBS + (params.triangles.saturating_sub(LIMBS) as f32 * scene.wood.bare) as usize;
+    let budget = budget.min(params.triangles.saturating_sub(2 * params.cards as usize));
     let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
     let cells = bent::cells(params.cards, params.triangles.saturating_sub(bark.indices.len() / 3));
 
@@ -203,6 +204,9 @@ fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (M
     let (mut thin, mut thick) = ((height * visible).min(thickest * 0.5), thickest * 0.5);
     if fits(thin, 0) {
         thick = thin;
+    } else if !fits(thick, 0) {
+        // A thicket of stems of one girth: as many as there is room for, and none where that is for none of them.
+        (thin, thick) = (thick, thickest * 1.001);
     }
     for _ in 0..5 {
         let middle = (thin * thick).sqrt();

@@ -17,6 +17,9 @@ pub(super) const COARSE: u32 = 270;
 const STEP: f32 = 0.9;
 /// Differences of IoU that are no reason to take over further away.
 const ALIKE: f32 = 0.005;
+/// By how much a level misses what it must at best that is nowhere like the tree, and differences that say nothing then.
+const HOPELESS: f32 = -0.1;
+const NOTHING: f32 = 0.03;
 /// The most samples a pixel.
 const MOST: usize = 64;
 
@@ -95,9 +98,13 @@ pub(super) fn agrees(lod: &Lod, measured: &Measured) -> f32 {
 
 /// Which of some sizes, from the largest down, a level takes over at, by how much better than it must it agrees at each: the
 /// first at which it agrees well enough; where it never does, the first that is about as good as the best. Small pictures are
-/// not always more alike, since outlines are longer there for what they hold.
+/// not always more alike, since outlines are longer there for what they hold. What is nowhere like the tree is best seen small:
+/// the last that is about as good.
 pub(super) fn chosen(better: &[f32]) -> Option<usize> {
     let best = better.iter().copied().fold(f32::MIN, f32::max);
+    if best < HOPELESS {
+        return better.iter().rposition(|better| *better >= best - NOTHING);
+    }
     let enough = if best >= 0.0 { 0.0 } else { best - ALIKE };
     better.iter().position(|better| *better >= enough)
 }
@@ -136,6 +143,8 @@ mod tests {
         assert_eq!(chosen(&[-0.1, -0.004, -0.001, -0.002]), Some(1));
         assert_eq!(chosen(&[-0.1, -0.02, -0.01]), Some(2));
         assert_eq!((chosen(&[f32::NAN, -0.3]), chosen(&[])), (Some(1), None));
+        // Unlike the tree at all sizes: as far away as it is no worse.
+        assert_eq!(chosen(&[-0.58, -0.59, -0.57, -0.71]), Some(2));
     }
 
     #[test]

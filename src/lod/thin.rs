@@ -13,6 +13,8 @@ use crate::mesh::{Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, leaf_ca
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
+/// Least share of the triangles that leaves are asked to have which they do have, whatever the wood takes.
+const LEAST_LEAVES: f32 = 0.5;
 /// How often what is left of a thinned tree is made larger by what is covered, and by how much it is at most, of leafy
 /// trees and of those whose wood is seen.
 const GROWN_LEAVES: (u32, f32) = (1, 1.2);
@@ -44,7 +46,9 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
     let leafy = !scene.plant.leaves().is_empty();
     let wood = if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget };
     let bark = coarse_wood(scene, wood, 1.0 + (grown - 1.0) * scene.wood.bare);
-    let room = budget.saturating_sub(count(&bark));
+    // Wood of many stems can't be thinned as far as is asked. A crown that paid for all of that would be gone.
+    let own = (count(&scene.full.leaf) as f32 * share * LEAST_LEAVES) as usize;
+    let room = budget.saturating_sub(count(&bark)).max(own);
     let leaves = scene.plant.leaves();
     let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
     let (mut cards, mut all) = (cards, all_on(&cards));
@@ -266,6 +270,39 @@ mod tests {
                 assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
             }
         }
+    }
+
+    /// So many poles of one girth, each with a tuft of leaves: wood that can't be thinned.
+    fn poles(count: u64) -> Plant {
+        let mut builder = PlantBuilder::new();
+        for i in 0..count {
+            let seed = Seed::new(8).at(i);
+            let at = Vec3::new(seed.at(0).range(-1.0, 1.0), 0.0, seed.at(1).range(-1.0, 1.0));
+            let top = Vec3::Y * seed.at(2).range(2.0, 4.0);
+            let pole = builder.stem(at, &[Vec3::ZERO, top * 0.5, top], &[0.02; 3]);
+            for k in 0..12 {
+                let seed = seed.at(10 + k);
+                let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf::new(pole, seed.at(2).range(0.5, 1.0), orientation, 0.3, 0));
+            }
+        }
+        builder.finish().unwrap()
+    }
+
+    #[test]
+    fn leaves_do_not_pay_for_wood_that_cannot_be_thinned() {
+        let levels = climbed(&poles(80), &[Lod::Full, Lod::Thinned { triangles: 0.03 }]).levels;
+        let leaves = |level: usize| levels[level].mesh.leaf.indices.len() / 3;
+        let wood = levels[1].triangles - leaves(1);
+        assert!(wood * 100 > levels[0].triangles * 3, "wood alone takes all of it: {wood}");
+        assert!(leaves(1) * 200 >= leaves(0) * 3 - 400, "{} of {}", leaves(1), leaves(0));
+    }
+
+    #[test]
+    fn a_cloud_has_no_more_triangles_than_the_level_above() {
+        let lods = [Lod::Full, Lod::Thinned { triangles: 0.15 }, Lod::BillboardCloud { cards: 24 }];
+        let levels = climbed(&poles(140), &lods).levels;
+        assert!(levels[2].triangles < levels[1].triangles, "{} {}", levels[1].triangles, levels[2].triangles);
     }
 
     #[test]

@@ -66,15 +66,7 @@ impl CrownLight {
         crown.add_all(&points);
         let dark = if crown.is_empty() { 0.0 } else { crown.depth(centre) * 0.8 };
         let step = (high - low) / CELLS as f32;
-        let mut depths = Vec::new();
-        if !crown.is_empty() {
-            let corners = 0..CELLS + 1;
-            let places = corners.clone().flat_map(|z| corners.clone().map(move |y| (y, z)));
-            for (y, z) in places {
-                let at = |x: usize| low + Vec3::new(x as f32, y as f32, z as f32) * step;
-                depths.extend(corners.clone().map(|x| crown.depth(at(x))));
-            }
-        }
+        let depths = if crown.is_empty() { Vec::new() } else { crown.depths::<{ CELLS + 1 }>(low, step) };
         let dark = dark.max(1e-6);
         let half = ((high - low) * 0.5).max(Vec3::splat(dark * 0.25 + 1e-6));
         Self {

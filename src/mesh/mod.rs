@@ -36,7 +36,7 @@ pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;
 pub use tube::{TubeDetail, Wood, meshed_radii, tubes, tubes_in};
-pub use wind::{Limbs, MeshPart, NO_CHAIN, Wind};
+pub use wind::{Limbs, NO_CHAIN, Wind};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

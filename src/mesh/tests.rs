@@ -49,6 +49,28 @@ const DETAIL: TubeDetail =
     TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar, added: 0.0 };
 
 #[test]
+fn broken_limbs_stay_blunt_on_coarse_tubes_and_twigs_end_in_points() {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0], &[0.3, 0.2]);
+    let out = Vec3::new(0.8, 0.6, 0.0);
+    let stub = builder.branch(stem, 0.6, &[Vec3::ZERO, out], &[0.06, 0.05]);
+    let twig = builder.branch(stem, 0.8, &[Vec3::ZERO, out], &[0.02, 0.01]);
+    let plant = builder.finish().unwrap();
+    let posed = plant.pose();
+    let wood = Wood::of(&plant, &posed, &DETAIL);
+    let mesh = wood.mesh(&CrownLight::of(&plant, &posed), &TubeDetail { error: 0.08, sides: 6, ..DETAIL });
+    let girth = |chain: ChainId| {
+        let tip = posed.chain(&plant, chain)[1];
+        let of_chain = mesh.positions.iter().zip(&mesh.chains).filter(|(_, c)| **c == chain.0).map(|(p, _)| p);
+        of_chain.filter(|p| p.distance(tip) < 0.12).fold(0.0_f32, |most, p| {
+            let off = *p - tip;
+            most.max((off - out * off.dot(out)).length())
+        })
+    };
+    assert!(girth(stub) > 0.04 && girth(twig) < 0.001, "{} {}", girth(stub), girth(twig));
+}
+
+#[test]
 fn meshes_of_random_plants_are_sound() {
     let mut agree = [(0, 0); 2];
     let mut count = |k: usize, mesh: &Mesh| {

@@ -24,6 +24,8 @@ const FLARE: f32 = 0.38;
 /// How many times the error the thinnest wood may stray where leaves hide it: it is small on the screen. Not on bare
 /// trees, of which it is what is seen.
 const SLACK: f32 = 2.5;
+/// Share of its error that the end of a coarse tube may be thick to close in a point.
+const BLUNT: f32 = 0.4;
 /// Chains that a thread takes at once.
 const PART: usize = 64;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
@@ -310,9 +312,11 @@ impl<'a> Wood<'a> {
         }
     }
 
-    /// Whether a chain that has rings ends in a point.
+    /// Whether a chain that has rings ends in a point. Of coarse tubes not all that the error lets be one: a broken limb would
+    /// be a needle.
     fn is_pointed(&self, limb: &Limb, error: f32) -> bool {
-        self.rings[limb.rings.1 as usize - 1].radius <= error.max(self.thinnest * 1.5)
+        let most = self.finest.max(error * BLUNT).max(self.thinnest * 1.5);
+        self.rings[limb.rings.1 as usize - 1].radius <= most
     }
 
     /// By how much the rings that a coarse tube keeps are to be wider, to cover what all of them do: a twig that has lost the

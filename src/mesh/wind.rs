@@ -17,17 +17,18 @@ pub const NO_CHAIN: u32 = u32::MAX;
 /// Wind of a mesh; arrays of its vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wind {
-    /// How far the trunk bends there, how far the limb, how far the leaf flutters, each 0..=1, and the phase, 0..1.
-    pub weights: Vec<[f32; 4]>,
+    /// How far the trunk bends there and how far the limb, both 0..=1, and the phase, 0..1. Leaves flutter, wood does not.
+    pub weights: Vec<[f32; 3]>,
     /// Where the limb swings about, metres.
     pub pivots: Vec<Vec3>,
 }
 
 impl Wind {
-    /// How far a vertex bends all in all, and its phase: for shaders with two numbers only.
+    /// How far a vertex bends all in all, and its phase: for shaders with two numbers only. With the limb's share beside it, the
+    /// trunk's is known, too.
     #[must_use]
     pub fn bend_and_phase(&self) -> Vec<Vec2> {
-        self.weights.iter().map(|w| Vec2::new((w[0] * 0.6 + w[1] * 0.4).min(1.0), w[3])).collect()
+        self.weights.iter().map(|w| Vec2::new((w[0] * 0.6 + w[1] * 0.4).min(1.0), w[2])).collect()
     }
 }
 
@@ -70,9 +71,9 @@ impl Limbs {
         Self { limbs, reach, low: low.min(high), height }
     }
 
-    /// Wind of a mesh whose `chains` are this plant's; what has no chain hangs on the trunk. Leaves flutter.
+    /// Wind of a mesh whose `chains` are this plant's; what has no chain hangs on the trunk.
     #[must_use]
-    pub fn wind(&self, plant: &Plant, mesh: &Mesh, leaf: MeshPart) -> Wind {
+    pub fn wind(&self, plant: &Plant, mesh: &Mesh) -> Wind {
         let mut wind = Wind::default();
         for (i, &p) in mesh.positions.iter().enumerate() {
             let chain = mesh.chains.get(i).copied().unwrap_or(NO_CHAIN) as usize;
@@ -80,21 +81,11 @@ impl Limbs {
             let (pivot, phase) = self.limbs.get(chain).copied().unwrap_or((Vec3::ZERO, 0.0));
             let on_limb = plant.chains().get(chain).is_some_and(|c| c.parent.is_some());
             let swing = if on_limb { (p.distance(pivot) / self.reach).clamp(0.0, 1.0) } else { 0.0 };
-            let flutter = if leaf == MeshPart::Leaf && chain != NO_CHAIN as usize { 1.0 } else { 0.0 };
-            wind.weights.push([level * level, swing * swing, flutter, phase]);
+            wind.weights.push([level * level, swing * swing, phase]);
             wind.pivots.push(pivot);
         }
         wind
     }
-}
-
-/// Which primitive of a level a mesh is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MeshPart {
-    /// Wood.
-    Bark,
-    /// Leaves and cards.
-    Leaf,
 }
 
 #[cfg(test)]
@@ -116,11 +107,11 @@ mod tests {
             TubeDetail { sides: 8, error: 0.01, min_radius: 0.0, bark_tile: 1.0, forks: Forks::Collar, added: 0.0 };
         let mesh = tubes(&plant, &posed, &detail);
         assert_eq!(mesh.chains.len(), mesh.positions.len());
-        let wind = Limbs::of(&plant, &posed).wind(&plant, &mesh, MeshPart::Bark);
+        let wind = Limbs::of(&plant, &posed).wind(&plant, &mesh);
         let root = posed.chain(&plant, limb)[0];
         for (i, &chain) in mesh.chains.iter().enumerate() {
-            let [bend, swing, flutter, _] = wind.weights[i];
-            assert!((0.0..=1.0).contains(&bend) && (0.0..=1.0).contains(&swing) && flutter == 0.0);
+            let [bend, swing, phase] = wind.weights[i];
+            assert!([bend, swing, phase].iter().all(|v| (0.0..=1.0).contains(v)));
             if chain == 0 {
                 assert_eq!(swing, 0.0);
             } else {

@@ -234,6 +234,28 @@ impl Crown {
         least.into_iter().fold(f32::INFINITY, f32::min)
     }
 
+    /// [`depth`](Self::depth) at the corners of a grid, `N` along each edge: the first at `low`, each `step` from the next; x
+    /// first, then y. A few times as fast as one by one.
+    #[must_use]
+    pub(crate) fn depths<const N: usize>(&self, low: Vec3, step: Vec3) -> Vec<f32> {
+        let along = |axis: usize| -> [f32; N] { std::array::from_fn(|i| i as f32 * step[axis]) };
+        let (xs, ys, zs) = (along(0), along(1), along(2));
+        let first = low - self.anchor;
+        let mut all = Vec::with_capacity(N * N * N);
+        for (y, z) in zs.iter().flat_map(|z| ys.iter().map(move |y| (y, z))) {
+            let mut row = [f32::INFINITY; N];
+            for (h, u) in self.support.iter().zip(LATTICE.iter()) {
+                let start = h - u.dot(first) - u.y * y - u.z * z;
+                for (least, x) in row.iter_mut().zip(&xs) {
+                    let depth = start - u.x * x;
+                    *least = if depth < *least { depth } else { *least };
+                }
+            }
+            all.extend_from_slice(&row);
+        }
+        all
+    }
+
     /// Smallest and largest corner of a box around the hull, at most [`depth`](Self::depth) of a lattice step wider.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {

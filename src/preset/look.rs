@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 
 use super::path::relative;
-use super::plan::{BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, Wear};
+use super::plan::{
+    BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, USUAL_LEAF_SHARE, Wear,
+};
 use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
@@ -95,7 +97,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf, at most a fifteenth of the tree's extent; for ash, pine and palm of the whole picture",
+            about: "length of a leaf, for ash, pine and palm of the whole picture; left out, at most a fifteenth of the tree's extent, and told, as \
+                    it is on the largest source",
         },
         Field {
             name: "spread",
@@ -385,6 +388,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
         density: fields.number("density") * season.share(is_made && leaf.autumn.is_empty()),
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
+        leaf_share: if fields.has("size") { 0.0 } else { USUAL_LEAF_SHARE },
         leaf_spread: fields.number("spread"),
         leaf_angle: fields.number_or("angle", leaf.angle).to_radians(),
         twig_length: fields.number_or("twig", leaf.twig),

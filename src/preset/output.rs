@@ -95,8 +95,8 @@ static WIND: Choice = Choice {
         KindOf {
             name: "Attributes",
             form: Form::Plain,
-            about: "`_WIND` (trunk, limb, leaf, phase), bend and phase, and pivots as texture coordinates; the manifest \
-                    tells which",
+            about: "bend, phase, swing of the limbs and what they swing about, as texture coordinates; the manifest tells \
+                    which",
         },
     ],
 };
@@ -431,7 +431,9 @@ pub(super) fn engines(set: &Reader<'_, '_>) -> Vec<Profile> {
             fault(format!("`{name}` is in the list twice"), "leave one out");
         } else if !profile.engine.reads(profile.textures) {
             let hint = "leave `textures` out: it is written with PNG then, beside what other engines take";
-            fault(format!("{name} reads no {:?} textures in glTF files", profile.textures), hint);
+            let dark = profile.engine == Engine::Godot && profile.textures == TextureFormat::Ktx2;
+            let flaw = if dark { "shows far too dark" } else { "does not read" };
+            fault(format!("{name} {flaw} {:?} textures of glTF files", profile.textures), hint);
         }
         profiles.push(profile);
     }

@@ -115,13 +115,14 @@ impl TextureFormat {
 }
 
 impl Engine {
-    /// Whether its importer of glTF reads such textures.
+    /// Whether its importer of glTF reads such textures and shows them as they are: Godot 4.6 turns the colours of KTX2 to
+    /// linear light twice (godot#99589), so that trees are far too dark.
     #[must_use]
     pub const fn reads(self, textures: TextureFormat) -> bool {
         match textures {
             TextureFormat::Png => true,
             TextureFormat::Webp => matches!(self, Self::Generic | Self::Godot | Self::Web),
-            TextureFormat::Ktx2 => matches!(self, Self::Generic | Self::Godot | Self::Unity | Self::Web),
+            TextureFormat::Ktx2 => matches!(self, Self::Generic | Self::Unity | Self::Web),
         }
     }
 }
@@ -306,6 +307,9 @@ pub enum ImportHeight {
     Metres(f32),
 }
 
+/// Longest leaf of a plant, as a share of its extent, where nobody says otherwise.
+pub const USUAL_LEAF_SHARE: f32 = 1.0 / 15.0;
+
 /// Twigs and leaves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DressParams {
@@ -316,6 +320,9 @@ pub struct DressParams {
     /// Leaf length from base to tip, metres; for a needle or compound picture, of the whole picture. 0 is as long as the
     /// leaves of the source that leaves are taken from.
     pub leaf_size: f32,
+    /// Longest leaf, as a share of the plant's extent: a picture meant for a tall tree must not swallow a sapling. 0, of a preset
+    /// that tells the leaves' size, is what that is of the tallest source, if it is more than the usual fifteenth.
+    pub leaf_share: f32,
     /// How much leaf sizes vary about it, 0..=0.9.
     pub leaf_spread: f32,
     /// Angle between a leaf and its twig, radians.

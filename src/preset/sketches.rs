@@ -105,7 +105,11 @@ static SIZES: Choice = Choice {
             about: "as much area as the crown has, at its foot; with a trunk the tree's height",
         },
         KindOf { name: "Stretched", form: Form::Plain, about: "the box of the crown" },
-        KindOf { name: "Metres", form: Form::One(&METRES), about: "a height in metres, trunk included" },
+        KindOf {
+            name: "Metres",
+            form: Form::One(&METRES),
+            about: "a height in metres, of trunk and crown as far as they are drawn",
+        },
     ],
 };
 
@@ -116,7 +120,8 @@ static METRES: Record = Record {
         name: "height",
         kind: Kind::Number { low: 0.01, high: 1000.0, unit: "m" },
         default: Default::Required,
-        about: "of all that is drawn",
+        about: "of all that is drawn; a crown without a trunk stays at the height where the tree's begins, and the tree is as much \
+                higher",
     }],
 };
 

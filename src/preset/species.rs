@@ -48,7 +48,7 @@ pub(super) static SPECIES: Record = Record {
             name: "width",
             kind: Kind::Number { low: 0.05, high: 10.0, unit: "heights" },
             default: Default::Is("1.2"),
-            about: "horizontal width of the graph's region; nothing grows beyond it",
+            about: "horizontal width of the graph's region; no branch grows beyond it (leaves do by a twig), and slim crowns want some air around them",
         },
         Field {
             name: "tip_radius",

@@ -23,7 +23,7 @@ pub(super) static LIGHT: Record = Record {
             name: "strength",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("0.0"),
-            about: "0 for none, 1 for a tree that only reaches for the light",
+            about: "0 for none; 1 for the most that ways bend to it, half as many branches growing away from level light",
         },
         Field {
             name: "lean",

@@ -12,7 +12,7 @@ pub enum SketchSize {
     Crown,
     /// The box of the crown, whatever that does to the sketch's proportions.
     Stretched,
-    /// This height in metres, trunk included, at the crown's foot; with a trunk on the ground.
+    /// This height in metres of all that is drawn: with a trunk on the ground, without one at the crown's foot.
     Metres(f32),
 }
 

@@ -309,7 +309,7 @@ impl GlbInfo<'_> {
 
     /// Bytes of a buffer, if they are there.
     pub(super) fn bytes(&self, buffer: usize, start: usize, length: usize) -> Option<&[u8]> {
-        self.buffers.get(buffer)?.as_deref()?.get(start..)?.get(..length)
+        self.buffers.get(buffer)?.as_deref().ok()?.get(start..)?.get(..length)
     }
 
     fn primitive(&self, mesh: usize, primitive: usize) -> Result<&PrimitiveInfo, GlbError> {

@@ -45,6 +45,9 @@ fn what_is_left_out_has_the_documented_default() {
     // Leaves and bark that are named are worn by every tree, those that are not by trees that bring none.
     assert_eq!((full.leaf_wear, full.bark_wear), (Wear::All, Wear::All));
     (full.leaf_wear, full.bark_wear) = (Wear::Rest, Wear::Rest);
+    // A size that is told is kept on trees of any size.
+    assert_eq!(full.dress.leaf_share, 0.0);
+    full.dress.leaf_share = short.dress.leaf_share;
     assert_eq!(short, full);
     let progress: Vec<f32> = short
         .variants

@@ -240,10 +240,10 @@ impl<'a> Elements<'a> {
 impl Layout {
     /// The elements with their bytes. The number of elements is then at most that of all bytes.
     pub(super) fn elements<'a>(&self, buffers: &'a Buffers<'_>) -> Result<Elements<'a>, GlbError> {
-        let missing = || GlbError::Unsupported("the vertex data is in another file, which is missing".into());
         let beyond = || GlbError::Broken("data reaches beyond the file".into());
         let of = |(buffer, start): (usize, usize), length: usize| {
-            let bytes = buffers.get(buffer).and_then(|b| b.as_deref()).ok_or_else(missing)?;
+            let missing = |place: &str| GlbError::Unsupported(format!("the vertex data is in {place}"));
+            let bytes = buffers.get(buffer).ok_or_else(beyond)?.as_deref().map_err(|place| missing(place))?;
             bytes.get(start..).and_then(|b| b.get(..length)).ok_or_else(beyond)
         };
         let count = usize::try_from(self.count).map_err(|_| beyond())?;

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::{GlbError, json};
 
-/// The buffers in their order; none for one whose file is missing.
-pub(super) type Buffers<'a> = Vec<Option<Cow<'a, [u8]>>>;
+/// The buffers in their order; of one whose bytes are missing, where they were to be.
+pub(super) type Buffers<'a> = Vec<Result<Cow<'a, [u8]>, String>>;
 
 /// All buffers. With `container` the first buffer without a URI is the binary chunk.
 ///
@@ -20,18 +20,21 @@ pub(super) fn buffers<'a>(
     files: &BTreeMap<String, &'a [u8]>,
 ) -> Result<Buffers<'a>, GlbError> {
     let one = |(i, buffer): (usize, &json::Buffer)| {
-        let bytes: Option<Cow<'a, [u8]>> = match &buffer.uri {
-            None if i == 0 && container => Some(Cow::Borrowed(bin)),
-            None => None,
+        let bytes: Result<Cow<'a, [u8]>, String> = match &buffer.uri {
+            None if i == 0 && container => Ok(Cow::Borrowed(bin)),
+            None => Err("nowhere that it tells".to_owned()),
             Some(uri) => match inline(uri) {
-                Some(data) => Some(Cow::Owned(
+                Some(data) => Ok(Cow::Owned(
                     base64(data).ok_or_else(|| GlbError::Broken(format!("buffer {i} holds what is no base64")))?,
                 )),
-                None => file_name(uri).and_then(|name| files.get(&name)).map(|bytes| Cow::Borrowed(*bytes)),
+                None => {
+                    let bytes = file_name(uri).and_then(|name| files.get(&name)).map(|bytes| Cow::Borrowed(*bytes));
+                    bytes.ok_or_else(|| format!("`{uri}`, which is not there"))
+                }
             },
         };
         match &bytes {
-            Some(bytes) if buffer.byte_length > bytes.len() as u64 => {
+            Ok(bytes) if buffer.byte_length > bytes.len() as u64 => {
                 let length = buffer.byte_length;
                 Err(GlbError::Broken(format!("buffer {i} states {length} bytes, there are {}", bytes.len())))
             }
@@ -111,5 +114,15 @@ mod tests {
         assert_eq!(file_name("my%20oak.bin").as_deref(), Some("my oak.bin"));
         assert_eq!(file_name("50%.bin").as_deref(), Some("50%.bin"));
         assert_eq!(file_name("data:,x"), None);
+    }
+
+    #[test]
+    fn a_buffer_whose_file_is_missing_is_named() {
+        let buffer = |uri: &str| json::Buffer { uri: Some(uri.to_owned()), byte_length: 2 };
+        let root = json::Root { buffers: vec![buffer("tree.bin"), buffer("leaf.bin")], ..json::Root::default() };
+        let files = BTreeMap::from([("leaf.bin".to_owned(), &[1_u8, 2][..])]);
+        let found = buffers(&root, &[], false, &files).unwrap();
+        assert_eq!(found[0].as_ref().unwrap_err(), "`tree.bin`, which is not there");
+        assert_eq!(found[1].as_deref(), Ok(&[1_u8, 2][..]));
     }
 }

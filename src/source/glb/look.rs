@@ -120,7 +120,7 @@ fn picture(image: &json::Image, root: &json::Root, buffers: &Buffers<'_>) -> Pic
     if let Some(view) = view {
         // Views were checked to lie in their buffers as stated, and those to be as long as stated where they are there.
         let (buffer, start, length) = (view.buffer as usize, view.byte_offset as usize, view.byte_length as usize);
-        let there = buffers.get(buffer).is_some_and(|b| b.is_some());
+        let there = buffers.get(buffer).is_some_and(Result::is_ok);
         return if there { Picture::View(buffer, start, length) } else { Picture::None };
     }
     match &image.uri {

@@ -41,11 +41,11 @@ pub(super) fn unpack(root: &mut json::Root, buffers: &mut Buffers<'_>) -> Result
         let buffer = buffer.ok_or_else(|| broken("names a buffer that is not there"))?;
         let data = match &buffers[buffer] {
             // Of a file that is missing; whoever asks for the data is told.
-            None => None,
-            Some(bytes) => {
+            Err(place) => Err(place.clone()),
+            Ok(bytes) => {
                 let bytes = bytes.get(start..).and_then(|b| b.get(..length));
                 let bytes = bytes.ok_or_else(|| broken("reaches beyond its buffer"))?;
-                Some(decoded(&packed, bytes, count, stride).map_err(|what| broken(&what))?)
+                Ok(decoded(&packed, bytes, count, stride).map_err(|what| broken(&what))?)
             }
         };
         (view.buffer, view.byte_offset) = (buffers.len() as u64, 0);
@@ -183,7 +183,7 @@ mod tests {
         let indices: Vec<u32> = (0..300).map(|i| i / 3 + i % 3).collect();
         let bytes = meshopt::encode_index_buffer(&indices, 200).unwrap();
         let mut root = root(packed("TRIANGLES", 300, 4, bytes.len()), 4);
-        let mut buffers: Buffers<'_> = vec![Some(Cow::Borrowed(bytes.as_slice()))];
+        let mut buffers: Buffers<'_> = vec![Ok(Cow::Borrowed(bytes.as_slice()))];
         unpack(&mut root, &mut buffers).unwrap();
         let found: Vec<u32> =
             buffers[1].as_ref().unwrap().chunks(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
@@ -200,7 +200,7 @@ mod tests {
         let bytes = meshopt::encode_vertex_buffer(&positions).unwrap();
         let run = |bytes: &[u8], count: u64| {
             let mut root = root(packed("ATTRIBUTES", count, 12, bytes.len()), 12);
-            let mut buffers: Buffers<'_> = vec![Some(Cow::Owned(bytes.to_vec()))];
+            let mut buffers: Buffers<'_> = vec![Ok(Cow::Owned(bytes.to_vec()))];
             unpack(&mut root, &mut buffers).map(|()| buffers[1].clone())
         };
         let whole: Vec<u8> = positions.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();

@@ -98,6 +98,10 @@ pub enum GrowError {
     Plant(#[from] PlantError),
 }
 
+/// Share of its height below which a plant among others has not grown, and how many of such are named.
+const STUNTED: f32 = 0.35;
+const TOLD: usize = 8;
+
 /// Grows a plant: `params.height` metres tall, its root at the origin, without leaves.
 ///
 /// All randomness is addressed below `seed` and `params.seed`, but for that of the graph, which is addressed by
@@ -163,6 +167,7 @@ pub fn grow_on(
     let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
     let mut notes = Vec::new();
     let mut plants: Vec<Plant> = Vec::new();
+    let mut stunted: Vec<usize> = Vec::new();
     for (i, tree) in trees.iter().enumerate() {
         if i > 0 && params.space.company == Company::LeftOut {
             break;
@@ -172,14 +177,19 @@ pub fn grow_on(
         let scale = bound.then(|| tree.params.height / tops[i]);
         let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
         let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
-        notes.extend(tree.notes.iter().cloned().map(named));
         let Some(mut skeleton) = skeleton::skeleton(&ways[i], tree.params, scale, &barred) else {
             if i == 0 {
                 return Err(GrowError::Nothing);
             }
-            notes.push(named("nothing grew".to_owned()));
+            stunted.push(i + 1);
             continue;
         };
+        let top = skeleton.nodes.iter().fold(0.0_f32, |top, node| top.max(node.position.y));
+        if trees.len() > 1 && top < tree.params.height * STUNTED {
+            stunted.push(i + 1);
+        } else {
+            notes.extend(tree.notes.iter().cloned().map(named));
+        }
         if i > 0 {
             let [x, z] = params.space.beside[i - 1].at;
             skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
@@ -193,6 +203,15 @@ pub fn grow_on(
             notes.push(named(format!("{slim} branch{s} longer than {slenderness} times the radius shed")));
         }
         plants.push(plant);
+    }
+    if !stunted.is_empty() {
+        let (many, all) = (stunted.len(), trees.len());
+        let numbers: Vec<String> = stunted.iter().take(TOLD).map(ToString::to_string).collect();
+        let more = if many > TOLD { format!(" and {} more", many - TOLD) } else { String::new() };
+        let numbers = numbers.join(", ");
+        notes.insert(0, format!(
+            "{many} of {all} plants found no room to grow (number {numbers}{more}): move them apart, or away from obstacles"
+        ));
     }
     let plant = joined(plants)?;
     // Obstacles stand in heights of the first plant.

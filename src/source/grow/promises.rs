@@ -129,6 +129,21 @@ fn pair(company: Company) -> GrowParams {
 }
 
 #[test]
+fn plants_that_find_no_room_are_told_in_one_note() {
+    let mut params = small(1.0);
+    let close = |i: u64| Beside { params: GrowParams { seed: i, ..small(1.0) }, at: [0.05 * (i + 1) as f32, 0.04] };
+    params.space.beside = (0..12).map(close).collect();
+    params.space.company = Company::Kept;
+    let (_, notes) = grow(&params, Seed::new(7)).unwrap();
+    let told: Vec<&String> = notes.iter().filter(|note| note.contains("found no room to grow")).collect();
+    assert!(told.len() == 1 && told[0].contains("of 13 plants") && told[0].contains("move them apart"), "{notes:?}");
+    let named = told[0].split_once("(number ").and_then(|(_, rest)| rest.split_once(',')).unwrap().0;
+    assert!(notes.iter().all(|note| !note.starts_with(&format!("plant {named}:"))), "{notes:?}");
+    let roomy = grow(&pair(Company::Kept), Seed::new(7)).unwrap().1;
+    assert!(roomy.iter().all(|note| !note.contains("no room")), "{roomy:?}");
+}
+
+#[test]
 fn trees_of_a_stand_share_the_space_without_touching() {
     let stand = grown(&pair(Company::Kept));
     let stems: Vec<Vec3> = stand.chains().iter().filter(|c| c.parent.is_none()).map(|c| c.origin).collect();
