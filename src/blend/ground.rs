@@ -1,16 +1,19 @@
-//! Limbs of a blend that would hang into the ground.
+//! Limbs and shoots of a blend that would hang into the ground.
 //!
-//! Between a tree whose limbs hang and one whose limbs stand high or low, a limb may come farther than the height it leaves
-//! the trunk at: blends of two willows reached two metres below the ground that both stand on. Such a limb is pressed
-//! together below its base until it lies on the ground, as a long shoot does; what is above its base stays as it is.
+//! Between a tree whose limbs hang and one whose limbs stand high or low, a branch may come farther than the height it leaves
+//! its bearer at: blends of two willows reached two metres below the ground that both stand on. Such a branch is made as much
+//! smaller, with all that it bears, as lets it end on the ground: a shoot that has not grown so far yet. (Tried: limbs pressed
+//! together below their bases. Bark is stretched where wood bends more sharply than it is thick.)
 
 use glam::Vec3;
 
 use crate::base::Frame;
-use crate::plant::{Chain, ChainId, Curve, Leaf, Plant, PlantBuilder, Posed, STATIONS, frame_at};
+use crate::plant::{Chain, Curve, Leaf, Plant, PlantBuilder, STATIONS, frame_at};
 
 /// Depths below the ground that nobody sees, as a share of the plant's height.
 const UNSEEN: f32 = 1e-3;
+/// What at least is left of a branch: one that leaves its bearer at the ground can't be made short enough.
+const LEAST: f32 = 0.15;
 
 /// A blend of some plants whose wood reaches no farther below the ground (y = 0) than that of any of them; as it is
 /// where it does not.
@@ -27,54 +30,38 @@ pub fn grounded(blend: Plant, sources: &[Plant]) -> Plant {
     if deep(posed.positions()) >= ground - hair {
         return blend;
     }
-    lifted(&blend, &posed, ground)
+    shortened(&blend, ground)
 }
 
-/// The plant with every limb pressed together, below its base, until it reaches no lower than `ground`; stems likewise.
-fn lifted(plant: &Plant, posed: &Posed, ground: f32) -> Plant {
-    // The limb that each chain is on: the chain on a stem that bears it, or the stem itself.
-    let mut limb: Vec<usize> = Vec::with_capacity(plant.chains().len());
-    let mut lowest = vec![f32::MAX; plant.chains().len()];
-    for id in plant.chain_ids() {
-        let on = plant.chain(id).parent.filter(|parent| plant.chain(*parent).parent.is_some());
-        limb.push(on.map_or(id.index(), |parent| limb[parent.index()]));
-        let low = &mut lowest[limb[id.index()]];
-        *low = posed.chain(plant, id).iter().fold(*low, |low, p| low.min(p.y));
-    }
-    let place = |id: ChainId, p: Vec3| {
-        let limb = limb[id.index()];
-        let (base, low) = (posed.chain(plant, ChainId(limb as u32))[0].y, lowest[limb]);
-        if low >= ground || p.y >= base {
-            return p;
-        }
-        let pressed = (base - ground).max(0.0) / (base - low);
-        Vec3::new(p.x, base + (p.y - base) * pressed, p.z)
-    };
+/// The plant with every branch that reaches lower than `ground` as much smaller as lets it end there. Stems stay as they are.
+fn shortened(plant: &Plant, ground: f32) -> Plant {
     let mut builder = PlantBuilder::new();
+    // Of each chain: its size over what it was, its places in the world, and its frames.
+    let mut sizes: Vec<f32> = Vec::with_capacity(plant.chains().len());
+    let mut places: Vec<Vec<Vec3>> = Vec::with_capacity(plant.chains().len());
     let mut frames: Vec<[Frame; STATIONS + 1]> = Vec::with_capacity(plant.chains().len());
-    let mut arcs: Vec<Vec<f64>> = Vec::with_capacity(plant.chains().len());
-    // Where on its bent axis lies what was at a share of the length before.
-    let moved = |arcs: &[Vec<f64>], id: ChainId, location: f32| {
-        let ((i, f), arc) = (posed.curve(plant, id).segment(f64::from(location)), &arcs[id.index()]);
-        let next = arc.get(i + 1).copied().unwrap_or(1.0);
-        ((arc[i] + (next - arc[i]) * f64::from(f)) as f32).clamp(0.0, 1.0)
-    };
     for id in plant.chain_ids() {
         let Chain { origin, parent, location, .. } = *plant.chain(id);
-        let location = parent.map_or(location, |parent| moved(&arcs, parent, location));
-        let frame = parent.map_or(Frame::WORLD, |parent| frame_at(&frames[parent.index()], location));
-        let places: Vec<Vec3> = posed.chain(plant, id).iter().map(|p| place(id, *p)).collect();
-        let local: Vec<Vec3> = places.iter().map(|p| frame.to_local(*p - places[0])).collect();
-        let curve = Curve::new(&local);
-        frames.push(curve.frames(frame));
-        arcs.push(curve.parameters());
+        let (base, frame, borne) = parent.map_or((origin, Frame::WORLD, 1.0), |parent| {
+            let i = parent.index();
+            (Curve::new(&places[i]).point(f64::from(location)), frame_at(&frames[i], location), sizes[i])
+        });
+        let points = plant.points(id);
+        let deepest = points.iter().map(|p| frame.to_world(*p).y * borne).fold(0.0, f32::min);
+        let room = (base.y - ground).max(0.0);
+        let size = if parent.is_none() || -deepest <= room { borne } else { borne * (room / -deepest).max(LEAST) };
+        let local: Vec<Vec3> = points.iter().map(|p| *p * size).collect();
+        let radii: Vec<f32> = plant.radii(id).iter().map(|radius| radius * size).collect();
+        frames.push(Curve::new(&local).frames(frame));
+        places.push(local.iter().map(|p| base + frame.to_world(*p)).collect());
+        sizes.push(size);
         match parent {
-            None => builder.stem(origin, &local, plant.radii(id)),
-            Some(parent) => builder.branch(parent, location, &local, plant.radii(id)),
+            None => builder.stem(origin, &local, &radii),
+            Some(parent) => builder.branch(parent, location, &local, &radii),
         };
     }
     for leaf in plant.leaves() {
-        builder.leaf(Leaf { location: moved(&arcs, leaf.chain, leaf.location), ..*leaf });
+        builder.leaf(Leaf { offset: leaf.offset * sizes[leaf.chain.index()], ..*leaf });
     }
     builder.finish().unwrap_or_else(|_| plant.clone())
 }
@@ -83,6 +70,7 @@ fn lifted(plant: &Plant, posed: &Posed, ground: f32) -> Plant {
 mod tests {
     use super::*;
     use crate::base::Rotation;
+    use crate::plant::{ChainId, Posed};
 
     /// A trunk of 4 m with a limb at three quarters that goes up and then hangs, `low` being the height of its end, and a twig
     /// with a leaf on it.
@@ -107,24 +95,38 @@ mod tests {
     }
 
     #[test]
-    fn a_limb_that_hangs_into_the_ground_lies_on_it_and_keeps_what_is_above_its_base() {
+    fn a_limb_that_hangs_into_the_ground_ends_on_it_with_all_that_it_bears() {
         let (deep, sources) = (willow(-2.0), [willow(0.5), willow(1.0)]);
-        let lifted = grounded(deep.clone(), &sources);
-        assert!(lowest(&deep) < -1.9 && lowest(&lifted).abs() < 0.01, "{}", lowest(&lifted));
-        let (before, after) = (deep.pose(), lifted.pose());
-        let point = |posed: &Posed, plant: &Plant, chain: u32, k: usize| posed.chain(plant, ChainId(chain))[k];
-        for (chain, k) in [(0, 2), (1, 0), (1, 1)] {
-            let [before, after] = [point(&before, &deep, chain, k), point(&after, &lifted, chain, k)];
-            assert!(before.distance(after) < 1e-4, "{chain} {k}: {before} {after}");
+        let mended = grounded(deep.clone(), &sources);
+        assert!(lowest(&deep) < -1.9 && lowest(&mended).abs() < 0.01, "{}", lowest(&mended));
+        let (before, after) = (deep.pose(), mended.pose());
+        let points = |posed: &Posed, plant: &Plant, chain: u32| posed.chain(plant, ChainId(chain)).to_vec();
+        assert_eq!(points(&before, &deep, 0), points(&after, &mended, 0));
+        // Three metres where there were five: as slim and as bent as before, and so is its twig.
+        for chain in [1, 2] {
+            let [a, b] = [points(&before, &deep, chain), points(&after, &mended, chain)];
+            for k in 1..a.len() {
+                assert!(((b[k] - b[0]) - (a[k] - a[0]) * 0.6).length() < 1e-3, "{chain} {k}");
+            }
+            let id = ChainId(chain);
+            assert!(deep.radii(id).iter().zip(mended.radii(id)).all(|(a, b)| (a * 0.6 - b).abs() < 1e-5));
         }
-        let ends = [point(&before, &deep, 1, 3), point(&after, &lifted, 1, 3)];
-        assert!((ends[0].x - ends[1].x).abs() < 1e-4);
-        // What it bears stays where it was on it.
-        let base = point(&after, &lifted, 2, 0);
-        let way = (point(&after, &lifted, 1, 3) - point(&after, &lifted, 1, 2)).normalize();
-        let off = base - point(&after, &lifted, 1, 2);
-        assert!((off - way * off.dot(way)).length() < 1e-3, "{off}");
-        assert_eq!((lifted.leaves().len(), lifted.chains().len()), (1, 3));
+        assert_eq!(mended.chain(ChainId(2)).location, deep.chain(ChainId(2)).location);
+        assert_eq!((mended.leaves().len(), mended.chains().len()), (1, 3));
+    }
+
+    #[test]
+    fn only_the_shoot_that_reaches_too_low_is_smaller() {
+        let mut builder = PlantBuilder::from_plant(willow(0.5));
+        let limb = ChainId(1);
+        // Straight down from the end of the limb, whose frame is turned.
+        let frame = willow(0.5).pose().frame(limb, 1.0);
+        let shoot = builder.branch(limb, 1.0, &[Vec3::ZERO, frame.to_local(Vec3::Y * -2.0)], &[0.01, 0.005]);
+        let deep = builder.finish().unwrap();
+        let mended = grounded(deep.clone(), &[willow(0.5)]);
+        assert!(lowest(&deep) < -1.4 && lowest(&mended).abs() < 0.01, "{}", lowest(&mended));
+        assert_eq!(deep.points(limb), mended.points(limb));
+        assert!(mended.points(shoot)[1].length() < 0.6);
     }
 
     #[test]
@@ -136,11 +138,11 @@ mod tests {
     }
 
     #[test]
-    fn a_stem_that_starts_to_grow_downwards_is_answered() {
+    fn what_leaves_a_stem_in_the_ground_is_answered() {
         let mut builder = PlantBuilder::new();
         let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::new(0.5, -0.4, 0.0), Vec3::Y * 2.0], &[0.1; 3]);
         builder.branch(stem, 0.1, &[Vec3::ZERO, Vec3::new(0.3, -3.0, 0.0)], &[0.02, 0.01]);
         let deep = builder.finish().unwrap();
-        assert!(lowest(&grounded(deep, &[willow(0.5)])) > -0.5);
+        assert!(lowest(&grounded(deep, &[willow(0.5)])) > -1.0);
     }
 }

@@ -322,7 +322,7 @@ static TEXTURES: Choice = Choice {
             name: "Ktx2",
             form: Form::Plain,
             about: "compressed on the graphics card too, with mips that keep leaves whole, by KHR_texture_basisu: for \
-                    Generic, Godot, Unity and Web",
+                    Generic, Unity and Web",
         },
     ],
 };
