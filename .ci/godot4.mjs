@@ -24,7 +24,7 @@ import { fileURLToPath } from "node:url";
 // 1.03 and 1.04 times), at most `beside` times. By its own shadow it may change by what rounds.
 const tolerance = { covered: 0.1, bright: 0.1, beside: 1.4, own: 0.005 };
 // Milliseconds until it is given up.
-const patience = 85000;
+const patience = 240000;
 // Edge of the picture; project.godot says it, too.
 const edge = 512;
 

@@ -146,7 +146,10 @@ impl Build<'_> {
         let Some(node) = self.node(&name, Part::Bark, &mesh, &targets)? else { return Ok(()) };
         let at = |key: usize| moving.iter().map(move |of| if *of == key { 1.0 } else { 0.0 });
         // Before the clip plays the first key is seen.
-        self.writer.root.nodes[node as usize].weights = Some(at(first).collect());
+        let root = &mut self.writer.root;
+        if let Some(mesh) = root.nodes[node as usize].mesh {
+            root.meshes[mesh.value()].weights = Some(at(first).collect());
+        }
         let times = self.times(&clip.times[keys.clone()]);
         self.channel(node, times, Property::Weights, keys.flat_map(at).collect(), targets.len());
         if (first, end) != (0, last) {
@@ -369,7 +372,7 @@ mod tests {
         assert_eq!(tops, [5.0, 8.0]);
         let nodes: Vec<_> = read.nodes().filter(|node| node.mesh().is_some()).collect();
         // The first key, which is a target, and nothing of the later part.
-        assert_eq!(nodes[0].weights().unwrap(), [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(nodes[0].mesh().unwrap().weights().unwrap(), [1.0, 0.0, 0.0, 0.0]);
         assert_eq!((nodes[0].transform().decomposed().2, nodes[1].transform().decomposed().2), ([1.0; 3], [0.0; 3]));
         assert_eq!(read.animations().next().unwrap().channels().count(), 4);
     }
