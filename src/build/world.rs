@@ -11,9 +11,12 @@ use std::sync::Mutex;
 use super::Limits;
 use super::stamp::{self, Stamp};
 use crate::base::Key;
+use crate::preset::nearest;
 
 /// What is said of a file that is not there.
 const NONE: &str = "there is no such file";
+/// Most entries of a folder that are looked through for the one that was meant.
+const MOST_ENTRIES: usize = 4096;
 
 /// Where files are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,9 +150,23 @@ fn climb(path: &Path) -> PathBuf {
     }
 }
 
+/// Says that a file is not there, and which one of its folder was probably meant.
+fn missing(path: &Path) -> String {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = fs::read_dir(folder).into_iter().flatten().take(MOST_ENTRIES).flatten();
+    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    // Folders are listed in any order.
+    names.sort_unstable();
+    let typed = path.file_name().and_then(|name| name.to_str());
+    match typed.and_then(|typed| nearest(typed, names.iter().map(String::as_str))) {
+        Some(meant) => format!("{NONE}; did you mean `{meant}`?"),
+        None => NONE.to_owned(),
+    }
+}
+
 fn read_bounded(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Stamp>), String> {
     let explain = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => NONE.to_owned(),
+        std::io::ErrorKind::NotFound => missing(path),
         std::io::ErrorKind::PermissionDenied => "there is no right to read it".to_owned(),
         std::io::ErrorKind::NotADirectory => "a part of its path is a file, not a folder".to_owned(),
         _ => e.to_string(),
@@ -179,7 +196,7 @@ mod tests {
         fs::write(folder.path().join("a.txt"), "text").unwrap();
         let world = World::at(folder.path());
         assert_eq!(world.read_text("./a.txt").unwrap(), "text");
-        assert_eq!(world.read("sub/../b.txt").unwrap_err(), "there is no such file");
+        assert_eq!(world.read("sub/../b.txt").unwrap_err(), "there is no such file; did you mean `a.txt`?");
         let reads = world.reads();
         assert_eq!(reads[&folder.path().join("a.txt")], Some(Key::of_bytes(b"text")));
         assert_eq!(reads[&folder.path().join("b.txt")], None);
@@ -207,6 +224,8 @@ mod tests {
         let world = World::within(folder.path().join("sub"), inside);
         assert_eq!(world.read("b").unwrap(), b"b");
         assert!(world.read("c").unwrap_err().contains("no such file"));
+        fs::write(folder.path().join("sub/maple.ron"), "m").unwrap();
+        assert!(world.read("mapel.ron").unwrap_err().contains("did you mean `maple.ron`?"));
         assert!(world.read("../a").unwrap_err().contains("outside of the project"));
     }
 

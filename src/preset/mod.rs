@@ -34,6 +34,7 @@ mod variants;
 pub use edit::{Edit, EditError, edited, value_of};
 pub use json_schema::describe_json;
 pub use knobs::{Knob, KnobsOf, Turns, knobs};
+pub(crate) use nearest::nearest;
 pub use path::beside;
 pub use place::place;
 pub use plan::Plan;

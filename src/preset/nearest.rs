@@ -5,7 +5,7 @@ const MOST_CHARS: usize = 40;
 
 /// The one of `names` nearest to `typed`, if one is near: at most one slip in three letters, case aside. Ties go to
 /// the first.
-pub(super) fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn nearest<'n>(typed: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let letters: Vec<char> = typed.to_lowercase().chars().take(MOST_CHARS + 1).collect();
     if letters.len() > MOST_CHARS {
         return None;
