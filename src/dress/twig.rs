@@ -9,6 +9,9 @@ use crate::preset::plan::{DressParams, USUAL_LEAF_SHARE};
 
 /// Share of the thickest radius up to which wood bears twigs.
 const THIN: f32 = 0.22;
+/// How far the foliage may swell above the wood, as a share of its height. Crowns that can't at all are flat, and spruces have no
+/// tips.
+pub(super) const OVER: f32 = 0.03;
 /// Where the end of a chain begins, as a share of its length, and how much thicker than its very end wood is there at most.
 const END: f32 = 0.8;
 const BLUNT: f32 = 1.15;
@@ -38,8 +41,8 @@ pub(super) struct Wood {
     pub(super) swell: f32,
     /// No foliage below this height.
     pub(super) floor: f32,
-    /// The lowest and the highest that wood is: leaves hang no lower, and no twig is sought higher, or a tree would be higher
-    /// than it was asked to be.
+    /// The lowest that wood is, lower than which no leaf hangs, and the highest that a twig is sought: [`OVER`] the wood, or a
+    /// tree would be higher than it was asked to be.
     pub(super) ground: f32,
     pub(super) top: f32,
     /// A twig's step.
@@ -117,7 +120,7 @@ impl Wood {
             swell,
             floor,
             ground: low.y,
-            top: high.y,
+            top: high.y + swell.min((high.y - low.y) * OVER),
             step,
             reach,
             rounds,
