@@ -15,7 +15,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 9);
+const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 4);
 const LADDER: Stage = Stage("ladder", 36);
 /// One level; kept in memory only, for edits of one of several.

@@ -103,13 +103,14 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     }
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
-    let mut leafy = vec![false; plant.chains().len()];
-    chosen.iter().for_each(|&i| leafy[sites[i as usize].chain.index()] = true);
-    let (mut builder, moved) = super::twig::prune(&plant, bare.chains().len(), &mut leafy);
     posed.frame_chains(&plant, chosen.iter().map(|&i| sites[i as usize].chain));
-    for &i in &chosen {
-        let leaf = leaf(&plant, &posed, (wood, middle_of_crown), &sites[i as usize], params, scale, seed);
-        if let Some((leaf, chain)) = leaf.and_then(|leaf| Some((leaf, moved[leaf.chain.index()]?))) {
+    let leaf = |&i: &u32| leaf(&plant, &posed, (wood, middle_of_crown), &sites[i as usize], params, scale, seed);
+    let leaves: Vec<Leaf> = chosen.iter().filter_map(leaf).collect();
+    let mut leafy = vec![false; plant.chains().len()];
+    leaves.iter().for_each(|leaf| leafy[leaf.chain.index()] = true);
+    let (mut builder, moved) = super::twig::prune(&plant, bare.chains().len(), &mut leafy);
+    for leaf in leaves {
+        if let Some(chain) = moved[leaf.chain.index()] {
             builder.leaf(Leaf { chain, ..leaf });
         }
     }

@@ -1,12 +1,12 @@
 //! A sequence as one animated GLB: morph targets, which every engine that reads glTF animations plays.
 //!
 //! Wood is a mesh with a target for each key but one; the weights go from one to the next, so each vertex moves along a
-//! polyline. That one is the largest: viewers frame and cull by what a mesh is without its targets, and a sapling's box cuts the
-//! grown tree off. glTF asks readers for eight morphed attributes, which are four targets (Cesium stops drawing at more), so a
-//! longer clip has a mesh of wood for each four steps of it, shown by a scale of 1 or 0. Leaves change their pictures, which a texture coordinate that stays cannot: there is a leaf mesh for
-//! each key, with the picture that is worn about then, shown from the middle before the key to the middle after it by a
-//! scale of 1 or 0 that steps; its two targets are where the leaves stand at those middles. So one picture is
-//! seen at a time, and leaves do not jump when they change it.
+//! polyline. That one is the largest: viewers frame and cull by what a mesh is without its targets, and a sapling's box cuts
+//! the grown tree off. glTF asks readers for eight morphed attributes, which are four targets (Cesium stops drawing at more),
+//! so a longer clip has a mesh of wood for each four steps of it, shown by a scale of 1 or 0. Leaves change their pictures,
+//! which a texture coordinate that stays cannot: there is a leaf mesh for each key, with the picture that is worn about then,
+//! shown from the middle before the key to the middle after it by a scale of 1 or 0 that steps; its two targets are where the
+//! leaves stand at those middles. So one picture is seen at a time, and leaves do not jump when they change it.
 //!
 //! A node with a scale of 0 is not drawn (glTF 2.0, 3.5.3). Where all keys wear the same pictures one leaf mesh with all
 //! keys would do; it is written likewise, since then no case is special.

@@ -3,8 +3,8 @@
 use glam::{Vec2, Vec3};
 
 use super::*;
-use crate::mesh::{Mesh, TreeMesh};
-use crate::preset::plan::TextureFormat;
+use crate::mesh::{Mesh, TreeMesh, Wind};
+use crate::preset::plan::{Engine, TextureFormat};
 use crate::source::glb::read_glb;
 
 /// `quads` quads side by side, four vertices each.
@@ -190,4 +190,59 @@ fn colliders_have_the_names_that_each_engine_knows() {
     let only = Colliders { capsules: &[], hulls: &hulls[..1] };
     assert_eq!(names(only, Engine::Unity), ["oak_001_crown_0"]);
     assert_eq!(names(Colliders::default(), Engine::Unity), [""; 0]);
+}
+
+#[test]
+fn wind_is_in_texture_sets_and_in_files_for_bevy_in_an_attribute_of_its_own() {
+    let mesh = tree(1, 1);
+    let wind = |mesh: &Mesh| Wind {
+        weights: vec![[0.5, 0.25, 0.75]; mesh.positions.len()],
+        pivots: vec![Vec3::new(1.0, 2.0, 3.0); mesh.positions.len()],
+    };
+    let winds = [wind(&mesh.bark), wind(&mesh.leaf)];
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&winds) }];
+    let materials = SetMaterials::of("set", TextureFormat::Png);
+    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    for engine in [Engine::Generic, Engine::Godot, Engine::Unity, Engine::Bevy] {
+        let files = engine_files(&asset, Colliders::default(), engine).unwrap();
+        let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&files[0].1).unwrap();
+        let bytes = blob.unwrap();
+        let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+        // The first vertex' numbers.
+        let first = |semantic: gltf::Semantic| {
+            let accessor = primitive.get(&semantic)?;
+            let start = accessor.view()?.offset() + accessor.offset();
+            let numbers = bytes[start..][..accessor.size()].chunks(4);
+            Some(numbers.map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<f32>>())
+        };
+        let set = |k: u32| first(gltf::Semantic::TexCoords(k));
+        let own = first(gltf::Semantic::Extras("WIND".to_owned()));
+        assert_eq!(set(1), Some(vec![0.4, 0.75]), "{engine:?}");
+        if engine == Engine::Bevy {
+            assert_eq!((set(2), set(3), own), (None, None, Some(vec![1.0, 2.0, 3.0, 0.25])));
+        } else {
+            assert_eq!((set(2), set(3), own), (Some(vec![1.0, 2.0]), Some(vec![3.0, 0.25]), None), "{engine:?}");
+        }
+    }
+}
+
+#[test]
+fn positions_for_the_web_are_whole_numbers_that_the_node_scales() {
+    let mesh = tree(2, 3);
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];
+    let materials = SetMaterials::of("set", TextureFormat::Png);
+    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let files = engine_files(&asset, Colliders::default(), Engine::Web).unwrap();
+    let json: serde_json::Value = {
+        let bytes = &files[0].1;
+        let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+        serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+    };
+    let accessor =
+        &json["accessors"][json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    assert!(accessor["normalized"].as_bool() != Some(true) && accessor["componentType"] == 5123);
+    let node = json["nodes"].as_array().unwrap().iter().find(|node| node.get("mesh").is_some()).unwrap();
+    // The widest of the quads reach 3 m along x.
+    let metres = accessor["max"][0].as_f64().unwrap() * node["scale"][0].as_f64().unwrap();
+    assert!(metres > 0.5 && metres < 3.01, "{metres}");
 }

@@ -235,7 +235,7 @@ impl Crown {
     }
 
     /// [`depth`](Self::depth) at the corners of a grid, `N` along each edge: the first at `low`, each `step` from the next; x
-    /// first, then y. A few times as fast as one by one.
+    /// first, then y. What does not hang on x is taken once a row.
     #[must_use]
     pub(crate) fn depths<const N: usize>(&self, low: Vec3, step: Vec3) -> Vec<f32> {
         let along = |axis: usize| -> [f32; N] { std::array::from_fn(|i| i as f32 * step[axis]) };
@@ -334,6 +334,18 @@ mod tests {
         let mut crown = Crown::new(Vec3::ZERO);
         (0..4000).for_each(|i| crown.add(centre + Seed::new(seed).at(i).direction() * radius));
         crown
+    }
+
+    #[test]
+    fn depths_of_a_grid_are_those_of_its_corners() {
+        let crown = ball(3, 2.0, Vec3::new(0.5, 3.0, -0.2));
+        let (low, step) = (Vec3::new(-2.0, 1.0, -2.5), Vec3::new(0.6, 0.5, 0.7));
+        let depths = crown.depths::<7>(low, step);
+        assert_eq!(depths.len(), 343);
+        for (i, depth) in depths.iter().enumerate() {
+            let corner = low + Vec3::new((i % 7) as f32, (i / 7 % 7) as f32, (i / 49) as f32) * step;
+            assert!((depth - crown.depth(corner)).abs() < 1e-5, "{corner}");
+        }
     }
 
     #[test]

@@ -97,8 +97,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf, for ash, pine and palm of the whole picture; left out, at most a fifteenth of the tree's extent, and told, as \
-                    it is on the largest source",
+            about: "length of a leaf, for ash, pine and palm of the whole picture; left out, at most a fifteenth of the \
+                    tree's extent, and told, as it is on the largest source",
         },
         Field {
             name: "spread",

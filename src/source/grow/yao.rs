@@ -224,6 +224,33 @@ mod tests {
     }
 
     #[test]
+    fn only_at_the_walls_an_octant_is_empty() {
+        let nodes = Nodes::scatter(6000, 0.7, Seed::new(5));
+        let graph = Edges::yao(&nodes, &Obstacles::default());
+        let (away, mut inside) = (nodes.disc * REACH, 0);
+        for i in 0..nodes.len() as u32 {
+            let p = nodes.at(i);
+            let out = Vec3::new(p.x, 0.0, p.z).length();
+            if out < 0.35 - away && p.y > away && p.y < 1.0 - away {
+                inside += 1;
+                assert_eq!(graph.leaving(i).count(), 8, "{p}");
+            }
+        }
+        assert!(inside > 1000, "{inside}");
+    }
+
+    #[test]
+    fn no_way_is_shorter_along_a_wall() {
+        // Edges that are longer than any inside would draw paths to the wall.
+        let nodes = Nodes::scatter(20_000, 0.1, Seed::new(2));
+        let graph = Edges::yao(&nodes, &Obstacles::default());
+        let far = (0..nodes.len() as u32).flat_map(|i| graph.leaving(i).map(move |to| (i, to)));
+        let longest = far.map(|(i, to)| nodes.at(i).distance(nodes.at(to))).fold(0.0, f32::max);
+        let wide = 1.0 + 3.0_f32.sqrt();
+        assert!(longest <= nodes.disc * (wide + 0.05), "{longest} of {}", nodes.disc);
+    }
+
+    #[test]
     fn hops_count_edges() {
         let points = (0..6).map(|i| Vec3::new(0.1 * i as f32, i as f32, 0.0)).collect();
         let nodes = Nodes::from_positions(points, 1.0);
