@@ -300,8 +300,9 @@ mod tests {
 
     #[test]
     fn a_cloud_has_no_more_triangles_than_the_level_above() {
-        let lods = [Lod::Full, Lod::Thinned { triangles: 0.15 }, Lod::BillboardCloud { cards: 24 }];
-        let levels = climbed(&poles(140), &lods).levels;
+        // Fewer than a cloud's limbs may have elsewhere.
+        let lods = [Lod::Full, Lod::Thinned { triangles: 0.1 }, Lod::BillboardCloud { cards: 24 }];
+        let levels = climbed(&poles(100), &lods).levels;
         assert!(levels[2].triangles < levels[1].triangles, "{} {}", levels[1].triangles, levels[2].triangles);
     }
 

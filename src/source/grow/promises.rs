@@ -134,9 +134,20 @@ fn plants_that_find_no_room_are_told_in_one_note() {
     let close = |i: u64| Beside { params: GrowParams { seed: i, ..small(1.0) }, at: [0.05 * (i + 1) as f32, 0.04] };
     params.space.beside = (0..12).map(close).collect();
     params.space.company = Company::Kept;
-    let (_, notes) = grow(&params, Seed::new(7)).unwrap();
+    let (plant, notes) = grow(&params, Seed::new(7)).unwrap();
     let told: Vec<&String> = notes.iter().filter(|note| note.contains("found no room to grow")).collect();
     assert!(told.len() == 1 && told[0].contains("of 13 plants") && told[0].contains("move them apart"), "{notes:?}");
+    // Those that are not there, and those that are low.
+    let posed = plant.pose();
+    let mut tops: Vec<f32> = vec![0.0; plant.chains().len()];
+    let mut roots: Vec<usize> = Vec::new();
+    for id in plant.chain_ids() {
+        roots.push(plant.chain(id).parent.map_or(id.index(), |parent| roots[parent.index()]));
+        let top = &mut tops[roots[id.index()]];
+        *top = posed.chain(&plant, id).iter().fold(*top, |top, p| top.max(p.y));
+    }
+    let tall = tops.iter().filter(|top| **top > 8.0 * 0.35).count();
+    assert!(told[0].starts_with(&format!("{} of 13", 13 - tall)), "{tall}: {notes:?}");
     let named = told[0].split_once("(number ").and_then(|(_, rest)| rest.split_once(',')).unwrap().0;
     assert!(notes.iter().all(|note| !note.starts_with(&format!("plant {named}:"))), "{notes:?}");
     let roomy = grow(&pair(Company::Kept), Seed::new(7)).unwrap().1;
