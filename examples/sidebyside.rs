@@ -182,6 +182,7 @@ fn of_plant(made: &Imported) -> (Vec<Mesh>, Vec<Worn>) {
     let posed = made.plant.pose();
     let detail = TubeDetail {
         sides: 12,
+        most_sides: 12,
         error: made.plant.height() * 1e-4,
         min_radius: 0.0,
         bark_tile: made.plant.height() * 0.1,

@@ -7,7 +7,7 @@
 //
 // The layout is what the manifest tells of the level, and stands in the extras of its mesh, where it is taken from.
 
-import { BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshDepthMaterial, MeshStandardMaterial, Sphere, Vector3, Vector4 } from 'three';
+import { BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshDepthMaterial, MeshDistanceMaterial, MeshStandardMaterial, Sphere, Vector3, Vector4 } from 'three';
 
 const LAYOUT = /* glsl */`
 uniform vec4 sheet;    // upper left and lower right corner in the atlas
@@ -157,6 +157,8 @@ export function impostor(level) {
   geometry.boundingSphere = new Sphere(uniforms.middle.value.clone(), radius);
   const mesh = new Mesh(geometry, wearing(new MeshStandardMaterial({ roughness, metalness: 0, alphaTest, shadowSide: DoubleSide }), uniforms));
   mesh.customDepthMaterial = wearing(new MeshDepthMaterial({ alphaTest }), uniforms);
+  // Point lights ask for another.
+  mesh.customDistanceMaterial = wearing(new MeshDistanceMaterial({ alphaTest }), uniforms);
   mesh.name = plain.name;
   mesh.userData.facing = true;
   return mesh;

@@ -108,6 +108,7 @@ fn distances(wood: &Wood, found: &Skeletonized, height: f64) -> Distances {
 fn swept(plant: &Plant, sides: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let detail = TubeDetail {
         sides,
+        most_sides: sides,
         error: plant.height() * 2e-4,
         min_radius: 0.0,
         bark_tile: 1.0,

@@ -149,7 +149,7 @@ fn batch(plan: &Plan, threads: usize) {
 }
 
 fn coarse(plan: &Plan) -> MeshParams {
-    MeshParams { error: 0.02, sides: 8, ..plan.mesh.clone() }
+    MeshParams { error: 0.02, sides: 8, most_sides: 8, ..plan.mesh.clone() }
 }
 
 /// The dressing with which a tree has about so many triangles.

@@ -24,7 +24,9 @@ use crate::{Figure, seconds};
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
 const MESH: MeshParams = MeshParams {
     sides: 12,
+    most_sides: 12,
     error: 0.004,
+error_share: 0.0,
     bark_tile: 1.5,
     forks: treewright::preset::plan::Forks::Collar,
     leaves: treewright::preset::plan::LeafCards::Folded,

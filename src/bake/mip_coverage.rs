@@ -3,15 +3,24 @@
 //! Engines box-filter the mips of a PNG, and thin leaves then fall below the cut-off: the tree dissolves with distance
 //! (three.js #20522, godot-proposals #9152). Castaño's remedy (2010, "Computing Alpha Mipmaps") scales the alpha of each
 //! mip, but a PNG has none. What a PNG has is room: a clear texel may hold any alpha below the cut-off and a solid one any
-//! above, and neither shows at level 0. So the mips are designed, from fine to coarse: of the squares that become one texel
-//! of a mip as many are chosen to be solid as level 0 covers, the fullest first, picture by picture, of those whose texels
-//! can be brought there. Then alpha is moved as little as makes every mean fall on its side, from the coarsest mip down to
+//! above, and neither shows at level 0. So the mips are designed, from fine to coarse and picture by picture: the squares that
+//! become one texel of a mip are moved up or down together until as many places between them are solid as at level 0, each
+//! as far as its texels let it. Then alpha is moved as little as makes every mean what it is to be, from the coarsest mip down to
 //! the texels. Texels that have none of the other side beside them are moved first: alpha between neighbours is what a
 //! magnified leaf's edge hangs on.
 //!
-//! Limits: mips beyond the [`MIPS`]-th and those of filters other than the box are what they come to. Tried before: a halo
+//! What counts is what shows, and engines filter between texels: where every fifth texel is solid by a hair and the others are
+//! nearly clear, next to nothing is solid between them. Pictures were designed by counting solid texels first: sparse cards
+//! of clouds then showed 0.74, 0.44 and 0.22 of themselves in their first three mips, and whole crowns went at a
+//! pixel a sample. As finer mips change with what coarser ones ask of them, all is designed a few times, each time asking for as much
+//! more or less as came out wrong.
+//!
+//! Limits: mips beyond the [`MIPS`]-th and those of filters other than the box are what they come to. In pictures so sparse
+//! that hardly any square holds a solid texel the coarsest mips stay emptier. Tried before: a halo
 //! of one strength and width around all leaves, which left mip 4 off by 35 to 63 %; choosing squares from coarse to fine,
 //! which left mip 5 off by 15 %; moving all texels alike, which took a tenth of the area of magnified cards.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,21 +31,34 @@ use super::{Maps, Rect};
 pub const ALPHA_CUTOFF: f32 = 0.5;
 
 /// Mips that keep the coverage.
-const MIPS: usize = 5;
+const MIPS: usize = 8;
+/// Mips that reports tell of.
+const TOLD: usize = 5;
 /// The first alpha that is solid, and the last that is clear.
 const SOLID: f32 = 128.0;
 const CLEAR: f32 = 127.0;
+/// Between them.
+const CUT: f32 = 127.5;
 /// How far from the cut-off texels are kept that are moved: engines compress blocks of 4 × 4 texels, and those on the brink
-/// change sides. With moves up to it 2 to 3 % more of four sets were solid as BC3, BC7 or ETC2. The last are for pictures so
-/// sparse that their mips can't be solid anywhere else.
-const GAPS: [f32; 3] = [8.0, 4.0, 1.0];
-/// How much of what a mip is to cover it may lack for want of texels that can be moved, before a smaller gap is taken.
-const LACKING: f32 = 0.015;
+/// change sides. With moves up to it 2 to 3 % more of four sets were solid as BC3, BC7 or ETC2. The second is for pictures so
+/// sparse that their mips can't be solid elsewhere.
+const GAPS: [f32; 2] = [8.0, 4.0];
+/// Pictures less of which is solid are sparse.
+const SPARSE: f32 = 0.3;
 /// Room for the rounding of each mip.
 const MARGIN: f32 = 1.5;
+/// How far from the cut-off squares are left alone, beyond those that change sides.
+const FAR: f32 = 40.0;
+/// How often all is designed.
+const ROUNDS: usize = 5;
+/// Of what a mip shows, how much it is asked for at first, where pictures are sparse and where not: the settling of coarser
+/// mips brings finer ones nearer to the cut-off.
+const ASKED: [f32; 2] = [0.55, 0.95];
+/// Texels of a picture that are looked at for what it shows, about.
+const LOOKED_AT: usize = 1 << 14;
 
-/// Share of solid texels at each mip, level 0 first, at most `levels` of them; box-filtered as engines do. Empty
-/// for a picture without texels or whose arrays aren't of its size.
+/// Share of what shows at each mip, level 0 first, at most `levels` of them: box-filtered, and filtered between texels, as engines
+/// do. Empty for a picture without texels or whose arrays aren't of its size.
 #[must_use]
 pub fn coverage(maps: &Maps, levels: usize) -> Vec<f32> {
     let alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
@@ -46,7 +68,7 @@ pub fn coverage(maps: &Maps, levels: usize) -> Vec<f32> {
 /// Coverage before and after a correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoverageReport {
-    /// Share of solid texels, level 0 to 5, as the picture was.
+    /// Share that shows, level 0 to 5, as the picture was.
     pub before: Vec<f32>,
     /// The same as it is now.
     pub after: Vec<f32>,
@@ -60,61 +82,189 @@ pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
     report
 }
 
-/// Changes alpha so that the first five box-filtered mips cover what level 0 does, all in all and, as far as their texels
+/// Changes alpha so that the first eight box-filtered mips show what level 0 does, all in all and, as far as their texels
 /// are a picture's own, in each of the given pictures. What is solid at level 0 stays so, and no more.
 pub fn preserve_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures: &[Rect]) -> CoverageReport {
     let (wide, high) = (width as usize, height as usize);
-    let before = coverage_of(alpha.to_vec(), wide, high, MIPS + 1);
+    let before = coverage_of(alpha.to_vec(), wide, high, TOLD + 1);
     if before.is_empty() {
         return CoverageReport { after: before.clone(), before };
     }
-    move_alpha(alpha, (width, height), pictures);
-    let after = coverage_of(alpha.to_vec(), wide, high, MIPS + 1);
+    Design::default().move_alpha(alpha, (width, height), pictures);
+    let after = coverage_of(alpha.to_vec(), wide, high, TOLD + 1);
     CoverageReport { before, after }
 }
 
-/// As [`preserve_alpha`], which also tells what it did. Does nothing where `alpha` is not of the size.
-pub(crate) fn move_alpha(alpha: &mut [u8], (width, height): (u32, u32), pictures: &[Rect]) {
-    let (wide, high) = (width as usize, height as usize);
-    if alpha.is_empty() || alpha.len() != wide * high {
-        return;
-    }
-    let free = free(alpha, wide);
-    for gap in GAPS {
-        let is_last = gap == GAPS[GAPS.len() - 1];
-        if let Some(levels) = designed(alpha, &free, (wide, high), pictures, gap, is_last) {
-            settle(alpha, &free, &levels, gap);
+/// What mips are asked for, found by moving alpha: who moves pictures that are nearly those from before need not find it again.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Design {
+    /// A factor for each picture and mip, in place of 1.
+    asked: Vec<[f32; MIPS]>,
+}
+
+impl Design {
+    /// As [`preserve_alpha`]. Does nothing where `alpha` is not of the size.
+    pub(crate) fn move_alpha(&mut self, alpha: &mut [u8], (width, height): (u32, u32), pictures: &[Rect]) {
+        let (wide, high) = (width as usize, height as usize);
+        if alpha.is_empty() || alpha.len() != wide * high {
             return;
+        }
+        let whole = [Rect { x: 0, y: 0, width, height }];
+        let pictures = if pictures.is_empty() { &whole } else { pictures };
+        let pictures: Vec<Picture> = pictures.iter().map(|rect| Picture::of(rect, alpha, (wide, high))).collect();
+        let rounds = if self.asked.len() == pictures.len() {
+            1
+        } else {
+            self.asked = pictures.iter().map(|p| [ASKED[usize::from(!p.is_sparse())]; MIPS]).collect();
+            ROUNDS
+        };
+        if !wide.is_multiple_of(2) || !high.is_multiple_of(2) {
+            return;
+        }
+        let (free, gaps) = (free(alpha, wide), gaps(&pictures, (wide, high)));
+        let texel = |square: usize, i: usize| Square::texel(alpha[i], free[i], gaps[square]);
+        let first = Level::of(wide / 2, high / 2, texel);
+        for round in 1..=rounds {
+            let levels = self.designed(&first, &pictures);
+            let mut moved = alpha.to_vec();
+            settle(&mut moved, (&free, &gaps), &levels);
+            if round == rounds {
+                alpha.copy_from_slice(&moved);
+            } else {
+                self.ask(moved, (wide, high), &pictures);
+            }
+        }
+    }
+
+    /// The mips, as they are to be, from the first as it is.
+    fn designed(&self, first: &Level, pictures: &[Picture]) -> Vec<Level> {
+        let mut levels: Vec<Level> = Vec::with_capacity(MIPS);
+        let mut next = first.clone();
+        loop {
+            let k = levels.len() + 1;
+            next.choose(k, pictures, |i| self.asked[i][k - 1]);
+            let (w, h) = (next.width, next.height);
+            levels.push(next);
+            if k == MIPS || !w.is_multiple_of(2) || !h.is_multiple_of(2) {
+                return levels;
+            }
+            let fine = &levels[k - 1];
+            next = Level::of(w / 2, h / 2, |_, i| fine.squares[i]);
+        }
+    }
+
+    /// Asks each mip of each picture for as much more as it shows less than level 0.
+    fn ask(&mut self, mut alpha: Vec<u8>, (mut wide, mut high): (usize, usize), pictures: &[Picture]) {
+        let texel = |alpha: &[u8], i: usize| f32::from(alpha[i]);
+        let shown = |alpha: &[u8], size: (usize, usize), k: usize| -> Vec<f32> {
+            let of = |p: &Picture| p.shown((|i| texel(alpha, i), size), k);
+            pictures.par_iter().map(of).collect()
+        };
+        let goals = shown(&alpha, (wide, high), 0);
+        for k in 1..=MIPS {
+            if !wide.is_multiple_of(2) || !high.is_multiple_of(2) {
+                return;
+            }
+            alpha = halved(&alpha, wide, high);
+            (wide, high) = (wide / 2, high / 2);
+            for ((asked, goal), shown) in self.asked.iter_mut().zip(&goals).zip(shown(&alpha, (wide, high), k)) {
+                let more = (goal / shown.max(1e-6)).clamp(0.4, 2.5);
+                asked[k - 1] = (asked[k - 1] * more).clamp(0.05, 8.0);
+            }
         }
     }
 }
 
-/// The mips, as they are to be; none where one lacks what it is to cover, unless that is to be taken.
-fn designed(
-    alpha: &[u8],
-    free: &[bool],
-    (wide, high): (usize, usize),
-    pictures: &[Rect],
-    gap: f32,
-    is_last: bool,
-) -> Option<Vec<Level>> {
-    let mut levels: Vec<Level> = Vec::new();
-    while levels.len() < MIPS {
-        let (w, h) = levels.last().map_or((wide, high), |fine| (fine.width, fine.height));
-        if !w.is_multiple_of(2) || !h.is_multiple_of(2) {
-            break;
-        }
-        let mut next = match levels.last() {
-            Some(fine) => Level::of(w / 2, h / 2, |i| fine.squares[i]),
-            None => Level::of(w / 2, h / 2, |i| Square::texel(alpha[i], free[i], gap)),
-        };
-        let lacking = next.choose(levels.len() + 1, pictures);
-        if lacking > LACKING && !is_last {
-            return None;
-        }
-        levels.push(next);
+/// A picture of an atlas.
+struct Picture {
+    x: [usize; 2],
+    y: [usize; 2],
+    /// Solid texels.
+    solid: f32,
+}
+
+impl Picture {
+    fn of(rect: &Rect, alpha: &[u8], (wide, high): (usize, usize)) -> Self {
+        let ends = |first: u32, many: u32, all: usize| [first, first.saturating_add(many)].map(|v| (v as usize).min(all));
+        let (x, y) = (ends(rect.x, rect.width, wide), ends(rect.y, rect.height, high));
+        let row = |y: usize| alpha[y * wide + x[0]..y * wide + x[1]].iter().filter(|&&a| f32::from(a) >= SOLID).count();
+        Self { x, y, solid: (y[0]..y[1]).map(row).sum::<usize>() as f32 }
     }
-    Some(levels)
+
+    fn is_sparse(&self) -> bool {
+        let area = (self.x[1] - self.x[0]) * (self.y[1] - self.y[0]);
+        self.solid < area as f32 * SPARSE
+    }
+
+    /// Columns and rows of the squares of the `k`-th mip that it touches.
+    fn squares(&self, k: usize, (wide, high): (usize, usize)) -> [Range<usize>; 2] {
+        let of = |[first, end]: [usize; 2], all: usize| (first >> k).min(all)..end.div_ceil(1 << k).min(all);
+        [of(self.x, wide), of(self.y, high)]
+    }
+
+    /// Looks at alpha at four places a square of the `k`-th mip, filtered between squares; of so many squares as tell it.
+    fn look(&self, (at, size): (impl Fn(usize) -> f32, (usize, usize)), k: usize, mut see: impl FnMut(f32)) {
+        let [columns, rows] = self.squares(k, size);
+        let step = (columns.len() * rows.len() / LOOKED_AT).max(1);
+        for y in rows.step_by(step) {
+            let [above, own, below] = [y.saturating_sub(1), y, (y + 1).min(size.1 - 1)].map(|y| y * size.0);
+            for x in columns.clone() {
+                let (left, right) = (x.saturating_sub(1), (x + 1).min(size.0 - 1));
+                let middle = 0.5625 * at(own + x);
+                let [up, down, before, after] = [above + x, below + x, own + left, own + right].map(|i| 0.1875 * at(i));
+                see(middle + up + before + 0.0625 * at(above + left));
+                see(middle + up + after + 0.0625 * at(above + right));
+                see(middle + down + before + 0.0625 * at(below + left));
+                see(middle + down + after + 0.0625 * at(below + right));
+            }
+        }
+    }
+
+    /// The area that shows, in texels of level 0.
+    fn shown(&self, of: (impl Fn(usize) -> f32, (usize, usize)), k: usize) -> f32 {
+        let (mut solid, mut all) = (0_u32, 0_u32);
+        let [columns, rows] = self.squares(k, of.1);
+        self.look(of, k, |alpha| {
+            solid += u32::from(alpha >= CUT);
+            all += 1;
+        });
+        let area = ((columns.len() * rows.len()) << (2 * k)) as f32;
+        solid as f32 / all.max(1) as f32 * area
+    }
+
+    /// By how much alpha is to be moved for `area` texels of level 0 to show.
+    fn shift(&self, of: (impl Fn(usize) -> f32, (usize, usize)), k: usize, area: f32) -> f32 {
+        const BINS: usize = 1 << 10;
+        let [columns, rows] = self.squares(k, of.1);
+        let whole = ((columns.len() * rows.len()) << (2 * k)) as f32;
+        if !(area > 0.0 && whole > 0.0) {
+            return 0.0;
+        }
+        let mut bins = [0_u32; BINS];
+        let mut all = 0_u32;
+        self.look(of, k, |alpha| {
+            bins[((alpha * 4.0) as usize).min(BINS - 1)] += 1;
+            all += 1;
+        });
+        let wanted = all as f32 * (area / whole).min(0.98);
+        let (mut above, mut bin) = (0_u32, BINS);
+        while bin > 0 && (above as f32) < wanted {
+            bin -= 1;
+            above += bins[bin];
+        }
+        CUT - bin as f32 * 0.25
+    }
+}
+
+/// How far from the cut-off texels of each square of the first mip are kept.
+fn gaps(pictures: &[Picture], (wide, high): (usize, usize)) -> Vec<f32> {
+    let size = (wide / 2, high / 2);
+    let mut gaps = vec![GAPS[0]; size.0 * size.1];
+    for picture in pictures.iter().filter(|picture| picture.is_sparse()) {
+        let [columns, rows] = picture.squares(1, size);
+        rows.for_each(|y| gaps[y * size.0..][columns.clone()].fill(GAPS[1]));
+    }
+    gaps
 }
 
 /// Texels around which all are on the same side of the cut-off.
@@ -138,8 +288,6 @@ fn free(alpha: &[u8], width: usize) -> Vec<bool> {
 /// What becomes one texel of a mip: means of the alpha of its texels.
 #[derive(Clone, Copy, Default)]
 struct Square {
-    /// Share that is solid at level 0.
-    solid: f32,
     /// The least and the greatest that can be had.
     low: f32,
     high: f32,
@@ -156,13 +304,12 @@ impl Square {
         let solid = own >= SOLID;
         let (low, high) = if solid { (own.min(CLEAR + gap), 255.0) } else { (0.0, own.max(SOLID - gap)) };
         let (free_low, free_high) = if free { (low, high) } else { (own, own) };
-        Self { solid: if solid { 1.0 } else { 0.0 }, low, high, free_low, free_high, own }
+        Self { low, high, free_low, free_high, own }
     }
 
     fn mean(of: [Self; 4]) -> Self {
         let mean = |get: fn(&Self) -> f32| (get(&of[0]) + get(&of[1]) + get(&of[2]) + get(&of[3])) * 0.25;
         Self {
-            solid: mean(|s| s.solid),
             low: mean(|s| s.low),
             high: mean(|s| s.high),
             free_low: mean(|s| s.free_low),
@@ -186,6 +333,7 @@ impl Square {
 }
 
 /// One mip.
+#[derive(Clone)]
 struct Level {
     width: usize,
     height: usize,
@@ -193,78 +341,38 @@ struct Level {
 }
 
 impl Level {
-    fn of(width: usize, height: usize, fine: impl Fn(usize) -> Square + Sync) -> Self {
-        let square = |i: usize| Square::mean(children(i, width).map(&fine));
+    fn of(width: usize, height: usize, fine: impl Fn(usize, usize) -> Square + Sync) -> Self {
+        let square = |i: usize| Square::mean(children(i, width).map(|part| fine(i, part)));
         let squares = (0..width * height).into_par_iter().with_min_len(1 << 13).map(square).collect();
         Self { width, height, squares }
     }
 
-    /// Chooses the squares of the `k`-th mip that are to be solid: in each picture as many as it covers. Gives back the share of
-    /// all that is to be solid and can't be.
-    fn choose(&mut self, k: usize, pictures: &[Rect]) -> f32 {
-        let mut taken = vec![false; self.squares.len()];
-        let edge = 1 << k;
-        let mut of_pictures: Vec<Vec<Ranked>> = Vec::with_capacity(pictures.len() + 1);
-        for rect in pictures {
-            let (x0, y0) = (rect.x as usize / edge, rect.y as usize / edge);
-            let x1 = ((rect.x + rect.width) as usize).div_ceil(edge).min(self.width);
-            let y1 = ((rect.y + rect.height) as usize).div_ceil(edge).min(self.height);
-            let squares = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (y, x))).map(|(y, x)| y * self.width + x);
-            // A square that several pictures share is the first one's.
-            of_pictures
-                .push(squares.filter(|&i| !std::mem::replace(&mut taken[i], true)).map(|i| (0.0, i as u32)).collect());
-        }
-        of_pictures.push((0..taken.len()).filter(|&i| !taken[i]).map(|i| (0.0, i as u32)).collect());
-        let wanted: Vec<(f32, usize, usize)> = of_pictures.par_iter_mut().map(|ranked| self.rank(ranked)).collect();
-        // Coverage that rounding to whole squares owes to the next picture.
-        let mut owed = 0.0_f32;
-        let count = |(wanted, forced, able): (f32, usize, usize)| {
-            let wanted = wanted + owed;
-            let count = ((wanted + 0.5).floor().max(0.0) as usize).clamp(forced, able.max(forced));
-            owed = wanted - count as f32;
-            count
-        };
-        let all: f32 = wanted.iter().map(|wanted| wanted.0).sum();
-        let counts: Vec<usize> = wanted.into_iter().map(count).collect();
-        // Less than a square is no lack.
-        let lacking = ((all - counts.iter().sum::<usize>() as f32).abs() - 1.0) / all.max(1.0);
-        of_pictures.par_iter_mut().zip(&counts).for_each(|(ranked, &count)| {
-            if count < ranked.len() {
-                ranked.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    /// Moves the squares of the `k`-th mip that are near the cut-off so that each picture shows what it is asked for, and keeps all
+    /// on the sides on which they are then. A square that several pictures share is the first one's.
+    fn choose(&mut self, k: usize, pictures: &[Picture], asked: impl Fn(usize) -> f32 + Sync) {
+        let size = (self.width, self.height);
+        let squares = &self.squares;
+        let shift = |(i, p): (usize, &Picture)| p.shift((|i: usize| squares[i].own, size), k, p.solid * asked(i));
+        let shifts: Vec<f32> = pictures.par_iter().enumerate().map(shift).collect();
+        let mut by = vec![f32::NAN; self.squares.len()];
+        for (picture, shift) in pictures.iter().zip(shifts) {
+            let [columns, rows] = picture.squares(k, size);
+            for y in rows {
+                by[y * size.0..][columns.clone()].iter_mut().filter(|by| by.is_nan()).for_each(|by| *by = shift);
             }
+        }
+        self.squares.par_iter_mut().zip(by).with_min_len(1 << 13).for_each(|(square, by)| {
+            if !by.is_nan() {
+                let far = ((square.own - CUT).abs() - by.abs()) / FAR;
+                square.own = (square.own + by * (1.0 - far.clamp(0.0, 1.0))).clamp(square.low, square.high);
+            }
+            square.keep(square.own >= CUT);
         });
-        let mut solid = taken;
-        for (ranked, count) in of_pictures.iter().zip(counts) {
-            ranked.iter().enumerate().for_each(|(place, &(_, i))| solid[i as usize] = place < count);
-        }
-        self.squares.par_iter_mut().zip(solid).with_min_len(1 << 13).for_each(|(square, solid)| square.keep(solid));
-        lacking
-    }
-
-    /// Ranks some squares: those that can be either go by how full they are, before them come those that can't be clear.
-    /// How many they cover, how many can't be clear, and how many can be solid.
-    fn rank(&self, ranked: &mut [Ranked]) -> (f32, usize, usize) {
-        let (mut wanted, mut forced, mut able) = (0.0, 0, 0);
-        for (rank, i) in ranked {
-            let square = &self.squares[*i as usize];
-            wanted += square.solid;
-            *rank = match () {
-                () if square.low > CLEAR - MARGIN => 9.0,
-                () if square.high < SOLID + MARGIN => -1.0,
-                () => square.solid + square.own * 1e-4,
-            };
-            forced += usize::from(*rank > 8.0);
-            able += usize::from(*rank >= 0.0);
-        }
-        (wanted, forced, able)
     }
 }
 
-/// How soon a square is to be solid, and its number.
-type Ranked = (f32, u32);
-
 /// Moves alpha so that the squares of every mip fall on the sides that were chosen for them.
-fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level], gap: f32) {
+fn settle(alpha: &mut [u8], (free, gaps): (&[bool], &[f32]), levels: &[Level]) {
     let Some(last) = levels.last() else { return };
     // From the coarsest down: each square hands its mean on to its four parts.
     let mut goals: Vec<f32> = last.squares.iter().map(|s| s.own).collect();
@@ -280,10 +388,10 @@ fn settle(alpha: &mut [u8], free: &[bool], levels: &[Level], gap: f32) {
         goals = next;
     }
     let width = levels[0].width;
-    let rows =
-        alpha.par_chunks_exact_mut(4 * width).zip(free.par_chunks_exact(4 * width)).zip(goals.par_chunks_exact(width));
-    rows.for_each(|((alpha, free), goals)| {
-        for (x, goal) in goals.iter().enumerate() {
+    let of = (goals.par_chunks_exact(width), gaps.par_chunks_exact(width));
+    let rows = alpha.par_chunks_exact_mut(4 * width).zip(free.par_chunks_exact(4 * width)).zip(of.0.zip(of.1));
+    rows.for_each(|((alpha, free), (goals, gaps))| {
+        for (x, (goal, &gap)) in goals.iter().zip(gaps).enumerate() {
             let parts = children(x, width);
             let sum: u32 = parts.iter().map(|&p| u32::from(alpha[p])).sum();
             if sum as f32 * 0.25 == *goal {
@@ -334,30 +442,41 @@ fn coverage_of(mut alpha: Vec<u8>, mut width: usize, mut height: usize, levels: 
         return shares;
     }
     while shares.len() < levels && !alpha.is_empty() {
-        let solid = alpha.iter().filter(|&&a| f32::from(a) >= ALPHA_CUTOFF * 255.0).count();
-        shares.push(solid as f32 / alpha.len() as f32);
+        let row = |y: usize| {
+            let whole = Picture { x: [0, width], y: [y, y + 1], solid: 0.0 };
+            let mut solid = 0_u32;
+            whole.look((|i: usize| f32::from(alpha[i]), (width, height)), 0, |alpha| solid += u32::from(alpha >= CUT));
+            u64::from(solid)
+        };
+        let solid: u64 = (0..height).into_par_iter().with_min_len(16).map(row).sum();
+        shares.push((solid as f64 / (4 * alpha.len()) as f64) as f32);
         if width == 1 && height == 1 {
             break;
         }
-        let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-        let mut next = vec![0_u8; w * h];
-        next.par_chunks_exact_mut(w).with_min_len(32).enumerate().for_each(|(y, line)| {
-            let row = |y: usize| &alpha[y.min(height - 1) * width..][..width];
-            let (upper, lower) = (row(2 * y), row(2 * y + 1));
-            let mean = |a: u8, b: u8, c: u8, d: u8| {
-                ((u16::from(a) + u16::from(b) + u16::from(c) + u16::from(d) + 2) / 4) as u8
-            };
-            if width == 1 {
-                line[0] = mean(upper[0], upper[0], lower[0], lower[0]);
-                return;
-            }
-            for ((out, up), low) in line.iter_mut().zip(upper.as_chunks::<2>().0).zip(lower.as_chunks::<2>().0) {
-                *out = mean(up[0], up[1], low[0], low[1]);
-            }
-        });
-        (alpha, width, height) = (next, w, h);
+        alpha = halved(&alpha, width, height);
+        (width, height) = ((width / 2).max(1), (height / 2).max(1));
     }
     shares
+}
+
+/// The next mip, rounded.
+fn halved(alpha: &[u8], width: usize, height: usize) -> Vec<u8> {
+    let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+    let mut next = vec![0_u8; w * h];
+    next.par_chunks_exact_mut(w).with_min_len(32).enumerate().for_each(|(y, line)| {
+        let row = |y: usize| &alpha[y.min(height - 1) * width..][..width];
+        let (upper, lower) = (row(2 * y), row(2 * y + 1));
+        let mean =
+            |a: u8, b: u8, c: u8, d: u8| ((u16::from(a) + u16::from(b) + u16::from(c) + u16::from(d) + 2) / 4) as u8;
+        if width == 1 {
+            line[0] = mean(upper[0], upper[0], lower[0], lower[0]);
+            return;
+        }
+        for ((out, up), low) in line.iter_mut().zip(upper.as_chunks::<2>().0).zip(lower.as_chunks::<2>().0) {
+            *out = mean(up[0], up[1], low[0], low[1]);
+        }
+    });
+    next
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ pub(crate) use dilate::filled;
 pub use dilate::{dilate, dilate_color};
 pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
-pub(crate) use mip_coverage::move_alpha;
+pub(crate) use mip_coverage::Design;
 pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_alpha, preserve_coverage};
 pub use mips::{AlphaUse, mips, to_blocks};
 pub use picture::{Picture, Repeat};

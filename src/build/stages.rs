@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -486,9 +485,7 @@ impl Wardrobe {
             return plan.dress.leaf_share;
         }
         let extent = |&i: &usize| {
-            let posed = self.plants[i].pose();
-            let ends = posed.positions().iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(*p), h.max(*p)));
-            (ends.1 - ends.0).max_element()
+            self.plants[i].pose().extent()
         };
         let largest = sources.iter().map(extent).fold(0.0, f32::max);
         if largest > 0.0 { (size / largest).clamp(USUAL_LEAF_SHARE, LARGEST_LEAF) } else { USUAL_LEAF_SHARE }

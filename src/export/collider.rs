@@ -1,12 +1,13 @@
 //! Simple colliders: capsules along the trunk and the thick limbs.
 //!
-//! Each chain whose wood is thick enough is cut into capsules, greedily: a capsule grows as long as every point between
+//! Each chain whose wood is thick enough is cut into capsules up to where it is thin, greedily: a capsule grows as long as every point between
 //! its ends stays within half a radius of its axis and the radius doesn't change by more than a third. Cost is linear in
 //! the points, since a capsule spans at most `SPAN` of them. The thickest are kept.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::base::math;
 use crate::plant::{Plant, Posed};
 use crate::preset::plan::ColliderParams;
 
@@ -28,15 +29,14 @@ pub struct Capsule {
 #[must_use]
 pub fn capsules(plant: &Plant, posed: &Posed, params: &ColliderParams) -> Vec<Capsule> {
     let mut found = Vec::new();
+    let (mut points, mut radii) = (Vec::new(), Vec::new());
     for id in plant.chain_ids() {
-        let (points, radii) = (posed.chain(plant, id), plant.radii(id));
-        // Radii fall towards the tip but for noise in scans, so the thick part is a run from the base.
-        let thick = radii.iter().take_while(|&&r| r >= params.least_radius).count();
+        thick_part((posed.chain(plant, id), plant.radii(id)), params.least_radius, (&mut points, &mut radii));
         let mut first = 0;
-        while first + 1 < thick {
-            let most = thick.min(first + 1 + SPAN);
+        while first + 1 < points.len() {
+            let most = points.len().min(first + 1 + SPAN);
             let mut last = first + 1;
-            while last + 1 < most && is_straight(points, radii, first, last + 1) {
+            while last + 1 < most && is_straight(&points, &radii, first, last + 1) {
                 last += 1;
             }
             let radius = (radii[first] + radii[last]) * 0.5;
@@ -50,6 +50,32 @@ pub fn capsules(plant: &Plant, posed: &Posed, params: &ColliderParams) -> Vec<Ca
     found.sort_by(|p, q| q.radius.total_cmp(&p.radius));
     found.truncate(params.most);
     found
+}
+
+/// A chain up to the last place that is so thick; thinner places on the way are noise of scans. Where it thins by more than
+/// a third between two points there are points between, for one capsule would be too thick at one end.
+fn thick_part((all, own): (&[Vec3], &[f32]), least: f32, (points, radii): (&mut Vec<Vec3>, &mut Vec<f32>)) {
+    points.clear();
+    radii.clear();
+    let Some(thick) = own.iter().rposition(|&r| r >= least) else { return };
+    points.push(all[0]);
+    radii.push(own[0].max(least));
+    for i in 1..all.len().min(thick + 2) {
+        let (before, here) = (own[i - 1].max(least), own[i].max(least));
+        // The last stretch ends where it is as thin as that.
+        let end = if i > thick { (own[i - 1] - least) / (own[i - 1] - own[i]) } else { 1.0 };
+        if !(end > 0.0) {
+            return;
+        }
+        let ratio = here / before;
+        let parts = (math::ln(ratio).abs() / math::ln(1.5)).ceil().max(1.0);
+        for k in 1..=parts as u32 {
+            let r = before * math::pow(ratio, k as f32 / parts);
+            let share = if parts > 1.0 { (r - before) / (here - before) } else { 1.0 };
+            points.push(all[i - 1].lerp(all[i], share * end));
+            radii.push(r);
+        }
+    }
 }
 
 fn is_straight(points: &[Vec3], radii: &[f32], first: usize, last: usize) -> bool {
@@ -88,5 +114,30 @@ mod tests {
         let of = |most| capsules(&plant, &plant.pose(), &ColliderParams { most, ..ColliderParams::default() });
         assert_eq!(of(9).len(), 2);
         assert_eq!(of(1)[0].b, [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn trunks_of_few_points_and_noisy_scans_have_capsules_up_to_where_they_are_thin() {
+        let of = |points: &[Vec3], radii: &[f32]| {
+            let mut builder = PlantBuilder::new();
+            builder.stem(Vec3::ZERO, points, radii);
+            let plant = builder.finish().unwrap();
+            capsules(&plant, &plant.pose(), &ColliderParams { least_radius: 0.05, ..ColliderParams::default() })
+        };
+        let (low, high) = (Vec3::ZERO, Vec3::Y * 10.0);
+        // Two points: one in twelve of the way is too thin, and no capsule stands out by half.
+        let found = of(&[low, high], &[0.29, 0.02]);
+        let top = found.iter().map(|c| c.b[1]).fold(0.0, f32::max);
+        assert!((top - 10.0 * 0.24 / 0.27).abs() < 1e-3, "{top}");
+        for capsule in &found {
+            let own = [capsule.a, capsule.b].map(|end| 0.29 - 0.027 * end[1]);
+            assert!(own.iter().all(|r| (capsule.radius / r - 1.0).abs() < 0.3), "{capsule:?}");
+        }
+        // A thin base and a thin place in the middle.
+        let points: Vec<Vec3> = (0..6).map(|i| Vec3::Y * i as f32).collect();
+        let found = of(&points, &[0.04, 0.2, 0.2, 0.049, 0.2, 0.01]);
+        let ends = found.iter().fold((9.0_f32, 0.0_f32), |(l, h), c| (l.min(c.a[1]), h.max(c.b[1])));
+        assert!(ends.0 == 0.0 && ends.1 > 4.7 && ends.1 < 5.0, "{found:?}");
+        assert_eq!(of(&[low, high], &[0.04, 0.03]), []);
     }
 }

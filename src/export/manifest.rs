@@ -60,7 +60,7 @@ pub struct WindEntry {
     /// Attribute of two numbers: bend of all together, 0 to 1, and the phase.
     pub bend_and_phase: String,
     /// Attributes that hold the place that the limb swings about, metres: x and y of it in the first, z in the second. In files
-    /// for Bevy `_WIND` holds place and swing.
+    /// for Bevy `_WIND` holds place and swing and, beside light maps, `_WIND_BEND` bend and phase.
     pub pivot: [String; 2],
     /// Attribute whose second number is how far the limb swings, 0 to 1.
     pub swing: String,

@@ -227,6 +227,31 @@ fn wind_is_in_texture_sets_and_in_files_for_bevy_in_an_attribute_of_its_own() {
 }
 
 #[test]
+fn beside_light_maps_bevy_reads_bend_and_phase_from_an_attribute_of_their_own() {
+    let mut mesh = tree(2, 3);
+    for part in [&mut mesh.bark, &mut mesh.leaf] {
+        part.lightmap = vec![glam::Vec2::ZERO; part.positions.len()];
+    }
+    let wind = [&mesh.bark, &mesh.leaf].map(|part| Wind {
+        pivots: vec![glam::Vec3::ONE; part.positions.len()],
+        weights: vec![[0.5, 0.25, 0.75]; part.positions.len()],
+    });
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&wind) }];
+    let materials = SetMaterials::of("set", TextureFormat::Png);
+    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    for engine in [Engine::Bevy, Engine::Generic] {
+        let files = engine_files(&asset, Colliders::default(), engine).unwrap();
+        let gltf::Gltf { document, .. } = gltf::Gltf::from_slice(&files[0].1).unwrap();
+        let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+        let has = |semantic: gltf::Semantic| primitive.get(&semantic).is_some();
+        let own = ["WIND", "WIND_BEND"].map(|name| has(gltf::Semantic::Extras(name.to_owned())));
+        let is_bevy = engine == Engine::Bevy;
+        assert!(own == [is_bevy; 2] && has(gltf::Semantic::TexCoords(1)), "{engine:?}");
+        assert_eq!(has(gltf::Semantic::TexCoords(2)), !is_bevy, "{engine:?}");
+    }
+}
+
+#[test]
 fn positions_for_the_web_are_whole_numbers_that_the_node_scales() {
     let mesh = tree(2, 3);
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];

@@ -11,7 +11,7 @@ use crate::mesh::{Mesh, Wind};
 impl Writer<'_> {
     /// Adds bend and phase as the first texture coordinates that are free, and in the two after that the limb's pivot, x and
     /// y, then z and how far the limb swings. No attribute of an own name, which some loaders refuse a file for; Bevy alone,
-    /// which reads two sets of texture coordinates, gets pivot and swing as one.
+    /// which reads two sets of texture coordinates, gets pivot and swing as one, and beside light maps bend and phase, too.
     pub(super) fn wind(&mut self, primitive: &mut json::mesh::Primitive, wind: &Wind, mesh: &Mesh) {
         let count = mesh.positions.len();
         let swings =
@@ -22,7 +22,14 @@ impl Writer<'_> {
             primitive.attributes.insert(Valid(Semantic::Extras("WIND".to_owned())), accessor);
         }
         let first = if mesh.lightmap.is_empty() { 1 } else { 2 };
-        let mut sets: Vec<Vec<[f32; 2]>> = vec![wind.bend_and_phase().iter().map(|v| v.to_array()).collect()];
+        let bend = || wind.bend_and_phase().into_iter().map(|v| v.to_array());
+        if self.custom && first > 1 {
+            let view = self.vertex_view(bend().flatten().flat_map(f32::to_le_bytes));
+            let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
+            primitive.attributes.insert(Valid(Semantic::Extras("WIND_BEND".to_owned())), accessor);
+            return;
+        }
+        let mut sets: Vec<Vec<[f32; 2]>> = vec![bend().collect()];
         if !self.custom {
             sets.extend([
                 swings().map(|[x, y, ..]| [x, y]).collect(),

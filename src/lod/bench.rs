@@ -11,6 +11,7 @@ use super::crossed::{crossed_quads, widen};
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Colors, Footing, Memory, Piece, Rung};
+use super::packed::packed;
 use super::parallax::CROWNS;
 use super::sizes::{COARSE, FINE, SCREEN, agrees, chosen, lines, share};
 use super::stock::Stock;
@@ -151,6 +152,7 @@ impl<'a> Bench<'a> {
         } else {
             let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
             let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
+            let own = packed(own);
             leaves.par_extend(own.par_iter().map(|tile| Picture::new(&tile.maps(&self.stock.palette))));
             dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
             &dressed

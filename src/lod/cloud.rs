@@ -22,7 +22,7 @@ use super::planes::{self, Plane, Unit};
 use super::thin::append;
 use super::tile::Tile;
 use super::twigs::{Segment, thin_wood};
-use crate::bake::{Cutout, Silhouette};
+use crate::bake::{Cutout, Design, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
 use crate::plant::{Plant, Posed};
@@ -151,8 +151,9 @@ impl Cloud {
         let mut slope = SLOPE;
         let mut best = (f32::INFINITY, self.gain, Vec::new());
         let mut before: Option<(f32, f32)> = None;
+        let mut design = Design::default();
         for round in 1..=ROUNDS {
-            let own = Card::cutouts(&self.cards, self.gain);
+            let own = Card::cutouts(&self.cards, self.gain, &mut design);
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
             let some = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
             let mut off = outlines.ratio_of_some(&some) - 1.0;
@@ -178,7 +179,7 @@ impl Cloud {
 
     /// Its outlines as it is.
     pub(super) fn draw(&self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = Card::cutouts(&self.cards, self.gain);
+        let own = Card::cutouts(&self.cards, self.gain, &mut Design::default());
         let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
         outlines.draw(&self.tree, &worn)
     }

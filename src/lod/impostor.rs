@@ -34,7 +34,7 @@ use super::parallax::{CROWNS, Facing, TWIGS, Texels};
 use super::thin::kept;
 use super::tile::Tile;
 use super::trunk::Trunk;
-use crate::bake::{Cutout, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey};
+use crate::bake::{Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey};
 use crate::base::{Frame, Seed};
 use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
 
@@ -271,7 +271,13 @@ impl<'a> Afar<'a> {
             return Self { wood: Cow::Borrowed(bark), leaves: Cow::Borrowed(leaf), few: None };
         }
         let detail =
-            TubeDetail { sides: 5, error: texel * 0.25, min_radius: texel * 0.03, ..TubeDetail::full(scene.params) };
+            TubeDetail {
+            sides: 5,
+            most_sides: 5,
+            error: texel * 0.25,
+            min_radius: texel * 0.03,
+            ..TubeDetail::full(scene.params)
+        };
         let flat = |leaves: &[LeafCard]| leaf_cards_in(scene.plant, scene.posed, scene.light, leaves, CardShape::Flat);
         let most = (MOST_LEAVES * texels * texels) as usize;
         let few = || (scene.plant.leaves().len() > most).then(|| flat(&kept(scene, most, 1.0, seed)));
@@ -313,8 +319,9 @@ impl Settled {
         let depths = Texels { all: &depth, wide: edge, first: (0, 0), size: (edge, edge) };
         let fine = if scene.wood.bare > 0.0 { TWIGS } else { CROWNS };
         let seen = outlines.for_each_view(|view| Facing::new(&views.layout, (view.frame, fine), depths, |deep| *deep));
-        let draw = |gain: f32| {
-            let sheet = views.packed(gain);
+        let mut design = Design::default();
+        let mut draw = |gain: f32| {
+            let sheet = views.packed(gain, &mut design);
             outlines.draw_each(&seen, |seen| {
                 let (width, height) = seen.size();
                 let tree = TreeMesh { leaf: seen.quad(), ..TreeMesh::default() };
@@ -416,9 +423,9 @@ impl Views {
     }
 
     /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
-    pub(super) fn packed(&self, gain: f32) -> Vec<u8> {
+    pub(super) fn packed(&self, gain: f32, design: &mut Design) -> Vec<u8> {
         let edge = self.layout.frames * self.texels;
-        as_packed(&[self.alpha(gain)], &[(edge, edge)]).swap_remove(0)
+        as_packed(&[self.alpha(gain)], &[(edge, edge)], design).swap_remove(0)
     }
 
     /// Alpha of the sheet.

@@ -135,6 +135,7 @@ pub fn ladder_by<'s>(
     memory: &dyn Memory,
 ) -> Ladder {
     let posed = plant.pose();
+    let mesh = &mesh.on(posed.extent());
     let light = CrownLight::of(plant, &posed);
     // Only outlines are asked of the pictures yet.
     let cuts = if matches!(mesh.leaves, LeafCards::CutOut { .. }) { stock().cuts.as_slice() } else { &[] };
@@ -266,6 +267,7 @@ pub fn mesh_levels(plant: &Plant, mesh: &MeshParams, shares: &[f32], seed: Seed)
 #[must_use]
 pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares: &[f32], seed: Seed) -> Vec<TreeMesh> {
     let posed = plant.pose();
+    let mesh = &mesh.on(posed.extent());
     let light = CrownLight::of(plant, &posed);
     let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
     let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
@@ -319,7 +321,7 @@ mod tests {
     use crate::preset::plan::{Forks, LeafCards};
 
     const PARAMS: MeshParams =
-        MeshParams { sides: 12, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Folded };
+        MeshParams { sides: 12, most_sides: 12, error: 0.004, error_share: 0.0, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Folded };
 
     fn lods() -> [Lod; 4] {
         [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

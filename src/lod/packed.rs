@@ -1,13 +1,13 @@
 //! Alpha as it will be once pictures are packed.
 //!
-//! An atlas changes alpha between neighbours so that its mips keep what level 0 covers ([`move_alpha`]), and alpha
+//! An atlas changes alpha between neighbours so that its mips keep what level 0 covers ([`Design`]), and alpha
 //! between neighbours is where the outline of a magnified card lies: cards cover up to a tenth more or less than before.
 //! The set's atlas is not known here. One of a tree's own pictures shows how they fare, neighbours in one square of a mip
 //! included; each picture by itself, as was tried before, misses by 1 to 4 % for cards, and the frames of an impostor each
 //! by itself by 5 to 10 %.
 
 use super::tile::Tile;
-use crate::bake::{Layout, move_alpha};
+use crate::bake::{Design, Layout};
 use crate::preset::plan::AtlasParams;
 
 /// Texels between pictures.
@@ -20,11 +20,12 @@ pub(crate) fn packed(tiles: &[Tile]) -> Vec<Tile> {
     let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
     let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
     let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
-    tiles.iter().zip(as_packed(&alphas, &sizes)).map(with).collect()
+    tiles.iter().zip(as_packed(&alphas, &sizes, &mut Design::default())).map(with).collect()
 }
 
-/// The alphas of pictures of some sizes as an atlas keeps them. Pictures that no atlas holds are given back as they are.
-pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)]) -> Vec<Vec<u8>> {
+/// The alphas of pictures of some sizes as an atlas keeps them, by what was found of nearly the same ones before. Pictures that
+/// no atlas holds are given back as they are.
+pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)], design: &mut Design) -> Vec<Vec<u8>> {
     let texels: u64 = sizes.iter().map(|s| u64::from(s.0 + 2 * GUTTER) * u64::from(s.1 + 2 * GUTTER)).sum();
     let mut edge = EDGES.0;
     while u64::from(edge) * u64::from(edge) < texels && edge < EDGES.1 {
@@ -38,7 +39,7 @@ pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)]) -> Vec<Vec<u
         }
     };
     let Ok(mut sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
-    move_alpha(&mut sheet, layout.size(), &layout.rects);
+    design.move_alpha(&mut sheet, layout.size(), &layout.rects);
     let wide = layout.width as usize;
     let picture = |r: &crate::bake::Rect| -> Vec<u8> {
         let rows = (r.y..r.y + r.height).map(|y| y as usize * wide + r.x as usize);
@@ -57,14 +58,14 @@ mod tests {
             |count: u32, k: u32| (0..count).map(|i| ((i + k).wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let sizes = [(50, 37), (8, 90), (31, 31)];
         let pictures: Vec<Vec<u8>> = sizes.iter().map(|s| noise(s.0 * s.1, s.0)).collect();
-        let packed = as_packed(&pictures, &sizes);
+        let packed = as_packed(&pictures, &sizes, &mut Design::default());
         assert_eq!(packed.len(), 3);
         for (before, after) in pictures.iter().zip(&packed) {
             assert_eq!(before.len(), after.len());
             assert!(before.iter().zip(after).all(|(a, b)| (*a >= 128) == (*b >= 128)));
             assert!(before != after);
         }
-        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)]), [[1, 2, 3]]);
-        assert!(as_packed(&[], &[]).is_empty());
+        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], &mut Design::default()), [[1, 2, 3]]);
+        assert!(as_packed(&[], &[], &mut Design::default()).is_empty());
     }
 }

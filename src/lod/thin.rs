@@ -152,6 +152,7 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let flattened = 0.75 * (1.0 - scene.wood.bare);
     let at = |coarse: f32| TubeDetail {
         sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
+        most_sides: params.most_sides,
         error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
         min_radius: thickest * 0.35 * dropped(coarse),
         bark_tile: params.bark_tile,
@@ -231,7 +232,7 @@ mod tests {
 
     fn climbed(plant: &Plant, lods: &[Lod]) -> Ladder {
         let params =
-            MeshParams { sides: 8, error: 0.004, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
+            MeshParams { sides: 8, most_sides: 8, error: 0.004, error_share: 0.0, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
         let plain = plain();
         let lods: Vec<_> = lods.iter().cloned().map(Into::into).collect();
         ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1))

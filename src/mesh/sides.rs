@@ -1,21 +1,27 @@
 //! How many sides a tube has.
 
+use super::TubeDetail;
 use crate::base::math;
 
-/// Sides of a tube whose largest radius is `radius`, on a plant whose thickest tube has radius `thickest` and `most`
-/// sides: by the square root of the radius, since that is how far from the eye a given flaw is seen on it, and never
-/// more than keeps the polygon within `error` of the circle. 3..=`most`.
-pub(super) fn sides(radius: f32, thickest: f32, most: u32, error: f32) -> u32 {
-    let most = most.clamp(3, 64);
+/// Sides of a tube whose largest radius is `radius`, on a plant whose thickest tube has radius `thickest`, metres: by the
+/// square root of the radius, since that is how far from the eye a given flaw is seen on it, but no more than keep the
+/// polygon within the detail's error of the circle; and as many as keep it within `error`, which is the tube's own, as far as the
+/// detail lets it have them. 3..=64.
+pub(super) fn sides(radius: f32, thickest: f32, detail: &TubeDetail, error: f32) -> u32 {
+    let usual = detail.sides.clamp(3, 64);
+    let most = detail.most_sides.clamp(usual, 64);
     let share = if thickest > 0.0 { (radius / thickest).clamp(0.0, 1.0).sqrt() } else { 0.0 };
-    let by_radius = most as f32 * share;
+    let by_radius = usual as f32 * share;
     // Distance of a chord's middle from the circle: r (1 - cos(π / n)).
-    let by_error = if error > 0.0 && radius > error {
-        std::f32::consts::PI / math::acos(1.0 - error * 0.5 / radius).max(1e-3)
-    } else if error > 0.0 {
+    let by_error = if detail.error > 0.0 && radius > detail.error {
+        std::f32::consts::PI / math::acos(1.0 - detail.error * 0.5 / radius).max(1e-3)
+    } else if detail.error > 0.0 {
         3.0
     } else {
-        most as f32
+        usual as f32
     };
-    ((by_radius.min(by_error) + 0.5) as u32).clamp(3, most)
+    // A polygon as wide as the circle in the mean of all views strays by r π² / 3n² at the middles of its sides.
+    let needed = if error > 0.0 { std::f32::consts::PI * (radius / (3.0 * error)).sqrt() } else { 0.0 };
+    let usually = ((by_radius.min(by_error) + 0.5) as u32).clamp(3, usual);
+    usually.max((needed.ceil() as u32).min(most))
 }

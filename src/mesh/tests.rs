@@ -46,7 +46,7 @@ fn plant(seed: u64, wild: bool) -> Plant {
 }
 
 const DETAIL: TubeDetail =
-    TubeDetail { sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar, added: 0.0 };
+    TubeDetail { sides: 12, most_sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar, added: 0.0 };
 
 #[test]
 fn broken_limbs_stay_blunt_on_coarse_tubes_and_twigs_end_in_points() {
@@ -525,4 +525,51 @@ fn cards_of_every_shape_can_be_unwrapped() {
         assert_eq!((level.leaf.indices.len(), level.leaf.lightmap.len()), (triangles, level.leaf.positions.len()));
         assert!(level.leaf.lightmap.iter().all(inside), "{shape:?}");
     }
+}
+
+#[test]
+fn trunks_are_as_round_as_the_error_asks() {
+    // A trunk of two metres, a limb and a twig; how far corners and middles of sides are from the circle at mid-height.
+    let mut builder = PlantBuilder::new();
+    let up: Vec<Vec3> = (0..9).map(|i| Vec3::Y * i as f32).collect();
+    let trunk = builder.stem(Vec3::ZERO, &up, &[1.0; 9]);
+    for (at, radius) in [(0.5, 0.4), (0.8, 0.04)] {
+        let out: Vec<Vec3> = (0..9).map(|i| Vec3::X * i as f32 * 0.5).collect();
+        builder.branch(trunk, at, &out, &[radius; 9]);
+    }
+    let plant = builder.finish().unwrap();
+    let posed = plant.pose();
+    let strays = |detail: &TubeDetail, chain: u32, radius: f32| {
+        let mesh = tubes(&plant, &posed, detail);
+        let axis = posed.chain(&plant, ChainId(chain));
+        let (foot, way) = (axis[0], (axis[8] - axis[0]).normalize());
+        let off = |p: Vec3| (p - foot - way * (p - foot).dot(way)).length();
+        let along = |p: Vec3| (p - foot).dot(way) / axis[8].distance(foot);
+        let mut worst = 0.0_f32;
+        for corners in mesh.indices.as_chunks::<3>().0 {
+            if corners.iter().any(|&i| mesh.chains[i as usize] != chain) {
+                continue;
+            }
+            let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+            for p in [a, b, c, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5] {
+                if (0.5..0.95).contains(&along(p)) {
+                    worst = worst.max((off(p) - radius).abs());
+                }
+            }
+        }
+        assert!(worst > 0.0);
+        worst
+    };
+    for error in [0.03, 0.01, 0.004] {
+        let detail = TubeDetail { error, most_sides: 64, ..DETAIL };
+        for (chain, radius) in [(0, 1.0), (1, 0.4)] {
+            let worst = strays(&detail, chain, radius);
+            // Once along the tube, where its rings stand, and once around it.
+            assert!(worst <= error * 2.0, "{error}: chain {chain} strays by {worst}");
+        }
+        // A twig may stray further where leaves hide it.
+        assert!(strays(&detail, 2, 0.04) <= error * 5.0);
+    }
+    // Who tells a number gets no more.
+    assert!(strays(&TubeDetail { error: 0.004, ..DETAIL }, 0, 1.0) > 0.02);
 }

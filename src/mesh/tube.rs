@@ -36,6 +36,8 @@ const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
 pub struct TubeDetail {
     /// Sides of the thickest tube, 3..=64.
     pub sides: u32,
+    /// How many a tube may have where so few would stray further than `error`, `sides`..=64.
+    pub most_sides: u32,
     /// Largest distance between the tube and the smooth branch, metres; twigs in leaf may stray up to two and a half times
     /// as far. 0 keeps every ring.
     pub error: f32,
@@ -55,6 +57,7 @@ impl TubeDetail {
     pub fn full(params: &MeshParams) -> Self {
         Self {
             sides: params.sides,
+            most_sides: params.most_sides,
             error: params.error,
             min_radius: 0.0,
             bark_tile: params.bark_tile,
@@ -211,7 +214,8 @@ impl<'a> Wood<'a> {
                 parent: self
                     .posed
                     .curve(self.plant, parent)
-                    .value(&self.radii[self.plant.span(parent)], f64::from(chain.location)),
+                    .value(&self.radii[self.plant.span(parent)], f64::from(chain.location))
+                    .max(self.thinnest),
                 forks: finest.forks,
             },
             None => Base::Ground { flare: flare(points, radii) },
@@ -248,7 +252,7 @@ impl<'a> Wood<'a> {
     /// number of threads.
     #[must_use]
     pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
-        let circles = Circles::up_to(detail.sides);
+        let circles = Circles::up_to(detail.sides.max(detail.most_sides));
         let sweep = |ids: &[ChainId]| {
             let (mut mesh, mut rings) = (Mesh::default(), Vec::new());
             ids.iter().for_each(|&id| self.sweep(id, (light, detail, &circles), &mut rings, &mut mesh));
@@ -306,7 +310,7 @@ impl<'a> Wood<'a> {
     /// How a chain that has rings is skinned.
     fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
         Skin {
-            sides: sides(limb.widest, self.thickest, detail.sides, detail.error),
+            sides: sides(limb.widest, self.thickest, detail, self.error(limb.widest, detail)),
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
             is_pointed: self.is_pointed(limb, detail.error),
         }
@@ -377,7 +381,7 @@ impl<'a> Wood<'a> {
         let columns = sides as usize + 1;
         let circle = circles.of(sides);
         // As wide in the mean of all views as what is round: the corners of a prism of three sides stand 21 % out. With
-        // corners on the circle it would cover 17 % too little, and twigs of coarse levels would fade.
+        // corners on the circle it would cover 17 % too little, and twigs of coarse levels would fade. `sides` counts on it.
         let widened = std::f32::consts::PI / (sides as f32 * circle.middles[0].0);
         let girth = |radius: f32| std::f32::consts::TAU * radius;
         // A stem's flare goes round as often as the wood above it.

@@ -47,6 +47,13 @@ impl Posed {
         Self::with_frames(plant, &bearing(plant), None)
     }
 
+    /// The longest edge of the box around all axes, metres; 0 of a plant without points.
+    #[must_use]
+    pub fn extent(&self) -> f32 {
+        let ends = self.positions.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
+        (ends.1 - ends.0).max_element().max(0.0)
+    }
+
     /// As [`of_bearers`](Self::of_bearers), of a plant that was posed `before` so and has the same chains with as many points,
     /// of which those that are `changed` may have another shape; what leaves a changed chain is changed, too.
     pub(crate) fn of_changed(plant: &Plant, before: &Self, changed: &[bool]) -> Self {

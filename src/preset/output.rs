@@ -15,13 +15,15 @@ pub(super) static MESH: Record = Record {
             name: "sides",
             kind: Kind::Integer { low: 3, high: 64, unit: "sides" },
             default: Default::Is("12"),
-            about: "of the thickest tube",
+            about: "of the thickest tube; where none are told, more on trunks so thick that they would stray by more than \
+                    `error`, 64 at most",
         },
         Field {
             name: "error",
             kind: Kind::Number { low: 0.0005, high: 0.5, unit: "m" },
             default: Default::Is("0.01"),
-            about: "largest distance between a tube and the smooth branch; twigs in leaf may stray 2.5 times as far",
+            about: "largest distance between a tube and the smooth branch, on trees below 4 m a 400th of their extent where \
+                    none is told; twigs in leaf may stray 2.5 times as far",
         },
         Field {
             name: "forks",
@@ -154,19 +156,23 @@ pub(super) static COLLIDERS: Record = Record {
             name: "corners",
             kind: Kind::Integer { low: 8, high: 255, unit: "corners" },
             default: Default::Is("32"),
-            about: "of each hull, at most; no engine's physics take more than 255",
+            about: "of each hull, at most; no engine's physics take more than 255, and Unity's no more than 129",
         },
     ],
 };
 
+/// Corners of a closed hull of 254 triangles: Unity's physics take 255.
+const UNITYS_CORNERS: usize = 129;
+
 /// What physics take a tree for.
-pub(super) fn colliders(fields: &Reader<'_, '_>) -> ColliderParams {
-    ColliderParams {
-        least_radius: fields.number("thick"),
-        most: fields.count("capsules") as usize,
-        crown: fields.count("crown") as usize,
-        corners: fields.count("corners") as usize,
+pub(super) fn colliders(fields: &Reader<'_, '_>, engines: &[Profile]) -> ColliderParams {
+    let corners = fields.count("corners") as usize;
+    let crown = fields.count("crown") as usize;
+    if crown > 0 && corners > UNITYS_CORNERS && engines.iter().any(|profile| profile.engine == Engine::Unity) {
+        let hint = format!("ask for {UNITYS_CORNERS} at most: a hull of n corners has 2 n - 4 triangles");
+        fields.fault("corners", "Unity takes convex hulls of 255 triangles at most", hint);
     }
+    ColliderParams { least_radius: fields.number("thick"), most: fields.count("capsules") as usize, crown, corners }
 }
 
 /// `atlas`.

@@ -468,13 +468,21 @@ pub enum BarkPattern {
     Ringed,
 }
 
+/// How much of a tree's extent tubes may stray by where a preset tells no error: a tree of less than four metres would lose the
+/// bends of its trunk at the usual one.
+pub const USUAL_ERROR_SHARE: f32 = 1.0 / 400.0;
+
 /// Tubes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeshParams {
     /// Sides of the thickest tube at LOD0, 3..=64.
     pub sides: u32,
+    /// How many it may have where so few would stray further than `error`, `sides`..=64.
+    pub most_sides: u32,
     /// Largest distance between a tube and the smooth branch at LOD0, metres; twigs in leaf may stray 2.5 times as far.
     pub error: f32,
+    /// Largest share of a tree's extent that this may be; 0 where a preset tells an error.
+    pub error_share: f32,
     /// Height of one bark tile on the trunk, metres.
     pub bark_tile: f32,
     /// How a branch leaves its parent.
@@ -482,6 +490,15 @@ pub struct MeshParams {
     /// What leaves are drawn on; not written where it is the usual, so that such plans keep their keys.
     #[serde(skip_serializing_if = "is_folded")]
     pub leaves: LeafCards,
+}
+
+impl MeshParams {
+    /// As a tree of such an extent, metres, is meshed.
+    #[must_use]
+    pub fn on(&self, extent: f32) -> Self {
+        let most = if self.error_share > 0.0 { extent * self.error_share } else { f32::INFINITY };
+        Self { error: self.error.min(most), ..self.clone() }
+    }
 }
 
 /// What leaves are drawn on at LOD0.

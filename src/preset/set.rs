@@ -13,7 +13,7 @@ use super::output::{self, ATLAS, COLLIDERS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::plan::{
     Beside, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams, Obstacle, Part,
-    Plan, Source, SourceRecipe, UpAxis,
+    Plan, Source, SourceRecipe, USUAL_ERROR_SHARE, UpAxis,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -25,6 +25,9 @@ use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Node, Value, tree};
 use super::variants::{MOST_VARIANTS, Variants, variants};
 use crate::base::Diagnostic;
+
+/// Sides of the thickest trunks where a preset tells none.
+const MOST_SIDES: u32 = 64;
 
 pub(super) const BY_DEFAULTS: Default = Default::Is("()");
 
@@ -333,17 +336,18 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| {
         (
-            fields.count("sides"),
-            fields.number("error"),
+            // Who tells a number gets no more.
+            (fields.count("sides"), if fields.has("sides") { fields.count("sides") } else { MOST_SIDES }),
+            (fields.number("error"), if fields.has("error") { 0.0 } else { USUAL_ERROR_SHARE }),
             (output::forks(fields), output::leaves(fields), output::wind(fields)),
             fields.count("lightmap"),
         )
     });
     let lods = output::lods(set);
     let atlas = set.group("atlas", output::atlas);
-    let colliders = set.group("colliders", output::colliders);
     let engines = output::engines(set);
-    let (foliage, (bark_art, bark_wear, bark_tile), (sides, error, (forks, leaves, wind), lightmap)) =
+    let colliders = set.group("colliders", |fields| output::colliders(fields, &engines));
+    let (foliage, (bark_art, bark_wear, bark_tile), ((sides, most_sides), (error, error_share), (forks, leaves, wind), lightmap)) =
         (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
@@ -361,7 +365,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, error, bark_tile, forks, leaves },
+        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves },
         lightmap,
         wind,
         lods,

@@ -48,6 +48,10 @@ fn what_is_left_out_has_the_documented_default() {
     // A size that is told is kept on trees of any size.
     assert_eq!(full.dress.leaf_share, 0.0);
     full.dress.leaf_share = short.dress.leaf_share;
+    // Nor do sides or an error that are told hang on the tree.
+    assert_eq!((full.mesh.most_sides, full.mesh.error_share), (12, 0.0));
+    assert_eq!((short.mesh.on(2.0).error, short.mesh.on(9.0).error, full.mesh.on(2.0).error), (0.005, 0.01, 0.01));
+    (full.mesh.most_sides, full.mesh.error_share) = (short.mesh.most_sides, short.mesh.error_share);
     assert_eq!(short, full);
     let progress: Vec<f32> = short
         .variants
@@ -74,6 +78,10 @@ fn leaf_cards_and_colliders_are_as_asked_and_the_usual_ones_leave_no_mark() {
     let plan = with("colliders: (thick: 0.1, capsules: 4, crown: 3, corners: 64)").expect("loads");
     assert_eq!(plan.colliders, ColliderParams { least_radius: 0.1, most: 4, crown: 3, corners: 64 });
     assert!(with("colliders: (corners: 7)").is_err() && with("colliders: (crown: 17)").is_err());
+    let of_unity = |corners: u32| with(&format!("colliders: (crown: 1, corners: {corners}), engines: [Unity]"));
+    assert!(of_unity(129).is_ok() && with("colliders: (crown: 1, corners: 255)").is_ok());
+    let told = of_unity(130).expect_err("Unity takes 255 triangles");
+    assert!(told[0].to_string().contains("255 triangles"), "{told:?}");
     // Keys of sets are made of this: those that do not ask for anything keep theirs.
     let text = |plan: &Plan| serde_json::to_string(plan).expect("a plan is text");
     let usual = text(&load_with_oak(SHORT).expect("loads"));
