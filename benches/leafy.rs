@@ -75,7 +75,7 @@ fn a_frame_with_its_mesh(bencher: Bencher<'_, '_>) {
         sides: 12,
         most_sides: 12,
         error: 0.004,
-error_share: 0.0,
+        error_share: 0.0,
         bark_tile: 1.5,
         forks: treewright::preset::plan::Forks::Collar,
         leaves: treewright::preset::plan::LeafCards::Folded,

@@ -57,7 +57,15 @@ pub(crate) fn print() {
         let plant = plant(Seed::new(i));
         let posed = plant.pose();
         for forks in [Forks::Collar, Forks::Plain] {
-            let detail = TubeDetail { sides: 12, most_sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks, added: 0.0 };
+            let detail = TubeDetail {
+                sides: 12,
+                most_sides: 12,
+                error: 0.004,
+                min_radius: 0.0,
+                bark_tile: 0.7,
+                forks,
+                added: 0.0,
+            };
             let mut bark = tubes(&plant, &posed, &detail);
             broken += usize::from(add_tangents(&mut bark).is_err() || !problems(&bark).is_empty());
             for shape in SHAPES {

@@ -26,7 +26,7 @@ const MESH: MeshParams = MeshParams {
     sides: 12,
     most_sides: 12,
     error: 0.004,
-error_share: 0.0,
+    error_share: 0.0,
     bark_tile: 1.5,
     forks: treewright::preset::plan::Forks::Collar,
     leaves: treewright::preset::plan::LeafCards::Folded,

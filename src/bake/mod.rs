@@ -50,7 +50,7 @@ pub use dilate::{dilate, dilate_color};
 pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
 pub(crate) use mip_coverage::Design;
-pub use mip_coverage::{ALPHA_CUTOFF, CoverageReport, coverage, preserve_alpha, preserve_coverage};
+pub use mip_coverage::{ALPHA_CUTOFF, Blending, CoverageReport, coverage, preserve_alpha, preserve_coverage};
 pub use mips::{AlphaUse, mips, to_blocks};
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize, survey};

@@ -12,7 +12,7 @@ use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
-use crate::bake::{self, CoverageReport, Layout, Maps, Palette, Picked, SheetColors};
+use crate::bake::{self, Blending, CoverageReport, Layout, Maps, Palette, Picked, Rect, SheetColors};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
@@ -121,7 +121,15 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
         let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
         let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
         let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
-        let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &layout.rects);
+        let leaves = pictures.leaves.iter().map(|_| Blending::Alone);
+        let baked = trees.iter().flat_map(|tree| {
+            let of = |i| {
+                if facing(&tree.ladder, pictures.leaves.len(), i).is_some() { Blending::Mixed } else { Blending::Alone }
+            };
+            (0..tree.ladder.tiles.len()).map(of)
+        });
+        let shown: Vec<(Rect, Blending)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
+        let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &shown);
         Ok(Packed { layout, alpha, normal, orm, coverage })
     })
 }

@@ -160,7 +160,15 @@ mod tests {
             let orientation = Rotation::about(seed.direction(), 1.0);
             builder.leaf(Leaf::new(stem, seed.at(1).range(0.4, 1.0), orientation, 0.8, 0));
         }
-        let mesh = MeshParams { sides: 6, most_sides: 6, error: 0.01, error_share: 0.0, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+        let mesh = MeshParams {
+            sides: 6,
+            most_sides: 6,
+            error: 0.01,
+            error_share: 0.0,
+            bark_tile: 1.0,
+            forks: Forks::Plain,
+            leaves: LeafCards::Folded,
+        };
         let green = |alpha: u8| Maps {
             width: 8,
             height: 8,

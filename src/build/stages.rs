@@ -484,9 +484,7 @@ impl Wardrobe {
         if plan.dress.leaf_share > 0.0 {
             return plan.dress.leaf_share;
         }
-        let extent = |&i: &usize| {
-            self.plants[i].pose().extent()
-        };
+        let extent = |&i: &usize| self.plants[i].pose().extent();
         let largest = sources.iter().map(extent).fold(0.0, f32::max);
         if largest > 0.0 { (size / largest).clamp(USUAL_LEAF_SHARE, LARGEST_LEAF) } else { USUAL_LEAF_SHARE }
     }

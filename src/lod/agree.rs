@@ -260,7 +260,15 @@ mod tests {
         let posed = plant.pose();
         let light = CrownLight::of(&plant, &posed);
         for forks in [Forks::Collar, Forks::Plain] {
-            let params = MeshParams { sides: 8, most_sides: 8, error: 0.004, error_share: 0.0, bark_tile: 1.0, forks, leaves: LeafCards::Folded };
+            let params = MeshParams {
+                sides: 8,
+                most_sides: 8,
+                error: 0.004,
+                error_share: 0.0,
+                bark_tile: 1.0,
+                forks,
+                leaves: LeafCards::Folded,
+            };
             let detail = TubeDetail::full(&params);
             let bark = Wood::of(&plant, &posed, &detail).mesh(&light, &detail);
             let tree = TreeMesh { bark, ..TreeMesh::default() };

@@ -13,7 +13,7 @@ use super::measure::Wardrobe;
 use super::outline::octagon;
 use super::packed::as_packed;
 use super::tile::Tile;
-use crate::bake::{Cutout, Design, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
+use crate::bake::{Blending, Cutout, Design, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 
@@ -185,7 +185,7 @@ impl Card {
     pub(super) fn cutouts(cards: &[Self], gain: f32, design: &mut Design) -> Vec<Cutout> {
         let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
         let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
-        let packed = as_packed(&alphas, &sizes, design);
+        let packed = as_packed(&alphas, &sizes, Blending::Alone, design);
         packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::new(size.0, size.1, alpha)).collect()
     }
 

@@ -34,7 +34,9 @@ use super::parallax::{CROWNS, Facing, TWIGS, Texels};
 use super::thin::kept;
 use super::tile::Tile;
 use super::trunk::Trunk;
-use crate::bake::{Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey};
+use crate::bake::{
+    Blending, Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
+};
 use crate::base::{Frame, Seed};
 use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
 
@@ -270,8 +272,7 @@ impl<'a> Afar<'a> {
             let TreeMesh { bark, leaf } = scene.full;
             return Self { wood: Cow::Borrowed(bark), leaves: Cow::Borrowed(leaf), few: None };
         }
-        let detail =
-            TubeDetail {
+        let detail = TubeDetail {
             sides: 5,
             most_sides: 5,
             error: texel * 0.25,
@@ -425,7 +426,7 @@ impl Views {
     /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
     pub(super) fn packed(&self, gain: f32, design: &mut Design) -> Vec<u8> {
         let edge = self.layout.frames * self.texels;
-        as_packed(&[self.alpha(gain)], &[(edge, edge)], design).swap_remove(0)
+        as_packed(&[self.alpha(gain)], &[(edge, edge)], Blending::Mixed, design).swap_remove(0)
     }
 
     /// Alpha of the sheet.

@@ -320,8 +320,15 @@ mod tests {
     use crate::plant::{Leaf, PlantBuilder};
     use crate::preset::plan::{Forks, LeafCards};
 
-    const PARAMS: MeshParams =
-        MeshParams { sides: 12, most_sides: 12, error: 0.004, error_share: 0.0, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Folded };
+    const PARAMS: MeshParams = MeshParams {
+        sides: 12,
+        most_sides: 12,
+        error: 0.004,
+        error_share: 0.0,
+        bark_tile: 1.0,
+        forks: Forks::Collar,
+        leaves: LeafCards::Folded,
+    };
 
     fn lods() -> [Lod; 4] {
         [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

@@ -7,7 +7,7 @@
 //! by itself by 5 to 10 %.
 
 use super::tile::Tile;
-use crate::bake::{Design, Layout};
+use crate::bake::{Blending, Design, Layout, Rect};
 use crate::preset::plan::AtlasParams;
 
 /// Texels between pictures.
@@ -20,12 +20,17 @@ pub(crate) fn packed(tiles: &[Tile]) -> Vec<Tile> {
     let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
     let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
     let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
-    tiles.iter().zip(as_packed(&alphas, &sizes, &mut Design::default())).map(with).collect()
+    tiles.iter().zip(as_packed(&alphas, &sizes, Blending::Alone, &mut Design::default())).map(with).collect()
 }
 
 /// The alphas of pictures of some sizes as an atlas keeps them, by what was found of nearly the same ones before. Pictures that
 /// no atlas holds are given back as they are.
-pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)], design: &mut Design) -> Vec<Vec<u8>> {
+pub(super) fn as_packed(
+    pictures: &[Vec<u8>],
+    sizes: &[(u32, u32)],
+    blending: Blending,
+    design: &mut Design,
+) -> Vec<Vec<u8>> {
     let texels: u64 = sizes.iter().map(|s| u64::from(s.0 + 2 * GUTTER) * u64::from(s.1 + 2 * GUTTER)).sum();
     let mut edge = EDGES.0;
     while u64::from(edge) * u64::from(edge) < texels && edge < EDGES.1 {
@@ -39,9 +44,10 @@ pub(super) fn as_packed(pictures: &[Vec<u8>], sizes: &[(u32, u32)], design: &mut
         }
     };
     let Ok(mut sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
-    design.move_alpha(&mut sheet, layout.size(), &layout.rects);
+    let rects: Vec<(Rect, Blending)> = layout.rects.iter().map(|rect| (*rect, blending)).collect();
+    design.move_alpha(&mut sheet, layout.size(), &rects);
     let wide = layout.width as usize;
-    let picture = |r: &crate::bake::Rect| -> Vec<u8> {
+    let picture = |r: &Rect| -> Vec<u8> {
         let rows = (r.y..r.y + r.height).map(|y| y as usize * wide + r.x as usize);
         rows.flat_map(|start| &sheet[start..start + r.width as usize]).copied().collect()
     };
@@ -58,14 +64,14 @@ mod tests {
             |count: u32, k: u32| (0..count).map(|i| ((i + k).wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let sizes = [(50, 37), (8, 90), (31, 31)];
         let pictures: Vec<Vec<u8>> = sizes.iter().map(|s| noise(s.0 * s.1, s.0)).collect();
-        let packed = as_packed(&pictures, &sizes, &mut Design::default());
+        let packed = as_packed(&pictures, &sizes, Blending::Alone, &mut Design::default());
         assert_eq!(packed.len(), 3);
         for (before, after) in pictures.iter().zip(&packed) {
             assert_eq!(before.len(), after.len());
             assert!(before.iter().zip(after).all(|(a, b)| (*a >= 128) == (*b >= 128)));
             assert!(before != after);
         }
-        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], &mut Design::default()), [[1, 2, 3]]);
-        assert!(as_packed(&[], &[], &mut Design::default()).is_empty());
+        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], Blending::Alone, &mut Design::default()), [[1, 2, 3]]);
+        assert!(as_packed(&[], &[], Blending::Alone, &mut Design::default()).is_empty());
     }
 }

@@ -36,7 +36,15 @@ pub(super) fn climbed(plant: &Plant, lod: Lod) -> Ladder {
         normal: vec![[128, 128, 255]; 64],
         orm: vec![[255; 3]; 64],
     };
-    let params = MeshParams { sides: 8, most_sides: 8, error: 0.01, error_share: 0.0, bark_tile: 1.0, forks: Forks::Plain, leaves: LeafCards::Folded };
+    let params = MeshParams {
+        sides: 8,
+        most_sides: 8,
+        error: 0.01,
+        error_share: 0.0,
+        bark_tile: 1.0,
+        forks: Forks::Plain,
+        leaves: LeafCards::Folded,
+    };
     let stock = Stock::new(std::slice::from_ref(&plain), &plain);
     ladder_with(plant, &params, &[Lod::Full, lod].map(LodBudget::from), &stock, Texels::all(64), Seed::new(1))
 }

@@ -231,8 +231,15 @@ mod tests {
     }
 
     fn climbed(plant: &Plant, lods: &[Lod]) -> Ladder {
-        let params =
-            MeshParams { sides: 8, most_sides: 8, error: 0.004, error_share: 0.0, bark_tile: 1.0, forks: Forks::Collar, leaves: LeafCards::Flat };
+        let params = MeshParams {
+            sides: 8,
+            most_sides: 8,
+            error: 0.004,
+            error_share: 0.0,
+            bark_tile: 1.0,
+            forks: Forks::Collar,
+            leaves: LeafCards::Flat,
+        };
         let plain = plain();
         let lods: Vec<_> = lods.iter().cloned().map(Into::into).collect();
         ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1))

@@ -45,8 +45,15 @@ fn plant(seed: u64, wild: bool) -> Plant {
     builder.finish().unwrap()
 }
 
-const DETAIL: TubeDetail =
-    TubeDetail { sides: 12, most_sides: 12, error: 0.004, min_radius: 0.0, bark_tile: 0.7, forks: Forks::Collar, added: 0.0 };
+const DETAIL: TubeDetail = TubeDetail {
+    sides: 12,
+    most_sides: 12,
+    error: 0.004,
+    min_radius: 0.0,
+    bark_tile: 0.7,
+    forks: Forks::Collar,
+    added: 0.0,
+};
 
 #[test]
 fn broken_limbs_stay_blunt_on_coarse_tubes_and_twigs_end_in_points() {
@@ -531,10 +538,10 @@ fn cards_of_every_shape_can_be_unwrapped() {
 fn trunks_are_as_round_as_the_error_asks() {
     // A trunk of two metres, a limb and a twig; how far corners and middles of sides are from the circle at mid-height.
     let mut builder = PlantBuilder::new();
-    let up: Vec<Vec3> = (0..9).map(|i| Vec3::Y * i as f32).collect();
+    let up: Vec<Vec3> = (0..9).map(|i| Vec3::Y * i as f32 * 2.0).collect();
     let trunk = builder.stem(Vec3::ZERO, &up, &[1.0; 9]);
     for (at, radius) in [(0.5, 0.4), (0.8, 0.04)] {
-        let out: Vec<Vec3> = (0..9).map(|i| Vec3::X * i as f32 * 0.5).collect();
+        let out: Vec<Vec3> = (0..9).map(|i| Vec3::X * i as f32 * 1.5).collect();
         builder.branch(trunk, at, &out, &[radius; 9]);
     }
     let plant = builder.finish().unwrap();

@@ -335,10 +335,13 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
     let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
     let mesh = set.group("mesh", |fields| {
+        let (sides, error) = (fields.count("sides"), fields.number("error"));
+        // Who tells a number gets no more sides, and that error on small trees, too.
+        let most_sides = if fields.has("sides") { sides } else { MOST_SIDES };
+        let error_share = if fields.has("error") { 0.0 } else { USUAL_ERROR_SHARE };
         (
-            // Who tells a number gets no more.
-            (fields.count("sides"), if fields.has("sides") { fields.count("sides") } else { MOST_SIDES }),
-            (fields.number("error"), if fields.has("error") { 0.0 } else { USUAL_ERROR_SHARE }),
+            (sides, most_sides),
+            (error, error_share),
             (output::forks(fields), output::leaves(fields), output::wind(fields)),
             fields.count("lightmap"),
         )
@@ -347,8 +350,11 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
     let colliders = set.group("colliders", |fields| output::colliders(fields, &engines));
-    let (foliage, (bark_art, bark_wear, bark_tile), ((sides, most_sides), (error, error_share), (forks, leaves, wind), lightmap)) =
-        (foliage?, bark?, mesh?);
+    let (
+        foliage,
+        (bark_art, bark_wear, bark_tile),
+        ((sides, most_sides), (error, error_share), (forks, leaves, wind), lightmap),
+    ) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,

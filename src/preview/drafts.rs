@@ -292,7 +292,9 @@ fn mesh(plant: &Plant, params: &MeshParams, cuts: &[CardCut], care: Care) -> Tre
     let full = TubeDetail::full(&params.on(posed.extent()));
     let detail = match care {
         Care::Fine => full,
-        Care::Quick => TubeDetail { sides: full.sides.min(6), most_sides: 6, error: (full.error * 3.0).max(0.01), ..full },
+        Care::Quick => {
+            TubeDetail { sides: full.sides.min(6), most_sides: 6, error: (full.error * 3.0).max(0.01), ..full }
+        }
     };
     let cards = if care == Care::Quick { CardShape::Flat.into() } else { Cards::of(params.leaves, cuts) };
     let (bark, leaf) = rayon::join(
