@@ -39,6 +39,101 @@ fn builds(project: &Path, arguments: &[&str]) -> String {
     errors(&output)
 }
 
+/// A command that the rights of files hold for: root passes them all, so it gives the project to nobody and runs as that.
+#[cfg(unix)]
+fn ruled(project: &Path, arguments: &[&str]) -> Output {
+    use std::os::unix::fs::{MetadataExt, chown};
+    use std::os::unix::process::CommandExt;
+    const NOBODY: u32 = 65534;
+    let mut command = command(project, arguments);
+    // Who makes a file owns it.
+    let mark = tempfile::NamedTempFile::new().unwrap();
+    if fs::metadata(mark.path()).unwrap().uid() == 0 {
+        let mut left = vec![project.to_path_buf()];
+        while let Some(path) = left.pop() {
+            std::os::unix::fs::lchown(&path, Some(NOBODY), Some(NOBODY)).unwrap();
+            if path.is_dir() {
+                left.extend(fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
+            }
+        }
+        chown(project, Some(NOBODY), Some(NOBODY)).unwrap();
+        command.uid(NOBODY).gid(NOBODY);
+    }
+    command.output().unwrap()
+}
+
+#[cfg(unix)]
+fn allow(path: &Path, mode: u32) {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_set_that_may_not_be_written_is_told_and_built_once_it_may_be() {
+    let project = tiny::project();
+    let build = ["build", "grown.ron", "--out", "out"];
+    let set = project.path().join("out/grown");
+    assert_eq!(ruled(project.path(), &build).status.code(), Some(0));
+    fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    let old = tiny::files(&set);
+    allow(&set, 0o555);
+    for _ in 0..2 {
+        let output = ruled(project.path(), &build);
+        assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+        assert!(errors(&output).contains("no right to write"), "{}", errors(&output));
+        assert!(tiny::files(&set) == old && !project.path().join("out/.treewright-grown.next").exists());
+    }
+    // A folder of that kind, left by a build that was cut off, is in nobody's way.
+    let next = project.path().join("out/.treewright-grown.next");
+    fs::create_dir(&next).unwrap();
+    fs::write(next.join(".treewright-exchange.json"), "[]").unwrap();
+    allow(&next, 0o555);
+    allow(&set, 0o755);
+    let output = ruled(project.path(), &build);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    assert!(tiny::is_whole(&set, "grown") && tiny::files(&set) != old && !next.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_lock_and_sets_that_can_only_be_read_are_enough_for_who_shares_or_compares_them() {
+    let project = tiny::project();
+    let build = ["build", "grown.ron", "--out", "out"];
+    let out = project.path().join("out");
+    assert_eq!(ruled(project.path(), &build).status.code(), Some(0));
+    // Another user's lock.
+    allow(&out.join(".treewright-lock"), 0o444);
+    fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    let output = ruled(project.path(), &build);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    assert!(errors(&output).contains("files written"), "{}", errors(&output));
+    // What is current needs nothing, not even a lock.
+    for name in [".treewright-lock", ".treewright-index"] {
+        fs::remove_file(out.join(name)).unwrap();
+    }
+    allow(&out, 0o555);
+    let output = ruled(project.path(), &build);
+    allow(&out, 0o755);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    assert!(errors(&output).contains("nothing had changed"), "{}", errors(&output));
+}
+
+/// What somebody keeps under a name that builds use.
+#[test]
+fn a_folder_in_the_place_of_the_new_one_is_left_alone() {
+    let project = tiny::project();
+    let build = ["build", "grown.ron", "--out", "out"];
+    builds(project.path(), &build);
+    let theirs = project.path().join("out/.treewright-grown.next");
+    fs::create_dir(&theirs).unwrap();
+    fs::write(theirs.join("file"), "mine").unwrap();
+    fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    assert!(builds(project.path(), &build).contains("files written"));
+    assert!(builds(project.path(), &build).contains("nothing had changed"));
+    assert_eq!(fs::read_to_string(theirs.join("file")).unwrap(), "mine");
+}
+
 #[test]
 fn builds_and_watchers_killed_at_any_moment_leave_the_old_set_or_the_new_one() {
     // `examples/figures` kills 500.

@@ -275,6 +275,53 @@ fn a_watched_folder_that_goes_and_comes_back_is_watched_again() {
     watched.until_built("grown");
 }
 
+/// What a link leads to changes without any of the files that were read.
+#[cfg(unix)]
+#[test]
+fn a_link_that_is_put_in_the_place_of_another_is_seen() {
+    use std::os::unix::fs::symlink;
+    for poll in [None, Some(Duration::from_millis(20))] {
+        let linked = tiny::GROWN.replace("species/tiny.ron", "now/tiny.ron");
+        let (watched, _) = Watched::start_by(poll, "out", &[("linked.ron", &linked)]);
+        for (version, height) in [("v1", "4.0"), ("v2", "5.0")] {
+            fs::create_dir(watched.path(version)).unwrap();
+            let species = tiny::SPECIES.replace("height: 3.0", &format!("height: {height}"));
+            fs::write(watched.path(&format!("{version}/tiny.ron")), species).unwrap();
+        }
+        symlink("v1", watched.path("now")).unwrap();
+        watched.until_built("linked");
+        let first = tiny::files(&watched.out.join("linked"));
+        symlink("v2", watched.path("new")).unwrap();
+        fs::rename(watched.path("new"), watched.path("now")).unwrap();
+        watched.until_built("linked");
+        assert!(watched.is_whole("linked") && tiny::files(&watched.out.join("linked")) != first);
+        // Where it leads now is watched, too.
+        fs::write(watched.path("v2/tiny.ron"), tiny::SPECIES.replace("height: 3.0", "height: 6.0")).unwrap();
+        watched.until_built("linked");
+    }
+}
+
+/// Each build would change what the other reads.
+#[test]
+fn presets_that_are_made_from_their_own_sets_end_in_an_error_and_not_in_endless_builds() {
+    let (watched, _) = Watched::start("out", &[("other.ron", tiny::GROWN)]);
+    let from = |file: &str| {
+        tiny::GROWN.replace(r#"Grow(species: "species/tiny.ron", seed: 1)"#, &format!("Import(file: \"{file}\")"))
+    };
+    let preset = watched.path("grown.ron");
+    fs::write(&preset, from("out/grown/grown_001.glb")).unwrap();
+    watched.until_failed("grown.ron:4:27: sources[\"a\"].file: ");
+    // Another set's tree is a source like any other, until that set is made from this one.
+    fs::write(&preset, from("out/other/other_001.glb")).unwrap();
+    watched.until_built("grown");
+    fs::write(watched.path("other.ron"), from("out/grown/grown_001.glb")).unwrap();
+    watched.until_failed("other.ron:4:27: sources[\"a\"].file: ");
+    assert!(watched.said.recv_timeout(Duration::from_millis(500)).is_err(), "it goes on for ever");
+    fs::write(watched.path("other.ron"), tiny::GROWN.replace("seed: 1,\n    sources", "seed: 2,\n    sources"))
+        .unwrap();
+    watched.until_built("other");
+}
+
 /// Linux lets a user namespace have a limit of its own, so that this test need not touch the machine's.
 #[cfg(target_os = "linux")]
 #[test]

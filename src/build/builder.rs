@@ -8,12 +8,13 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::index::{Entry, Index};
+use super::index::{Entry, Index, Kept};
 use super::output::{self, OutputError, Turn};
-use super::pipeline::Share;
+use super::pipeline::{Inputs, Share};
+use super::record::Compared;
 use super::{
     BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetFiles, SetState,
-    SetStatus, World, find, load_preset, pipeline, record,
+    SetStatus, World, find, load_preset, pipeline, record, uses,
 };
 use crate::base::{Diagnostic, Key};
 
@@ -22,13 +23,16 @@ use crate::base::{Diagnostic, Key};
 pub struct Builder {
     options: BuildOptions,
     cache: Arc<Cache>,
+    index: Kept,
+    uses: uses::Known,
 }
 
 impl Builder {
     /// A builder with nothing in memory.
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
-        Self { cache: Arc::new(Cache::new(options.cache.as_ref()).within(options.limits.memory)), options }
+        let cache = Arc::new(Cache::new(options.cache.as_ref()).within(options.limits.memory));
+        Self { options, cache, index: Kept::default(), uses: uses::Known::default() }
     }
 
     /// A builder that takes what it can from part files, as [`make_part`] writes them.
@@ -37,7 +41,8 @@ impl Builder {
     ///
     /// The first file that is no whole part.
     pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
-        Ok(Self { cache: Arc::new(Cache::of_parts(parts)?.within(options.limits.memory)), options })
+        let cache = Arc::new(Cache::of_parts(parts)?.within(options.limits.memory));
+        Ok(Self { options, cache, index: Kept::default(), uses: uses::Known::default() })
     }
 
     /// What it keeps in memory and on disk, for others who make trees of the same presets.
@@ -58,7 +63,7 @@ impl Builder {
     ) -> Result<Vec<Outcome>, BuildError> {
         let out = &self.options.out;
         let trusts = !self.options.force && self.options.shard.is_none();
-        let index = if trusts { Index::read(out) } else { Index::default() };
+        let index = if trusts { self.index.read(out) } else { Arc::default() };
         let (sets, mut failed) = ready(presets, &self.options.limits, |preset| index.current(out, preset));
         let mut entries = Vec::new();
         for ready in sets {
@@ -75,13 +80,14 @@ impl Builder {
                         entries.push((preset, entry));
                     }
                 }
-                Ready::Loaded { preset, loaded } => match self.set(&loaded, progress) {
+                Ready::Loaded { preset, mut loaded } => match self.set(&preset, &mut loaded, progress) {
                     Ok((outcome, entry)) => {
                         failed.built.push(outcome);
                         entries.extend(entry.map(|entry| (preset, entry)));
                     }
                     Err(diagnostics) => {
                         failed.diagnostics.extend(loaded.placed(diagnostics));
+                        failed.reads.extend(self.uses.presets(&loaded.plan.name));
                         failed.reads.extend(loaded.world.reads());
                     }
                 },
@@ -125,23 +131,39 @@ impl Builder {
         Ok(SetStatus { set: plan.name.clone(), folder, state })
     }
 
-    /// Builds one set; with it comes what an index remembers of it.
+    /// Reads what a plan names.
+    fn inputs(&self, preset: &Path, loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
+        let inputs = pipeline::read_inputs(loaded)?;
+        self.uses.add(&self.options.out, preset, loaded)?;
+        Ok(inputs)
+    }
+
+    /// The files of a set that is what the preset makes already.
+    fn current(&self, loaded: &Loaded, key: Key) -> Option<Vec<Compared>> {
+        let folder = self.options.out.join(&loaded.plan.name);
+        let is_this = |old: &record::Record| !self.options.force && old.key == key.to_hex();
+        let old = record::read(&folder, &loaded.plan.name).filter(is_this)?;
+        old.compared(&folder, &output::Stamps::new()).ok()
+    }
+
+    /// Builds one set; with it comes what an index remembers of it. The preset is read again where it changed meanwhile.
     fn set(
         &self,
-        loaded: &Loaded,
+        preset: &Path,
+        loaded: &mut Loaded,
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<(Outcome, Option<Entry>), Vec<Diagnostic>> {
         let start = Instant::now();
         let refused = |error: OutputError| vec![error.diagnostic()];
-        let plan = &loaded.plan;
-        let step = |what: &str| progress(Progress::Step { set: &plan.name, what });
-        let folder = self.options.out.join(&plan.name);
-        let inputs = pipeline::read_inputs(loaded)?;
-        let key = pipeline::set_key(plan, &inputs);
-        let mut outcome = Outcome::current(plan.name.clone(), plan.variants.len(), loaded.world.reads());
+        let name = loaded.plan.name.clone();
+        let step = |what: &str| progress(Progress::Step { set: &name, what });
+        let folder = self.options.out.join(&name);
+        let mut inputs = self.inputs(preset, loaded)?;
         if let Some(shard) = self.options.shard {
+            let plan = &loaded.plan;
             progress(Progress::Steps(pipeline::steps(plan)));
             let (trees, notes) = pipeline::make_share(plan, &inputs, &self.cache, Share::Trees(shard), &step)?;
+            let mut outcome = Outcome::current(name.clone(), plan.variants.len(), loaded.world.reads());
             outcome.happened = Happened::Shard { trees };
             outcome.notes = notes;
             outcome.took = start.elapsed();
@@ -149,33 +171,59 @@ impl Builder {
             progress(Progress::Set { outcome: &outcome, folder: &folder });
             return Ok((outcome, None));
         }
-        // Held until the set is written: who waited for it finds the set current and has nothing to do.
-        let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
-        output::recover(&folder).map_err(refused)?;
-        let old = record::read(&folder, &plan.name);
-        let known = old.as_ref().filter(|old| !self.options.force && old.key == key.to_hex());
-        let mut compared = known.and_then(|old| old.compared(&folder, &output::Stamps::new()).ok());
+        let mut key = pipeline::set_key(&loaded.plan, &inputs);
+        let mut made = None;
+        // Looked at without the turn first, which needs a folder that can be written.
+        let mut compared = output::is_settled(&folder).then(|| self.current(loaded, key)).flatten();
         if compared.is_none() {
-            progress(Progress::Steps(pipeline::steps(plan)));
-            let made = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
-            let owned = old.map(|old| old.owned()).unwrap_or_default();
-            let (committed, stamps) = output::commit_stamped(&folder, &owned, &made.files).map_err(refused)?;
-            outcome.committed = committed;
-            outcome.took = start.elapsed();
-            outcome.notes = made.notes;
-            outcome.happened = Happened::Built;
-            let record = record::read(&folder, &plan.name);
-            compared = record.and_then(|record| record.compared(&folder, &stamps).ok());
+            // Held until the set is written: who waited for it finds the set current and has nothing to do.
+            let _turn = Turn::take(&self.options.out, || progress(Progress::Waiting)).map_err(refused)?;
+            // Who had the turn before may have built from newer files than were read here.
+            if !loaded.world.is_current() {
+                self.reload(preset, loaded)?;
+                inputs = self.inputs(preset, loaded)?;
+                key = pipeline::set_key(&loaded.plan, &inputs);
+            }
+            output::recover(&folder).map_err(refused)?;
+            compared = self.current(loaded, key);
+            if compared.is_none() {
+                let plan = &loaded.plan;
+                progress(Progress::Steps(pipeline::steps(plan)));
+                let set = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
+                let owned = record::read(&folder, &name).map(|old| old.owned()).unwrap_or_default();
+                let (committed, stamps) = output::commit_stamped(&folder, &owned, &set.files).map_err(refused)?;
+                made = Some((committed, start.elapsed(), set.notes));
+                compared = record::read(&folder, &name).and_then(|new| new.compared(&folder, &stamps).ok());
+            }
+        }
+        let mut outcome = Outcome::current(name.clone(), loaded.plan.variants.len(), loaded.world.reads());
+        if let Some((committed, took, notes)) = made {
+            outcome = Outcome { happened: Happened::Built, committed, took, notes, ..outcome };
             self.told(&mut outcome);
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
         let (stamps, began) = loaded.world.stamps();
         let files =
             compared.map(|files| files.into_iter().map(|(name, stamp, key)| Some((name, stamp?, key))).collect());
-        let entry = files.flatten().and_then(|files: Vec<_>| {
-            Entry::new((&plan.name, plan.variants.len()), began, &outcome.reads, &stamps, files)
-        });
+        let entry = files
+            .flatten()
+            .and_then(|files: Vec<_>| Entry::new((&name, outcome.variants), began, &outcome.reads, &stamps, files));
         Ok((outcome, entry))
+    }
+
+    /// Reads a preset again; what was read of it is known also where it is wrong now.
+    fn reload(&self, preset: &Path, loaded: &mut Loaded) -> Result<(), Vec<Diagnostic>> {
+        match find::load_or_reads(preset, &self.options.limits) {
+            Ok(new) => {
+                *loaded = new;
+                Ok(())
+            }
+            Err(failure) => {
+                let (diagnostics, world) = *failure;
+                loaded.world = world;
+                Err(diagnostics)
+            }
+        }
     }
 
     /// Adds what the cache has to tell, once it is within its limit.
@@ -328,5 +376,41 @@ impl Names {
                 Ok(())
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::sync::Mutex;
+
+    use super::*;
+
+    const PRESET: &str = "(sources: {\"a\": Grow(species: \"twig.ron\")}, variants: [Source(\"a\")], lods: [Full], \
+        foliage: (density: 0.0, pictures: 1, resolution: 64), bark: (resolution: 256), atlas: (size: 256))";
+    const TWIG: &str = "(height: 2.0, nodes: 500, iterations: [(endpoints: Volume(shape: HalfEllipsoid(bottom: 0.35, \
+        top: 0.9, radius: 0.36), count: 6))])";
+
+    #[test]
+    fn who_waited_for_the_turn_builds_what_the_files_hold_then() {
+        let project = tempfile::tempdir().unwrap();
+        let at = |name: &str| project.path().join(name);
+        let (out, preset) = (at("out"), at("oak.ron"));
+        fs::write(&preset, PRESET).unwrap();
+        fs::write(at("twig.ron"), TWIG).unwrap();
+        let builder = Builder::new(BuildOptions::new(&out));
+        let turn = Mutex::new(Some(Turn::take(&out, || ()).unwrap()));
+        let saved = |text: String| {
+            move |progress: Progress<'_>| {
+                if matches!(progress, Progress::Waiting) {
+                    fs::write(&preset, &text).unwrap();
+                    turn.lock().unwrap().take();
+                }
+            }
+        };
+        let outcomes =
+            builder.build(&[at("oak.ron")], &saved(PRESET.replace("(sources", "(seed: 2, sources"))).unwrap();
+        assert_eq!((outcomes.len(), outcomes[0].happened), (1, Happened::Built));
+        assert_eq!(builder.status(&[at("oak.ron")]).unwrap()[0].state, SetState::Current);
     }
 }

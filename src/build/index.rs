@@ -13,6 +13,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +51,29 @@ pub(super) struct Entry {
 #[derive(Debug, Default)]
 pub(super) struct Index {
     entries: BTreeMap<PathBuf, Entry>,
+}
+
+/// The index of an output folder as it was read last: who watches many presets builds one after the other, and would read
+/// it whole for each.
+#[derive(Debug, Default)]
+pub(super) struct Kept(Mutex<Option<(Stamp, Arc<Index>)>>);
+
+impl Kept {
+    /// What is there now, read where it is another file than before.
+    pub(super) fn read(&self, out: &Path) -> Arc<Index> {
+        let mut kept = self.0.lock().expect("no reader panics while it holds the lock");
+        // It is only ever replaced, so another one has another inode or time.
+        let stamp = Stamp::at(&out.join(FILE));
+        if let (Some((old, index)), Some(stamp)) = (&*kept, &stamp)
+            && old == stamp
+        {
+            return index.clone();
+        }
+        let now = stamp::now();
+        let index = Arc::new(Index::read(out));
+        *kept = stamp.filter(|stamp| !stamp.is_racy(now)).map(|stamp| (stamp, index.clone()));
+        index
+    }
 }
 
 /// Who may use an index: the same version, called from the same folder.
@@ -245,6 +269,24 @@ mod tests {
             Index::add(out, vec![(preset.clone(), stale)]);
             assert_eq!(Index::read(out).current(out, preset), None, "{}", path.display());
         }
+    }
+
+    #[test]
+    fn an_index_is_read_again_when_it_was_replaced_and_not_before() {
+        let (_folder, paths) = project();
+        let [preset, _, out, _] = &paths;
+        let kept = Kept::default();
+        assert!(kept.read(out).entries.is_empty());
+        Index::add(out, vec![(preset.clone(), entry(&paths, stamp::now()))]);
+        assert_eq!(kept.read(out).entries.len(), 1);
+        // As if it had been written a while ago.
+        let written = fs::metadata(out.join(FILE)).unwrap().modified().unwrap();
+        let file = fs::File::options().write(true).open(out.join(FILE)).unwrap();
+        file.set_modified(written - std::time::Duration::from_secs(60)).unwrap();
+        let first = kept.read(out);
+        assert!(Arc::ptr_eq(&first, &kept.read(out)), "read twice");
+        fs::remove_file(out.join(FILE)).unwrap();
+        assert!(kept.read(out).entries.is_empty());
     }
 
     #[test]

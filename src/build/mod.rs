@@ -32,6 +32,7 @@ mod studio;
 mod textures;
 mod trees;
 mod unlike;
+mod uses;
 mod world;
 
 use std::collections::BTreeMap;

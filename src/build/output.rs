@@ -153,8 +153,7 @@ impl Turn {
     pub(super) fn take(out: &Path, wait: impl FnOnce()) -> Result<Self, OutputError> {
         fs::create_dir_all(out).map_err(|source| OutputError::Io { path: out.to_path_buf(), source })?;
         let path = out.join(LOCK);
-        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(&path);
-        let file = file.map_err(|source| OutputError::Io { path, source })?;
+        let file = Self::open(&path).map_err(|source| OutputError::Io { path, source })?;
         if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
             wait();
             // An error here is one of a file system that can't wait; see above.
@@ -165,8 +164,14 @@ impl Turn {
 
     /// Takes the turn if nobody has it; none also where the folder can't be written.
     pub(super) fn at_once(out: &Path) -> Option<Self> {
-        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(out.join(LOCK)).ok()?;
+        let file = Self::open(&out.join(LOCK)).ok()?;
         (!matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock))).then_some(Self { _file: file })
+    }
+
+    /// Another user's lock may be there to be read only, which is enough to lock it.
+    fn open(path: &Path) -> io::Result<fs::File> {
+        let own = fs::OpenOptions::new().create(true).truncate(false).write(true).open(path);
+        own.or_else(|error| fs::File::open(path).map_err(|_| error))
     }
 }
 

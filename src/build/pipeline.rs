@@ -136,7 +136,7 @@ fn named_files(file: &str, input: &mut InputFile, inputs: &mut Inputs, world: &W
 }
 
 /// The files that a plan names, each with the field that names it.
-fn files_of(plan: &Plan) -> Vec<(String, String)> {
+pub(super) fn files_of(plan: &Plan) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for source in &plan.sources {
         match &source.recipe {

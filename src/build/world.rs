@@ -136,6 +136,17 @@ impl World {
         self.reads.lock().expect("no reader panics while it holds the lock").clone()
     }
 
+    /// Whether every file still holds what was read of it, and what was missing still is. A file that is there and can't be
+    /// read may hold anything.
+    pub(super) fn is_current(&self) -> bool {
+        let (stamps, start) = self.stamps();
+        let is_same = |path: &Path, key: Key| {
+            let untouched = stamps.get(path).is_some_and(|old| Stamp::at(path) == Some(*old) && !old.is_racy(start));
+            untouched || read_bounded(path, self.limits.file).is_ok_and(|(bytes, _)| Key::of_bytes(&bytes) == key)
+        };
+        self.reads().iter().all(|(path, key)| key.map_or_else(|| fs::metadata(path).is_err(), |key| is_same(path, key)))
+    }
+
     /// The stamps of what was read, and a time before all of it.
     pub(super) fn stamps(&self) -> (BTreeMap<PathBuf, Stamp>, u64) {
         (self.stamps.lock().expect("no reader panics while it holds the lock").clone(), self.start)
@@ -227,6 +238,22 @@ mod tests {
         fs::write(folder.path().join("sub/maple.ron"), "m").unwrap();
         assert!(world.read("mapel.ron").unwrap_err().contains("did you mean `maple.ron`?"));
         assert!(world.read("../a").unwrap_err().contains("outside of the project"));
+    }
+
+    #[test]
+    fn what_was_read_is_current_until_it_changes_or_what_was_missing_comes() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        fs::write(&a, "one").unwrap();
+        let world = World::at(folder.path());
+        assert!(world.read("a").is_ok() && world.read("b").is_err() && world.is_current());
+        // Of the same size and within a tick, perhaps.
+        fs::write(&a, "two").unwrap();
+        assert!(!world.is_current());
+        fs::write(&a, "one").unwrap();
+        assert!(world.is_current(), "touched and not changed");
+        fs::write(&b, "").unwrap();
+        assert!(!world.is_current());
     }
 
     #[test]

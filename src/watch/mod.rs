@@ -1,7 +1,8 @@
 //! Watching: a saved preset, species or source file rebuilds the sets that read it.
 //!
 //! The folders of every file that the last build read are watched, also of files that are missing, so editors that save
-//! by rename are seen; where a folder is missing, the nearest one above it that is there. Reading a file raises access
+//! by rename are seen; where a folder is missing, the nearest one above it that is there. So is the folder of every link
+//! on the way to a file: a link that is put in the place of another leads elsewhere. Reading a file raises access
 //! events of its own; only creation, change and removal count. What a build writes wakes nobody, also inside the watched
 //! folder, as no preset reads it. A burst of events is one rebuild; events that arrive during a build are taken after it.
 //! A file in a folder that was not watched yet may be saved between its being read and the folder's being watched: what
@@ -167,11 +168,8 @@ impl Watcher {
             {
                 tell(Event::Polling { every: *every, why });
             }
-            let late: BTreeSet<PathBuf> = fresh
-                .into_iter()
-                .filter(|(path, held)| changed_since(path, *held, start))
-                .map(|(path, _)| path)
-                .collect();
+            let late = fresh.iter().filter(|(path, held)| changed_since(path, **held, start));
+            let late: BTreeSet<PathBuf> = late.flat_map(|(path, _)| names(path)).collect();
             if !late.is_empty() {
                 touched = Some(late);
                 continue;
@@ -232,12 +230,12 @@ impl Watcher {
                     read
                 }
             };
-            let mut reads = BTreeSet::from(names(&preset));
+            let mut reads = names(&preset);
             for (path, key) in &read {
                 for name in names(path) {
                     let is_new = self.listen_near(&name);
                     if self.polling.as_mut().map_or(is_new, |polling| polling.seen.meet(&name)) {
-                        fresh.insert(name.clone(), *key);
+                        fresh.insert(path.clone(), *key);
                     }
                     reads.insert(name);
                 }
@@ -404,15 +402,30 @@ fn concerns(path: &Path, reads: &BTreeSet<PathBuf>) -> bool {
     reads.range(path.to_path_buf()..).next().is_some_and(|next| next.starts_with(path))
 }
 
-/// The names that events may give a file: where it stands, and where a link leads.
-fn names(path: &Path) -> [PathBuf; 2] {
-    let standing = match (path.parent(), path.file_name()) {
-        (Some(folder), Some(name)) => {
-            absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).join(name)
+/// Most links that are followed: systems follow forty.
+const MOST_LINKS: usize = 40;
+
+/// The names that events may give a file: where it lies, and every link on the way there, folders' links too. Each stands
+/// under the real path of its folder.
+fn names(path: &Path) -> BTreeSet<PathBuf> {
+    let mut names = BTreeSet::new();
+    let full = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let parts = |path: &Path| path.components().rev().map(|part| part.as_os_str().to_owned()).collect::<Vec<_>>();
+    let (mut at, mut left, mut links) = (PathBuf::new(), parts(&full), 0);
+    while let Some(part) = left.pop() {
+        match std::fs::read_link(at.join(&part)) {
+            Ok(target) if links < MOST_LINKS => {
+                names.insert(absolute(&at).join(part));
+                left.extend(parts(&target));
+                links += 1;
+            }
+            _ if part == ".." => drop(at.pop()),
+            _ if part == "." => {}
+            _ => at.push(part),
         }
-        _ => absolute(path),
-    };
-    [standing, absolute(path)]
+    }
+    names.insert(absolute(&at));
+    names
 }
 
 /// The absolute path of a file that may not exist: its folder's real path, then its name.
@@ -461,6 +474,28 @@ mod tests {
         assert_eq!(hear(renamed(RenameMode::From), &preset), (true, false));
         assert_eq!(hear(renamed(RenameMode::To), &preset), (true, true));
         assert_eq!(hear(EventKind::Remove(notify::event::RemoveKind::File), &preset), (true, false));
-        assert!(burst.paths.contains(&absolute(&preset)) && burst.paths.contains(&absolute(&beside)));
+        assert!([preset, beside].iter().all(|path| burst.paths.contains(&absolute(path))));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn every_link_on_the_way_to_a_file_is_one_of_its_names() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        std::fs::create_dir_all(root.join("kept/v1")).unwrap();
+        symlink("kept", root.join("all")).unwrap();
+        symlink("./../all/v1", root.join("kept/now")).unwrap();
+        let set = |list: &[&str]| list.iter().map(|name| root.join(name)).collect::<BTreeSet<_>>();
+        // It need not be there.
+        assert_eq!(names(&root.join("kept/now/../now/oak.ron")), set(&["kept/now", "all", "kept/v1/oak.ron"]));
+        std::fs::write(root.join("kept/v1/oak.ron"), "").unwrap();
+        symlink("oak.ron", root.join("kept/v1/ash.ron")).unwrap();
+        assert_eq!(
+            names(&root.join("all/now/ash.ron")),
+            set(&["all", "kept/now", "kept/v1/ash.ron", "kept/v1/oak.ron"])
+        );
+        symlink("loop", root.join("loop")).unwrap();
+        assert!(names(&root.join("loop/oak.ron")).contains(&root.join("loop")));
     }
 }

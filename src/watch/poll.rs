@@ -1,7 +1,7 @@
 //! Looking at files, where the system does not tell of changes: their stamps, read every so often.
 //!
 //! Only files that a build read, or looked for, and the presets are looked at, not whole folders; some hundred files take
-//! about a millisecond. A file that is changed twice within one tick of the file system's clock, and read in between, is
+//! about a millisecond. Links are looked at as such, too: another one may lead elsewhere. A file that is changed twice within one tick of the file system's clock, and read in between, is
 //! not seen the second time.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,15 +12,22 @@ use crate::build::stamp::Stamp;
 /// How files looked.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
-    stamps: BTreeMap<PathBuf, Option<Stamp>>,
+    stamps: BTreeMap<PathBuf, Look>,
+}
+
+/// A file's stamp, and that of the link in its place.
+type Look = (Option<Stamp>, Option<Stamp>);
+
+fn look_at(path: &Path) -> Look {
+    let link = std::fs::symlink_metadata(path).ok().filter(std::fs::Metadata::is_symlink);
+    (Stamp::at(path), link.as_ref().and_then(Stamp::of))
 }
 
 impl Seen {
     /// Looks at `files`; those that changed, came or went since the last time, and those that it never looked at, as a new
     /// preset.
     pub(super) fn look<'a>(&mut self, files: impl IntoIterator<Item = &'a PathBuf>) -> BTreeSet<PathBuf> {
-        let new: BTreeMap<PathBuf, Option<Stamp>> =
-            files.into_iter().map(|path| (path.clone(), Stamp::at(path))).collect();
+        let new: BTreeMap<PathBuf, Look> = files.into_iter().map(|path| (path.clone(), look_at(path))).collect();
         let differs = |path: &&PathBuf| self.stamps.get(*path) != new.get(*path);
         let changed = new.keys().chain(self.stamps.keys()).filter(differs).cloned().collect();
         self.stamps = new;
@@ -31,7 +38,7 @@ impl Seen {
     pub(super) fn meet(&mut self, file: &Path) -> bool {
         let is_new = !self.stamps.contains_key(file);
         if is_new {
-            self.stamps.insert(file.to_path_buf(), Stamp::at(file));
+            self.stamps.insert(file.to_path_buf(), look_at(file));
         }
         is_new
     }

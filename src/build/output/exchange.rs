@@ -10,8 +10,8 @@
 //! folder was replaced or removed, so that everything else there is known to be somebody else's.
 //!
 //! Limits: where the file system can't swap or link, where the set's folder is a link, holds folders (which can't be
-//! linked), or belongs to another user, and on systems other than Linux, the caller goes on to the journal. Extended
-//! attributes of the folder itself are lost. A program that stands *in* the folder stays in the old one: shells have to
+//! linked), may not be written or belongs to another user, and on systems other than Linux, the caller goes on to the journal.
+//! Extended attributes of the folder itself are lost. A program that stands *in* the folder stays in the old one: shells have to
 //! enter it again, and watchers that are bound to the folder instead of its name see links go. Engines that watch by
 //! name or look at times see changed files only: what is linked keeps its inode and times. The manifest's hashes tell
 //! what changed in any case.
@@ -46,6 +46,12 @@ pub(super) fn commit(
 ) -> Result<bool, OutputError> {
     let Some(next) = next(folder).filter(|_| hand.exchanges) else { return Ok(false) };
     let Some(others) = linkable(folder) else { return Ok(false) };
+    // What has the name already is nobody's that we know: a build that was cut off was settled before this.
+    match hand.step(&next, || fs::create_dir(&next)) {
+        Ok(()) => {}
+        Err(error) if error.is_refusal() => return Ok(false),
+        Err(error) => return Err(error),
+    }
     match prepared(hand, folder, &next, write, remove, &others) {
         Ok(true) => {}
         Ok(false) => return discard(hand, &next).map(|()| false),
@@ -87,7 +93,6 @@ fn prepared(
     remove: &[String],
     others: &[OsString],
 ) -> Result<bool, OutputError> {
-    hand.step(next, || fs::create_dir(next))?;
     let gone: BTreeSet<&str> = write.iter().map(|(name, _)| *name).chain(remove.iter().map(String::as_str)).collect();
     let mark = serde_json::to_vec(&gone).expect("names serialize");
     hand.write(&next.join(MARK), &mark)?;
@@ -109,10 +114,7 @@ fn prepared(
 /// Removes a new folder that was never swapped: all in it are copies or links. The mark goes last, so that this can be
 /// cut off as well.
 fn discard(hand: &mut Hand, next: &Path) -> Result<(), OutputError> {
-    // It could not even be made, as with a name that is too long with more before it.
-    if !next.exists() {
-        return Ok(());
-    }
+    give_way(next);
     for entry in fs::read_dir(next).into_iter().flatten().flatten() {
         if entry.file_name() != MARK {
             hand.remove(&entry.path())?;
@@ -140,8 +142,21 @@ pub(super) fn settle(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> 
     if !next.exists() { hand.remove(&mark) } else { Ok(()) }
 }
 
+/// Lets what was made of a set's folder be cleared: it has the rights of that, which somebody may have taken away since.
+fn give_way(folder: &Path) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // Where that is refused, the clearing tells.
+        let _ = fs::set_permissions(folder, fs::Permissions::from_mode(0o700));
+    }
+    #[cfg(not(unix))]
+    let _ = folder;
+}
+
 /// Clears the old folder after a swap, and carries over what somebody saved there meanwhile.
 fn clear_old(hand: &mut Hand, folder: &Path, old: &Path, gone: &BTreeSet<String>) -> Result<(), OutputError> {
+    give_way(old);
     for entry in fs::read_dir(old).into_iter().flatten().flatten() {
         let (from, to) = (entry.path(), folder.join(entry.file_name()));
         let replaced = entry.file_name().to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
