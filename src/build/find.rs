@@ -66,9 +66,13 @@ pub fn find_presets(paths: &[PathBuf]) -> Result<Vec<PathBuf>, BuildError> {
             );
         }
     }
-    // The same preset named twice, by itself and by its folder, is one.
+    // The same preset named twice, by itself and by its folder, is one. A link to another preset is one of its own name.
     let mut seen = BTreeSet::new();
-    presets.retain(|preset| seen.insert(fs::canonicalize(preset).unwrap_or_else(|_| preset.clone())));
+    presets.retain(|preset| {
+        let folder = preset.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+        seen.insert(folder.join(preset.file_name().unwrap_or_default()))
+    });
     if errors.is_empty() { Ok(presets) } else { Err(BuildError::of(errors)) }
 }
 
@@ -160,6 +164,12 @@ mod tests {
             assert_eq!(presets, [at("ash.ron"), at("oak.ron")]);
             let errors = load_preset(&at("ash.ron")).expect_err("it leads nowhere");
             assert!(errors[0].file.ends_with("ash.ron"), "{errors:?}");
+            // Two sets of one text; and a folder's other name gives it no more presets.
+            std::os::unix::fs::symlink("oak.ron", at("yew.ron")).expect("a link");
+            std::os::unix::fs::symlink(".", at("again")).expect("a link");
+            fs::remove_file(at("ash.ron")).expect("it goes");
+            let paths = [folder.path().to_path_buf(), at("again/yew.ron"), at("again")];
+            assert_eq!(find_presets(&paths).expect("there are some"), [at("oak.ron"), at("yew.ron")]);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The tier on disk: `FOLDER/STAGE/KEY.entry`, a file an entry, safe under any number of processes.
 //!
-//! An entry is written beside its place and renamed into it; whoever comes second replaces equal bytes by equal bytes.
+//! An entry is written beside its place and renamed into it; whoever comes second replaces equal bytes by equal bytes. The
+//! name that it is written under is drawn by chance: machines and containers that share a folder share process numbers.
 //! It carries its key and the hash of what it holds, so that one that was cut off, changed or put elsewhere is a miss.
 //! Nothing is flushed: after a loss of power such an entry is damaged and made again. An entry's time of change is the
 //! time of its last use; it decides what goes when the folder is full and nothing else.
@@ -60,14 +61,19 @@ pub(super) enum Found {
 pub(super) struct Store {
     folder: PathBuf,
     limit: u64,
+    /// What the names of its parts begin with.
+    mark: u64,
     parts: AtomicU64,
     refused: AtomicBool,
 }
 
+/// How often an entry is written anew when its folder goes or its part's name is taken.
+const TRIES: usize = 8;
+
 impl Store {
     pub(super) fn new(options: &CacheOptions) -> Self {
         let CacheOptions { folder, limit } = options.clone();
-        Self { folder, limit, parts: AtomicU64::new(0), refused: AtomicBool::new(false) }
+        Self { folder, limit, mark: chance(), parts: AtomicU64::new(0), refused: AtomicBool::new(false) }
     }
 
     /// Where an entry lies.
@@ -98,22 +104,30 @@ impl Store {
             return Ok(());
         }
         let path = self.path(stage, key);
-        let folder = self.folder.join(stage);
+        let header = [MAGIC.as_slice(), &key.bytes(), &Key::of_bytes(bytes).bytes()].concat();
+        for _ in 0..TRIES {
+            let part = self.part(stage);
+            let made = fs::create_dir_all(self.folder.join(stage)).and_then(|()| fs::File::create_new(&part));
+            let written = made.and_then(|mut file| {
+                let written = file.write_all(&header).and_then(|()| file.write_all(bytes));
+                drop(file);
+                written.and_then(|()| fs::rename(&part, &path)).inspect_err(|_| drop(fs::remove_file(&part)))
+            });
+            match written {
+                // Somebody clears the cache meanwhile, or has a part of that name.
+                Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::AlreadyExists) => {}
+                Err(source) => return Err(CacheError { path: self.folder.clone(), what: "written", source }),
+                Ok(()) => return Ok(()),
+            }
+        }
+        // Not kept; that is no reason to keep nothing more.
+        Ok(())
+    }
+
+    /// Where an entry is written first.
+    fn part(&self, stage: &str) -> PathBuf {
         let number = self.parts.fetch_add(1, Ordering::Relaxed);
-        let part = folder.join(format!("{}-{number}{TEMPORARY}", std::process::id()));
-        let written = fs::create_dir_all(&folder).and_then(|()| {
-            let mut file = fs::File::create(&part)?;
-            file.write_all(&MAGIC)?;
-            file.write_all(&key.bytes())?;
-            file.write_all(&Key::of_bytes(bytes).bytes())?;
-            file.write_all(bytes)?;
-            drop(file);
-            fs::rename(&part, &path)
-        });
-        written.map_err(|source| {
-            let _ = fs::remove_file(&part);
-            CacheError { path: self.folder.clone(), what: "written", source }
-        })
+        self.folder.join(stage).join(format!("{:016x}-{number}{TEMPORARY}", self.mark))
     }
 
     /// Stops writing; whether it had not yet.
@@ -153,6 +167,12 @@ impl Store {
 #[expect(clippy::disallowed_methods, reason = "what was used longest ago is evicted first")]
 fn clock() -> SystemTime {
     SystemTime::now()
+}
+
+/// A number that no other process has. It names files that are renamed or removed, and decides nothing of what is built.
+fn chance() -> u64 {
+    use std::hash::{BuildHasher, RandomState};
+    RandomState::new().hash_one(std::process::id())
 }
 
 /// The payload of an entry; none when it is not the whole entry of this key.
@@ -214,8 +234,8 @@ fn entries(folder: &Path) -> Result<Vec<Listed>, CacheError> {
 }
 
 fn is_part_name(name: &str) -> bool {
-    name.split_once('-').is_some_and(|(process, number)| {
-        [process, number].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()))
+    name.split_once('-').is_some_and(|(mark, number)| {
+        [mark, number].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_hexdigit()))
     })
 }
 
@@ -258,4 +278,37 @@ pub fn clear(folder: &Path) -> Result<CacheStats, CacheError> {
         let _ = fs::remove_dir(folder.join(stage));
     }
     Ok(removed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_processes_write_to_one_part_and_a_cleared_folder_is_made_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = CacheOptions { folder: folder.path().join("kept"), limit: CacheOptions::LIMIT };
+        let [one, other] = [Store::new(&options), Store::new(&options)];
+        assert_ne!(one.part("a"), other.part("a"));
+        // Another's part, of whatever name, is not written into.
+        fs::create_dir_all(options.folder.join("a")).unwrap();
+        let taken = one.folder.join("a").join(format!("{:016x}-1{TEMPORARY}", one.mark));
+        fs::write(&taken, "half").unwrap();
+        let key = Key::of_bytes(b"key");
+        one.put("a", key, b"whole").unwrap();
+        assert_eq!(fs::read(&taken).unwrap(), b"half");
+        assert!(matches!(other.get("a", key), Found::Whole(bytes) if bytes == b"whole"));
+        // Cleared by others again and again while it is written to: nothing is an error.
+        let cleared = std::thread::scope(|scope| {
+            let writer = scope.spawn(|| (0..400).try_for_each(|_| one.put("b", key, b"whole")));
+            let mut clears = 0;
+            while !writer.is_finished() {
+                let _ = clear(&options.folder);
+                let _ = fs::remove_dir_all(options.folder.join("b"));
+                clears += 1;
+            }
+            writer.join().unwrap().map(|()| clears)
+        });
+        assert!(cleared.unwrap() > 0);
+    }
 }
