@@ -423,6 +423,25 @@ fn paths_that_are_no_text_links_and_long_names_are_built_or_told() {
     }
 }
 
+#[test]
+fn a_file_that_is_no_plant_is_told_where_the_preset_names_it_by_checks_too() {
+    let project = tiny::project();
+    let at = |name: &str| project.path().join(name);
+    let point = "Plant(chains: [(parent: None, location: 0.0, origin: (0.0, 0.0, 0.0), \
+        points: [(0.0, 0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 0.1)])], leaves: [])";
+    fs::write(at("scans/point.plant"), point).unwrap();
+    for (file, why) in [("art/leaf.png", "leaf.png: "), ("scans/point.plant", "no branch of the plant has any length")]
+    {
+        fs::write(at("wrong.ron"), tiny::scanned().replace("scans/tiny.swc", file)).unwrap();
+        for arguments in [&["check", "wrong.ron"][..], &["build", "wrong.ron", "--out", "out"]] {
+            let said = fails(project.path(), arguments);
+            for part in ["wrong.ron:4:", "sources[\"a\"].file", why, "1 error in 1 file"] {
+                assert!(said.contains(part), "{part} is not said: {said}");
+            }
+        }
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn pipes_and_devices_are_told_and_never_waited_for() {

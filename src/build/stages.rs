@@ -120,7 +120,7 @@ fn one_source(source: &Source, inputs: &Inputs, cache: &Cache) -> Result<Arc<Sou
         }
         SourceRecipe::Import(params) => {
             let key = import_key(IMPORT.key(), params, inputs);
-            cache.remember(IMPORT, key, || imported(params, inputs).map(SourcePlant::imported))
+            cache.remember(IMPORT, key, || imported((source, "file"), params, inputs).map(SourcePlant::imported))
         }
         SourceRecipe::Like(like) => {
             let key = import_key(LIKE.key().params(like), &like.scan, inputs);
@@ -139,14 +139,35 @@ fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key 
     key.finish()
 }
 
-fn imported(params: &ImportParams, inputs: &Inputs) -> Result<import::Imported, Vec<Diagnostic>> {
+/// Imports the file that a source's `field` names. What is wrong with a place in the file is told there; what is wrong with
+/// the whole file, where the preset names it.
+fn imported(
+    (source, field): (&Source, &str),
+    params: &ImportParams,
+    inputs: &Inputs,
+) -> Result<import::Imported, Vec<Diagnostic>> {
     let input = &inputs[&params.file];
-    import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+    let field = format!("sources[\"{}\"].{field}", source.name);
+    let wrong = |message: String, hint: String| Diagnostic::new("", message).with_field(field.clone()).with_hint(hint);
+    let made = import::import_with(&input.bytes, &input.shown, &input.files(inputs), params).map_err(|errors| {
+        let placed = |error: Diagnostic| match error.span {
+            None => wrong(format!("{}: {}", error.file, error.message), error.hint),
+            Some(_) => error,
+        };
+        errors.into_iter().map(placed).collect::<Vec<_>>()
+    })?;
+    let plant = &made.plant;
+    let has_length = |id| plant.points(id).windows(2).any(|ends| ends[0].distance(ends[1]) > 0.0);
+    if plant.chain_ids().any(has_length) {
+        return Ok(made);
+    }
+    let message = format!("{}: no branch of the plant has any length", input.shown);
+    Err(vec![wrong(message, "all points of each branch lie in one place: check their coordinates".to_owned())])
 }
 
 /// A plant grown like a scan.
 fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
-    let scan = imported(&like.scan, inputs)?;
+    let scan = imported((source, "like"), &like.scan, inputs)?;
     let wrong = |message: String| {
         let field = format!("sources[\"{}\"].like", source.name);
         vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
@@ -346,7 +367,7 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
         .sources
         .par_iter()
         .map(|source| match &source.recipe {
-            SourceRecipe::Like(like) => imported(&like.scan, inputs).map(drop),
+            SourceRecipe::Like(like) => imported((source, "like"), &like.scan, inputs).map(drop),
             SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(drop),
             SourceRecipe::Grow(params) => {
                 solids(source, params, inputs)?;

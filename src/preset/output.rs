@@ -415,7 +415,13 @@ pub(super) fn atlas(fields: &Reader<'_, '_>) -> AtlasParams {
         let (below, above) = (1_u32 << size.ilog2(), 2_u32 << size.ilog2());
         fields.fault("size", format!("{size} is no power of two"), format!("take {below} or {above}"));
     }
-    AtlasParams { size, gutter: fields.count("gutter") }
+    // Not of a size that is told to be wrong already.
+    let (gutter, most) = (fields.count("gutter"), size / 16);
+    if size.is_power_of_two() && gutter > most {
+        let message = format!("{gutter} is more than a sixteenth of the atlas' size, {size}");
+        fields.fault("gutter", message, format!("take {most} at most, or a larger atlas"));
+    }
+    AtlasParams { size, gutter }
 }
 
 /// The engines, in the order of [`Engine`], with their textures.

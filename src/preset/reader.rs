@@ -218,7 +218,7 @@ impl<'t, 'r> Reader<'t, 'r> {
         match item.node.value {
             Value::Integer(value) => match u64::try_from(value) {
                 Ok(value) if (low..=high).contains(&value) => return value,
-                _ if high == u64::MAX => {
+                _ if high == u64::MAX && value < low.into() => {
                     self.report.at(
                         item.span(),
                         &item.path,
@@ -318,7 +318,8 @@ impl<'t, 'r> Reader<'t, 'r> {
 
     /// Reports a name that is none of `names`.
     pub(super) fn no_such(&self, span: impl Into<Option<Span>>, path: &str, what: &str, typed: &str, names: &[&str]) {
-        if self.report.is_full() {
+        // Where there is no name at all, what should give some is wrong, and that has been said.
+        if self.report.is_full() || names.is_empty() {
             return;
         }
         let quote = |name: &&str| format!("\"{}\"", clip(name));

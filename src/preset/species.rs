@@ -13,7 +13,7 @@ use super::plan::{
 use super::reader::{Item, Reader};
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::syntax::tree;
+use super::syntax::{Node, Value, tree};
 use crate::base::Diagnostic;
 
 /// Height of a grown plant; a source may set its own.
@@ -346,14 +346,26 @@ static KEEP: Choice = Choice {
 /// All that is wrong with the text, in its order, each with its place in `file`.
 pub fn species(file: &str, text: &str) -> Result<GrowParams, Vec<Diagnostic>> {
     let report = Report::new(file);
-    let params = tree(text, &report).filter(|_| report.is_clean()).map(|node| {
+    let params = tree(text, &report).filter(|_| report.is_clean()).and_then(|node| {
+        if is_preset(&node) {
+            let hint = "name a species file in its place, which says how one kind of tree grows: \"species/oak.ron\"";
+            report.whole("this is a preset, which says what a set holds", hint);
+            return None;
+        }
         let top = Item { node: std::borrow::Cow::Owned(node), path: String::new(), given: true };
-        grow_params(&Reader::new(&report, &SPECIES, &top))
+        Some(grow_params(&Reader::new(&report, &SPECIES, &top)))
     });
     match params {
         Some(params) if report.is_clean() => Ok(params),
         _ => Err(report.into_diagnostics()),
     }
+}
+
+/// Whether a file's fields are those of a preset: it tells variants or sources and no iterations.
+fn is_preset(node: &Node) -> bool {
+    let Value::Record(None, fields) = &node.value else { return false };
+    let has = |name: &str| fields.iter().any(|(field, _)| field.text == name);
+    (has("sources") || has("variants")) && !has("iterations")
 }
 
 fn grow_params(species: &Reader<'_, '_>) -> GrowParams {

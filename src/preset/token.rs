@@ -148,7 +148,13 @@ impl<'t> Lexer<'t> {
                     '“' | '”' | '„' | '«' | '»' => "texts stand in straight double quotes",
                     _ => "",
                 };
-                self.fault(self.since(start), format!("unexpected `{}`", c.escape_debug()), hint)
+                let broken = self.fault(self.since(start), format!("unexpected `{}`", c.escape_debug()), hint);
+                // What was meant is plain, so what follows is read as if it stood there.
+                match c {
+                    ';' => Token::Mark(','),
+                    '=' => Token::Mark(':'),
+                    _ => broken,
+                }
             }
         };
         (token, self.since(start))
