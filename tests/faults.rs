@@ -442,6 +442,32 @@ fn a_file_that_is_no_plant_is_told_where_the_preset_names_it_by_checks_too() {
     }
 }
 
+#[test]
+fn the_gallery_holds_every_set_that_is_there_as_its_preset_tells_of_it() {
+    let project = tiny::project();
+    let at = |name: &str| project.path().join(name);
+    let page = || fs::read_to_string(at("out/gallery.html")).unwrap();
+    builds(project.path(), &["build", ".", "--out", "out"]);
+    // Built by itself, then found current.
+    fs::write(at("solo.ron"), tiny::GROWN).unwrap();
+    builds(project.path(), &["build", "solo.ron", "--out", "out"]);
+    builds(project.path(), &["build", ".", "--out", "out"]);
+    assert!(page().contains("id=\"solo\"") && page().contains("id=\"grown\""));
+    // A comment is no input of a set.
+    fs::write(at("solo.ron"), format!("// A lone tree.\n{}", tiny::GROWN)).unwrap();
+    builds(project.path(), &["build", ".", "--out", "out"]);
+    assert!(page().contains("A lone tree."));
+    let written = fs::metadata(at("out/gallery.html")).unwrap().modified().unwrap();
+    builds(project.path(), &["build", ".", "--out", "out"]);
+    assert_eq!(fs::metadata(at("out/gallery.html")).unwrap().modified().unwrap(), written, "nothing had changed");
+    // What goes is gone, and a wrong preset beside it is no reason to tell of it.
+    fs::remove_file(at("solo.ron")).unwrap();
+    fs::remove_dir_all(at("out/solo")).unwrap();
+    fs::write(at("wrong.ron"), "(").unwrap();
+    fails(project.path(), &["build", ".", "-k", "--out", "out"]);
+    assert!(!page().contains("solo") && page().contains("id=\"grown\""));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn pipes_and_devices_are_told_and_never_waited_for() {

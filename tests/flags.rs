@@ -86,6 +86,15 @@ fn check_tells_what_is_not_as_the_presets_make_it_and_writes_nothing() {
     let (_, said) = says(project.path(), 0, &["build", "three.ron", "grown.ron", "--out", "out", "--dry-run"]);
     assert!(said.contains("out/three: the preset") && said.contains("out/grown: changed"), "{said}");
     assert_eq!(tree(&at("out")), before);
+    // What is asked for anyway, and what is known beside a wrong preset.
+    says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
+    let (_, said) = says(project.path(), 0, &["build", "three.ron", "--out", "out", "--dry-run", "--force"]);
+    assert!(said.contains("out/three: nothing has changed, and --force builds it"), "{said}");
+    fs::write(at("wrong.ron"), "(").unwrap();
+    let (_, said) = says(project.path(), 1, &["build", "wrong.ron", "three.ron", "--out", "out", "--check", "-k"]);
+    assert!(said.contains("out/three: nothing to do") && said.contains("wrong.ron:1"), "{said}");
+    let (_, said) = says(project.path(), 1, &["build", "wrong.ron", "three.ron", "--out", "out", "--check"]);
+    assert!(!said.contains("out/three"), "{said}");
 }
 
 #[test]
@@ -153,6 +162,10 @@ fn messages_are_one_object_a_line_and_described() {
     assert_eq!((&wrong[0]["event"], &wrong[0]["field"]), (&"error".into(), &"seed".into()));
     assert_eq!((&wrong[0]["file"], &wrong[0]["span"]["line"]), (&"wrong.ron".into(), &2.into()));
     all.extend(wrong);
+    let kept_going = events(1, &["wrong.ron", "three.ron", "-k", "--depfile", "deps.d"]);
+    assert_eq!(kept_going.last().unwrap(), &serde_json::json!({"event": "end", "sets": 1, "errors": 1}));
+    assert!(fs::read_to_string(project.path().join("deps.d")).unwrap().starts_with("out/three/"));
+    all.extend(kept_going);
     let status = events(1, &["three.ron", "grown.ron", "--check"]);
     assert_eq!((&status[0]["state"], &status[1]["state"]), (&"current".into(), &"new".into()));
     all.extend(status);
@@ -248,7 +261,7 @@ fn shards_that_share_a_cache_end_in_the_bytes_of_a_single_build() {
     assert!(tree(&project.path().join("out")) == tree(&project.path().join("plain")));
     let left = tree(&project.path().join("kept")).keys().filter(|name| name.starts_with("ladder/")).count();
     assert_eq!(left, 3, "the build made a tree again");
-    let (_, said) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--shard", "1/4"]);
+    let (_, said) = says(project.path(), 2, &["build", "three.ron", "--out", "out", "--shard", "1/4"]);
     assert!(said.contains("--cache"), "{said}");
     says(project.path(), 2, &["build", "three.ron", "--out", "out", "--shard", "5/4"]);
 }
@@ -274,7 +287,15 @@ fn planned_commands_end_in_the_bytes_of_a_single_build() {
             fs::create_dir_all(to.parent().unwrap()).unwrap();
             fs::copy(project.path().join(&input), to).unwrap();
         }
-        let arguments = texts(command, "arguments");
+        let mut arguments = texts(command, "arguments");
+        if command["kind"] == "atlas" {
+            // As a list, as Ninja hands it over.
+            let given: Vec<String> = arguments.extract_if(.., |argument| argument.ends_with(".part")).collect();
+            arguments.retain(|argument| argument != "--given" && argument != "--part");
+            let (made, given) = given.split_last().unwrap();
+            fs::write(elsewhere.path().join("list"), given.join("\n")).unwrap();
+            arguments.extend(["--given", "@list", "--part", made.as_str()].map(str::to_owned));
+        }
         says(elsewhere.path(), 0, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
         for output in texts(command, "outputs") {
             assert!(elsewhere.path().join(&output).is_file(), "{output} was not made");
@@ -298,6 +319,43 @@ fn planned_commands_end_in_the_bytes_of_a_single_build() {
     let (_, said) = says(project.path(), 1, &step(&["--place", "1", "--given", "parts/three_001.part"]));
     assert!(said.contains("three_001.part") && said.contains("no part"), "{said}");
     says(project.path(), 2, &["step", "tree", "three.ron", "--part", "x.part"]);
+    says(project.path(), 2, &["step", "sources", "three.ron", "--place", "1", "--part", "x.part"]);
+    says(project.path(), 2, &["step", "sources", "three.ron", "--out", "out"]);
+}
+
+/// Who reads them would take half of the messages for all.
+#[cfg(target_os = "linux")]
+#[test]
+fn messages_that_can_not_be_written_are_an_error() {
+    let project = three();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_treewright"));
+    command.current_dir(project.path()).args(["build", "grown.ron", "--out", "out", "--message-format", "json"]);
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = command.stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("can't write the result"));
+    assert!(tiny::is_whole(&project.path().join("out/grown"), "grown"));
+}
+
+#[test]
+fn every_file_that_a_plan_names_is_written_whatever_engines_ask_for() {
+    let project = three();
+    let engines = ["Generic", "Godot", "Unity", "Unreal", "Bevy", "Web"];
+    for (i, engine) in engines.iter().enumerate() {
+        let set = format!("for_{i}");
+        let text =
+            tiny::GROWN.replace("atlas: (size: 256),", &format!("atlas: (size: 256),\n    engines: [{engine}],"));
+        fs::write(project.path().join(format!("{set}.ron")), text).unwrap();
+        let preset = format!("{set}.ron");
+        let plan = ["plan", preset.as_str(), "--out", "out", "--parts", "parts", "--format", "json"];
+        let json: serde_json::Value = serde_json::from_str(&says(project.path(), 0, &plan).0).unwrap();
+        let outputs = json["commands"].as_array().unwrap().last().unwrap()["outputs"].as_array().unwrap();
+        assert_eq!(outputs.len(), 2, "{outputs:?}");
+        says(project.path(), 0, &["build", preset.as_str(), "--out", "out"]);
+        for output in outputs {
+            assert!(project.path().join(output.as_str().unwrap()).is_file(), "{engine}: {output} is not there");
+        }
+    }
 }
 
 /// Ninja is what many engines' builds run by; `.ci/run` installs it where it can.

@@ -28,7 +28,7 @@ img{max-width:100%;height:auto;border-radius:.5rem;border:1px solid #8884}\
 ";
 
 /// Writes the page for the sets in `out`, with what is said of each preset (file and text); tells whether it is there.
-/// It is replaced as a whole.
+/// It is replaced as a whole, and only where it would be another one.
 ///
 /// # Errors
 ///
@@ -71,6 +71,9 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     }
     for specimen in &species {
         of_species(&mut html, specimen);
+    }
+    if html == old {
+        return Ok(true);
     }
     // A reader sees the old page or the new one.
     let new = out.join(format!(".{GALLERY}.{}", std::process::id()));

@@ -1,15 +1,23 @@
 //! A build as a graph of commands that share no folder: sources, one command a tree, the textures, the set. Each names
 //! every file that it reads and writes, so that a farm, Bazel or Ninja with a remote executor may run it anywhere; run in
 //! order, they write what one build would, byte by byte.
+//!
+//! Ninja hands a command to the shell as one argument, of which systems take 128 KiB: what a step is given stands in a file
+//! there, where it is more than one part.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::assets::names;
 use super::builder::read;
 use super::record::manifest_name;
 use super::{BuildError, Limits, Loaded, find, pipeline};
+use crate::base::Diagnostic;
+use crate::export::level_name;
+use crate::preset::plan::{Engine, Profile};
 
 /// What a command makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -38,8 +46,17 @@ pub struct Step {
     pub arguments: Vec<String>,
     /// Every file that it reads, `/` between folders.
     pub inputs: Vec<String>,
-    /// Files that it writes. Of a set the manifest and the variants: what else there is, the manifest tells.
+    /// Files that it writes. Of a set the manifest and, for each engine, the first file of each variant: what else there is,
+    /// the manifest tells.
     pub outputs: Vec<String>,
+}
+
+impl Step {
+    /// The parts that it is given.
+    fn given(&self) -> &[String] {
+        let count = self.arguments.iter().filter(|argument| *argument == "--given").count();
+        &self.inputs[self.inputs.len() - count..]
+    }
 }
 
 /// The commands that build some presets into `out`, by way of part files in `parts`; each comes after those that it needs.
@@ -61,7 +78,11 @@ pub fn plan(presets: &[PathBuf], out: &Path, parts: &Path) -> Result<Vec<Step>, 
 
 fn steps_of(loaded: &Loaded, out: &Path, parts: &Path, steps: &mut Vec<Step>) {
     let set = &loaded.plan.name;
-    let part = |name: &str| find::shown(&parts.join(format!("{set}_{name}.part")));
+    let part = |name: &str| {
+        let path = find::shown(&parts.join(format!("{set}_{name}.part")));
+        // `--given @FILE` is a list of parts.
+        if path.starts_with('@') { format!("./{path}") } else { path }
+    };
     let files: Vec<String> =
         loaded.world.reads().iter().filter(|(_, key)| key.is_some()).map(|(path, _)| find::shown(path)).collect();
     let places = 0..loaded.plan.variants.len();
@@ -88,16 +109,46 @@ fn steps_of(loaded: &Loaded, out: &Path, parts: &Path, steps: &mut Vec<Step>) {
     given.push(atlas);
     let folder = out.join(set);
     let mut outputs = vec![find::shown(&folder.join(manifest_name(set)))];
-    outputs.extend((1..=loaded.plan.variants.len()).map(|i| find::shown(&folder.join(format!("{set}_{i:03}.glb")))));
+    for name in names(&loaded.plan) {
+        let of = |profile: &Profile| find::shown(&folder.join(first_file(&name, profile.engine)));
+        outputs.extend(loaded.plan.engines.iter().map(of));
+    }
     step(StepKind::Set, "set", &given, ["--out", &find::shown(out)], outputs);
 }
 
+/// The file of a variant that an engine gets whatever the variant holds.
+fn first_file(name: &str, engine: Engine) -> String {
+    match engine {
+        Engine::Generic => format!("{name}.glb"),
+        Engine::Godot => format!("{name}.godot.glb"),
+        Engine::Unity => format!("{name}.unity.glb"),
+        Engine::Unreal => format!("{}.unreal.glb", level_name(name, 0)),
+        Engine::Bevy => format!("{name}.bevy.glb"),
+        Engine::Web => format!("{name}.web.glb"),
+    }
+}
+
 /// The commands as a file for Ninja; `program` is what is run.
-#[must_use]
-pub fn ninja(steps: &[Step], program: &str) -> String {
+///
+/// # Errors
+///
+/// The paths that Ninja has no way to write: those with a `|` or a line's end.
+pub fn ninja(steps: &[Step], program: &str) -> Result<String, BuildError> {
+    let paths: BTreeSet<&String> = steps.iter().flat_map(|step| step.inputs.iter().chain(&step.outputs)).collect();
+    let wrong = paths.into_iter().filter(|path| path.contains(['|', '\n', '\r'])).map(|path| {
+        let shown = path.escape_debug().to_string();
+        Diagnostic::new(shown, "a file for Ninja can't name a path with `|` or a line's end in it")
+            .with_hint("rename it, or take the plan as JSON")
+    });
+    let wrong: Vec<Diagnostic> = wrong.collect();
+    if !wrong.is_empty() {
+        return Err(BuildError::of(wrong));
+    }
     let mut text = format!("# Written by `treewright plan`.\ntreewright = {}\n\n", program.replace('$', "$$"));
     // A part whose bytes stay is not written, and what is made of it is not made again.
-    text += "rule treewright\n  command = $treewright $arguments\n  description = treewright $what\n  restat = 1\n";
+    let rule = "\n  command = $treewright $arguments\n  description = treewright $what\n  restat = 1\n";
+    let of_parts = "  rspfile = $given\n  rspfile_content = $in_newline\n";
+    let _ = write!(text, "rule treewright{rule}\nrule treewright_of_parts{rule}{of_parts}");
     for step in steps {
         let paths = |paths: &[String]| paths.iter().map(|path| escaped(path)).collect::<Vec<_>>().join(" ");
         let (first, others) = step.outputs.split_at(1.min(step.outputs.len()));
@@ -105,12 +156,25 @@ pub fn ninja(steps: &[Step], program: &str) -> String {
         if !others.is_empty() {
             let _ = write!(text, " | {}", paths(others));
         }
-        let _ = writeln!(text, ": treewright {}", paths(&step.inputs));
-        let arguments: Vec<String> = step.arguments.iter().map(|argument| quoted(argument)).collect();
+        let mut arguments = step.arguments.clone();
+        let given = step.given();
+        if let [_, .., last] = given {
+            // Inputs end in what the step is given.
+            let files = &step.inputs[..step.inputs.len() - given.len()];
+            let _ = writeln!(text, ": treewright_of_parts {} | {}", paths(given), paths(files));
+            // Beside the parts, by the last of them, which is another one for each such step.
+            let list = format!("{last}.given");
+            let _ = writeln!(text, "  given = {}", list.replace('$', "$$"));
+            let first = arguments.iter().position(|argument| argument == "--given").unwrap_or(arguments.len());
+            arguments.splice(first..first + 2 * given.len(), ["--given".to_owned(), format!("@{list}")]);
+        } else {
+            let _ = writeln!(text, ": treewright {}", paths(&step.inputs));
+        }
+        let arguments: Vec<String> = arguments.iter().map(|argument| quoted(argument)).collect();
         let _ = writeln!(text, "  arguments = {}", arguments.join(" "));
         let _ = writeln!(text, "  what = {} {}", step.arguments[1], first.concat().replace('$', "$$"));
     }
-    text
+    Ok(text)
 }
 
 /// A path in a rule of Ninja's.
@@ -126,5 +190,41 @@ fn quoted(argument: &str) -> String {
         text
     } else {
         format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(given: usize, file: &str) -> Step {
+        let parts: Vec<String> = (0..given).map(|i| format!("parts/{i} a.part")).collect();
+        let mut arguments = vec!["step".to_owned(), "atlas".to_owned(), file.to_owned()];
+        arguments.extend(parts.iter().flat_map(|part| ["--given".to_owned(), part.clone()]));
+        arguments.extend(["--part", "parts/atlas.part"].map(str::to_owned));
+        let inputs = [vec![file.to_owned()], parts].concat();
+        Step { kind: StepKind::Atlas, arguments, inputs, outputs: vec!["parts/atlas.part".to_owned()] }
+    }
+
+    #[test]
+    fn a_command_stays_short_whatever_it_is_given() {
+        let text = ninja(&[step(5000, "a.ron"), step(1, "a.ron")], "treewright").unwrap();
+        let commands: Vec<&str> = text.lines().filter(|line| line.starts_with("  arguments")).collect();
+        assert_eq!(
+            commands,
+            [
+                "  arguments = step atlas a.ron --given '@parts/4999 a.part.given' --part parts/atlas.part",
+                "  arguments = step atlas a.ron --given 'parts/0 a.part' --part parts/atlas.part",
+            ]
+        );
+        assert!(text.contains("treewright_of_parts parts/0$ a.part parts/1$ a.part ") && text.contains(" | a.ron\n"));
+    }
+
+    #[test]
+    fn a_path_that_ninja_has_no_letters_for_is_an_error() {
+        for file in ["a|b.ron", "a\nb.ron"] {
+            let error = ninja(&[step(0, file)], "treewright").unwrap_err();
+            assert!(error.to_string().starts_with(&file.escape_debug().to_string()), "{error}");
+        }
     }
 }

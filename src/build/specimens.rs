@@ -6,14 +6,16 @@
 //! in the gallery instead of failing a build that may not even use it.
 //!
 //! `OUT/.treewright-species` remembers, by species, what its sheet was made from and the sheet's hash: while those are the
-//! same nothing is grown. A file of somebody else's with the name of a sheet stays as it is.
+//! same nothing is grown. Its paths start from `OUT`, so a copied project has its own. A sheet says that Treewright drew it,
+//! also where what is remembered was lost; a file of somebody else's with the name of a sheet stays as it is.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use flate2::Crc;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +33,11 @@ const INDEX: &str = ".treewright-species";
 /// Folder of species files, below that of presets.
 const SPECIES: &str = "species";
 /// Raised when sheets are drawn in another way.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// What a PNG begins with, up to its first chunk's end.
+const HEADER: usize = 33;
+/// Who drew a sheet, as the text of a PNG (`tEXt`).
+const SIGNED: &[u8] = b"tEXtSoftware\0treewright";
 /// Seeds of the trees on a sheet.
 const SEEDS: [u64; 3] = [1, 2, 3];
 /// Largest species file that is looked at, bytes.
@@ -46,12 +52,12 @@ pub struct Specimen {
     pub about: String,
     /// The first of what is wrong with it, if anything; then it has no sheet.
     pub wrong: Option<String>,
-    /// The folder of presets beside which it lies.
+    /// The folder of presets beside which it lies, from the folder of sets.
     folder: String,
     /// Every file that it was grown from, with its hash; none for one that was missing. A path that is no UTF-8 is kept
     /// as near as text can be, and so never found: such a species is drawn anew by every build.
     reads: Vec<(String, Option<String>)>,
-    /// Hash of the sheet.
+    /// Hash of the sheet, or of the file of somebody else's in its place; empty where neither is.
     sheet: String,
 }
 
@@ -68,8 +74,9 @@ impl Specimen {
             let small = fs::metadata(path).is_ok_and(|m| m.is_file());
             small.then(|| fs::read(path).ok()).flatten().map(|bytes| Key::of_bytes(&bytes).to_hex())
         };
-        let is_same = |(path, key): &(String, Option<String>)| hash(Path::new(path)) == *key;
-        let has_sheet = self.wrong.is_some() || hash(&out.join(self.sheet())).is_some_and(|key| key == self.sheet);
+        let is_same = |(path, key): &(String, Option<String>)| hash(&out.join(path)) == *key;
+        let has_none = self.wrong.is_some() && self.sheet.is_empty();
+        let has_sheet = has_none || hash(&out.join(self.sheet())).is_some_and(|key| key == self.sheet);
         has_sheet && self.reads.iter().all(is_same)
     }
 }
@@ -102,18 +109,24 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     // The same folder, wherever the build is called from.
     let folder = &folder.canonicalize()?;
     let old = specimens(out);
-    let named = text(folder);
-    let is_ours = |known: &Specimen| known.folder == named || !Path::new(&known.folder).is_dir();
+    let found = species_files(folder);
+    if old.is_empty() && found.is_empty() {
+        return Ok(false);
+    }
+    fs::create_dir_all(out)?;
+    let out = &out.canonicalize()?;
+    let named = from(out, folder);
+    let is_ours = |known: &Specimen| known.folder == named || !out.join(&known.folder).is_dir();
     let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(is_ours);
     let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
     // A species of another folder has the name: the first that was drawn keeps it.
     let files: Vec<(String, PathBuf)> =
-        species_files(folder).into_iter().filter(|(name, _)| all.iter().all(|known| known.name != *name)).collect();
+        found.into_iter().filter(|(name, _)| all.iter().all(|known| known.name != *name)).collect();
     let (mut kept, mut due) = (Vec::new(), Vec::new());
     for (name, path) in files {
         match ours.remove(&name) {
             Some(known) if known.is_current(out) => kept.push(known),
-            known => due.push((name, path, known)),
+            _ => due.push((name, path)),
         }
     }
     if due.is_empty() && ours.is_empty() {
@@ -123,18 +136,16 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     fs::create_dir_all(out.join(FOLDER))?;
     let made: Vec<io::Result<Specimen>> = due
         .par_iter()
-        .map(|(name, path, known)| {
-            let (mut specimen, png) = drawn(folder, name, path, limits, cache);
+        .map(|(name, path)| {
+            let (mut specimen, png) = drawn(folder, out, (name, path), limits, cache);
             let target = out.join(specimen.sheet());
-            let old = fs::read(&target).ok();
-            let is_old = known.as_ref().is_some_and(|k| old.as_deref().is_some_and(|b| k.sheet == hex(b)));
-            match (&png, old) {
-                (Some(png), Some(old)) if *png != old && !is_old => {
+            match (&png, fs::read(&target).ok()) {
+                (Some(_), Some(old)) if !is_signed(&old) => {
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
-                    specimen.sheet = String::new();
+                    specimen.sheet = hex(&old);
                 }
                 (Some(png), old) if old.as_ref() != Some(png) => replace(&target, png)?,
-                (None, Some(_)) if is_old => fs::remove_file(&target)?,
+                (None, Some(old)) if is_signed(&old) => fs::remove_file(&target)?,
                 _ => {}
             }
             Ok(specimen)
@@ -142,7 +153,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
         .collect();
     for gone in ours.values() {
         let sheet = out.join(gone.sheet());
-        if fs::read(&sheet).is_ok_and(|bytes| hex(&bytes) == gone.sheet) {
+        if fs::read(&sheet).is_ok_and(|bytes| is_signed(&bytes) && hex(&bytes) == gone.sheet) {
             fs::remove_file(&sheet)?;
         }
     }
@@ -156,8 +167,27 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     Ok(true)
 }
 
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
+/// The way from one folder to a path, both absolute, with `/` between folders.
+fn from(folder: &Path, path: &Path) -> String {
+    let same = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(same).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(path.components().skip(same)).collect();
+    // Of another drive nothing is the same, and the path stays whole.
+    find::shown(if same == 0 { path } else { &way })
+}
+
+/// The sheet with the text in it that tells who drew it.
+fn signed(png: &[u8]) -> Vec<u8> {
+    let mut crc = Crc::new();
+    crc.update(SIGNED);
+    let length = (SIGNED.len() as u32 - 4).to_be_bytes();
+    let (header, rest) = png.split_at(HEADER.min(png.len()));
+    [header, &length, SIGNED, &crc.sum().to_be_bytes(), rest].concat()
+}
+
+/// Whether a file is a sheet of ours, of whatever version.
+fn is_signed(bytes: &[u8]) -> bool {
+    bytes.get(HEADER + 4..).is_some_and(|rest| rest.starts_with(SIGNED))
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -187,7 +217,13 @@ fn species_files(folder: &Path) -> Vec<(String, PathBuf)> {
 }
 
 /// Grows a species and draws its sheet.
-fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Cache>) -> (Specimen, Option<Vec<u8>>) {
+fn drawn(
+    folder: &Path,
+    out: &Path,
+    (name, path): (&str, &Path),
+    limits: &Limits,
+    cache: &Arc<Cache>,
+) -> (Specimen, Option<Vec<u8>>) {
     let world = World::within(folder, limits.clone());
     let relative = format!("{SPECIES}/{name}.ron");
     let said = world.read_text(&relative).unwrap_or_default();
@@ -207,14 +243,14 @@ fn drawn(folder: &Path, name: &str, path: &Path, limits: &Limits, cache: &Arc<Ca
         Ok(loaded) => (sheet(&loaded, cache), loaded.world.reads()),
         Err(failure) => (Err(failure.0), failure.1.reads()),
     };
-    let reads = reads.into_iter().map(|(path, key)| (text(&path), key.map(Key::to_hex))).collect();
+    let reads = reads.into_iter().map(|(path, key)| (from(out, &path), key.map(Key::to_hex))).collect();
     let (png, wrong) = match made {
-        Ok(png) => (Some(png), None),
+        Ok(png) => (Some(signed(&png)), None),
         Err(found) => (None, Some(found.first().map_or_else(String::new, |first| first.message.clone()))),
     };
     let sheet = png.as_deref().map(hex).unwrap_or_default();
     let about = gallery::first_comment(&said);
-    (Specimen { name: name.to_owned(), about, wrong, folder: text(folder), reads, sheet }, png)
+    (Specimen { name: name.to_owned(), about, wrong, folder: from(out, folder), reads, sheet }, png)
 }
 
 fn sheet(loaded: &Loaded, cache: &Arc<Cache>) -> Result<Vec<u8>, Vec<Diagnostic>> {
@@ -297,5 +333,40 @@ mod tests {
         fs::write(species("twig.ron"), TWIG).unwrap();
         draw();
         assert_eq!(fs::read(&sheet).unwrap(), b"mine");
+        assert!(!draw(), "it is still in the way");
+        fs::remove_file(&sheet).unwrap();
+        assert_eq!((draw(), specimens(&out)[1].wrong.clone()), (true, None));
+    }
+
+    #[test]
+    fn sheets_are_known_without_the_index_and_a_copied_project_draws_its_own() {
+        let project = tempfile::tempdir().unwrap();
+        let at = |name: &str| project.path().join(name);
+        let draw = |project: &str| {
+            draw_specimens(&at(project).join("trees"), &at(project).join("out"), &Limits::default(), &Arc::default())
+                .unwrap()
+        };
+        let sheet = |project: &str| fs::read(at(project).join("out/gallery.species/twig_contact.png")).unwrap();
+        fs::create_dir_all(at("a/trees/species")).unwrap();
+        fs::write(at("a/trees/species/twig.ron"), TWIG).unwrap();
+        assert!(draw("a"));
+        let first = sheet("a");
+        // The index is of another version, and the species another one.
+        let index = fs::read_to_string(at("a/out/.treewright-species")).unwrap();
+        fs::write(at("a/out/.treewright-species"), index.replacen("\"version\":\"", "\"version\":\"0", 1)).unwrap();
+        fs::write(at("a/trees/species/twig.ron"), TWIG.replace("2.0", "3.0")).unwrap();
+        assert!(draw("a"));
+        assert!(sheet("a") != first && specimens(&at("a/out"))[0].wrong.is_none());
+        // A copy beside it, in which nothing is to be done until one of its own files changes.
+        for folder in ["trees/species", "out/gallery.species"] {
+            fs::create_dir_all(at("b").join(folder)).unwrap();
+        }
+        for file in ["trees/species/twig.ron", "out/gallery.species/twig_contact.png", "out/.treewright-species"] {
+            fs::copy(at("a").join(file), at("b").join(file)).unwrap();
+        }
+        assert!(!draw("b"));
+        fs::write(at("b/trees/species/twig.ron"), TWIG).unwrap();
+        assert!(draw("b"));
+        assert!(sheet("b") == first && sheet("a") != first);
     }
 }

@@ -200,7 +200,7 @@ pub(super) struct StepArguments {
     /// Which tree, from 1.
     #[arg(long, value_name = "N", required_if_eq("what", "tree"), value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) place: Option<u32>,
-    /// Part files of earlier steps.
+    /// Part files of earlier steps; `@FILE` is a file with one a line.
     #[arg(long, value_name = "FILE")]
     pub(super) given: Vec<PathBuf>,
     /// The part file to write; one that holds these bytes already is left alone.

@@ -1,11 +1,12 @@
 //! `treewright build` and `treewright check`.
 
 use std::fs;
+use std::path::PathBuf;
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter, print};
 use crate::build::{
-    BuildOptions, Builder, GALLERY, Happened, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
+    BuildOptions, Builder, GALLERY, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
 };
 
 /// Builds every preset that was named.
@@ -26,45 +27,62 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     };
     if options.shard.is_some() && options.cache.is_none() {
         let why = "--shard needs a cache that all shards share: give --cache DIR, or set TREEWRIGHT_CACHE";
-        return Err(Failure::Other(why.to_owned()));
+        return Err(Failure::Usage(why.to_owned()));
     }
     let presets = find_presets(&arguments.presets)?;
     let meter = Meter::new(arguments.message_format);
     let builder = Builder::new(options);
     if arguments.check || arguments.dry_run {
-        let status = builder.status(&presets)?;
-        return tell(arguments, &meter, &status);
+        return match builder.status(&presets) {
+            Ok(status) => tell(arguments, &meter, &status),
+            Err(error) => {
+                // Of the good ones, as of the sets that a build would go on with.
+                let good = presets
+                    .iter()
+                    .filter(|_| arguments.keep_going)
+                    .filter_map(|preset| builder.status(std::slice::from_ref(preset)).ok());
+                good.flatten().for_each(|set| meter.status(&set, arguments.force));
+                Err(error.into())
+            }
+        };
     }
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();
+    let shows = (result.is_ok() || arguments.keep_going) && arguments.shard.is_none();
+    let shown = if shows { show(arguments, &presets, &builder) } else { Ok(()) };
+    let built = match &result {
+        Ok(outcomes) => Some(outcomes),
+        Err(error) => arguments.keep_going.then_some(&error.built),
+    };
+    let listed = match (&arguments.depfile, built) {
+        (Some(path), Some(outcomes)) => fs::write(path, depfile(outcomes, &arguments.out))
+            .map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display()))),
+        _ => Ok(()),
+    };
     let outcomes = result?;
-    // Of a folder of presets there is a page that shows them all and its species; it is written when one of them changed.
-    let folders = arguments.presets.iter().filter(|path| path.is_dir());
-    let folders: Vec<_> = if arguments.shard.is_none() { folders.collect() } else { Vec::new() };
-    if !folders.is_empty() {
-        let page = arguments.out.join(GALLERY);
-        let refused = |e| Failure::Other(format!("can't write {}: {e}", page.display()));
-        let mut changed = !page.exists() || outcomes.iter().any(|outcome| outcome.happened == Happened::Built);
-        for folder in folders {
-            let limits = arguments.limits.limits();
-            changed |= draw_specimens(folder, &arguments.out, &limits, &builder.cache()).map_err(refused)?;
-        }
-        if changed {
-            gallery(&arguments.out, &presets).map_err(refused)?;
-        }
-    }
-    if let Some(path) = &arguments.depfile {
-        fs::write(path, depfile(&outcomes, &arguments.out))
-            .map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))?;
-    }
+    shown.and(listed)?;
     meter.end(outcomes.len());
     Ok(())
+}
+
+/// Of a folder of presets there is a page that shows them all and its species.
+fn show(arguments: &BuildArguments, presets: &[PathBuf], builder: &Builder) -> Result<(), Failure> {
+    let folders: Vec<&PathBuf> = arguments.presets.iter().filter(|path| path.is_dir()).collect();
+    // Where nothing was built, there is nothing to show.
+    if folders.is_empty() || !arguments.out.is_dir() {
+        return Ok(());
+    }
+    let refused = |e| Failure::Other(format!("can't write {}: {e}", arguments.out.join(GALLERY).display()));
+    for folder in folders {
+        draw_specimens(folder, &arguments.out, &arguments.limits.limits(), &builder.cache()).map_err(refused)?;
+    }
+    gallery(&arguments.out, presets).map(drop).map_err(refused)
 }
 
 /// Tells what a build would do, or what is not as it should be.
 fn tell(arguments: &BuildArguments, meter: &Meter, status: &[SetStatus]) -> Result<(), Failure> {
     for set in status {
-        meter.status(set);
+        meter.status(set, arguments.force);
     }
     let wrong = status.iter().filter(|set| set.state != SetState::Current || arguments.force).count();
     if arguments.check && wrong > 0 {

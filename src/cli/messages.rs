@@ -1,5 +1,7 @@
 //! The messages of `--message-format json`, for build systems and editors; `messages.md` describes them.
 
+use std::sync::OnceLock;
+
 use serde::Serialize;
 
 use super::report::{Failure, print};
@@ -49,11 +51,21 @@ enum Message<'a> {
     },
 }
 
-/// Nobody reads any more when a line can't be written; the build itself goes on.
+/// Why a line could not be written, if one couldn't.
+static LOST: OnceLock<String> = OnceLock::new();
+
+/// The build itself goes on when a line can't be written; at its end that is told.
 fn say(message: &Message<'_>) {
-    if let Ok(text) = serde_json::to_string(message) {
-        let _ = print(&(text + "\n"));
+    if let Ok(text) = serde_json::to_string(message)
+        && let Err(failure) = print(&(text + "\n"))
+    {
+        let _ = LOST.set(failure.to_string());
     }
+}
+
+/// Why not all was said.
+pub(super) fn lost() -> Option<&'static String> {
+    LOST.get()
 }
 
 /// Tells what a build tells.
@@ -92,17 +104,22 @@ pub(super) fn status(status: &SetStatus) {
 
 /// Tells everything that is wrong, and that the build has ended.
 pub(super) fn failure(failure: &Failure) {
-    let errors = match failure {
+    let error = |diagnostic: &Diagnostic| say(&Message::Error(diagnostic));
+    let (sets, errors) = match failure {
         Failure::Diagnostics(diagnostics) => {
-            diagnostics.iter().for_each(|diagnostic| say(&Message::Error(diagnostic)));
-            diagnostics.len()
+            diagnostics.iter().for_each(error);
+            (0, diagnostics.len())
         }
-        Failure::Other(message) => {
-            say(&Message::Error(&Diagnostic::new("", message.as_str())));
-            1
+        Failure::Build(failed) => {
+            failed.diagnostics.iter().for_each(error);
+            (failed.built.len(), failed.diagnostics.len())
+        }
+        Failure::Other(message) | Failure::Usage(message) => {
+            error(&Diagnostic::new("", message.as_str()));
+            (0, 1)
         }
     };
-    say(&Message::End { sets: 0, errors });
+    say(&Message::End { sets, errors });
 }
 
 /// Tells that the build has ended well.

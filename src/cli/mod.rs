@@ -51,15 +51,21 @@ pub fn run() -> ExitCode {
         },
         Command::Watch(watch) => watch::run(&watch),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            if json {
-                messages::failure(&failure)
-            } else {
-                report::failure(&failure)
-            }
-            ExitCode::from(1)
+    let code = match &result {
+        Ok(()) => 0,
+        Err(report::Failure::Usage(_)) => 2,
+        Err(_) => 1,
+    };
+    match &result {
+        Ok(()) => {}
+        Err(failure) if json => messages::failure(failure),
+        Err(failure) => report::failure(failure),
+    }
+    match messages::lost() {
+        Some(why) => {
+            report::failure(&report::Failure::Other(why.clone()));
+            ExitCode::from(code.max(1))
         }
+        None => ExitCode::from(code),
     }
 }

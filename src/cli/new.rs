@@ -47,7 +47,7 @@ const PRESET: &str = r#"// NAME: two young trees and four between them.
 pub(super) fn run(arguments: &NewArguments) -> Result<(), Failure> {
     let NewArguments { name, folder } = arguments;
     let shown = folder.to_string_lossy().replace('\\', "/");
-    let text = PRESET.replace("NAME", name).replace("FOLDER", &shown);
+    let text = filled(name, &shown);
     let preset = format!("{name}.ron");
     check(name, &text)?;
     let files = [(folder.join("species").join(&preset), SPECIES), (folder.join(&preset), text.as_str())];
@@ -60,6 +60,11 @@ pub(super) fn run(arguments: &NewArguments) -> Result<(), Failure> {
         Meter::plain().line(&format!("wrote {}", path.display()));
     }
     Ok(())
+}
+
+/// The text for a name and a folder, which may hold the words that stand for them.
+fn filled(name: &str, folder: &str) -> String {
+    PRESET.split("FOLDER").map(|part| part.replace("NAME", name)).collect::<Vec<_>>().join(folder)
 }
 
 /// Takes the reader's word on whether the name may become part of file names, and whether the preset is good.
@@ -86,10 +91,16 @@ mod tests {
 
     #[test]
     fn a_new_preset_has_no_error_and_a_bad_name_has() {
-        let check = |name: &str| check(name, &PRESET.replace("NAME", name).replace("FOLDER", "presets"));
+        let check = |name: &str| check(name, &filled(name, "presets"));
         assert!(check("lime_2").is_ok());
         for name in ["a b", "../x", "x/y", "", "con", "a\nb", "a\"b"] {
             assert!(check(name).is_err(), "{name:?}");
         }
+    }
+
+    #[test]
+    fn a_name_and_a_folder_may_be_called_as_what_stands_for_them() {
+        let text = filled("FOLDER", "NAMES");
+        assert!(text.starts_with("// FOLDER: ") && text.contains("build NAMES/FOLDER.ron"), "{text}");
     }
 }

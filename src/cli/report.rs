@@ -19,6 +19,12 @@ pub(super) enum Failure {
     /// Wrong presets or inputs, all of them.
     #[error("{} errors", .0.len())]
     Diagnostics(Vec<Diagnostic>),
+    /// A build of which not everything could be built.
+    #[error("{} errors", .0.diagnostics.len())]
+    Build(BuildError),
+    /// Arguments that don't go together, one sentence.
+    #[error("{0}")]
+    Usage(String),
     /// Anything else, one sentence.
     #[error("{0}")]
     Other(String),
@@ -26,7 +32,7 @@ pub(super) enum Failure {
 
 impl From<BuildError> for Failure {
     fn from(error: BuildError) -> Self {
-        Self::Diagnostics(error.diagnostics)
+        Self::Build(error)
     }
 }
 
@@ -48,7 +54,7 @@ fn say(text: &str) {
 /// Prints a failure to standard error.
 pub(super) fn failure(failure: &Failure) {
     match failure {
-        Failure::Diagnostics(diagnostics) => {
+        Failure::Diagnostics(diagnostics) | Failure::Build(BuildError { diagnostics, .. }) => {
             for diagnostic in diagnostics {
                 say(&format!("{}\n", rendered(diagnostic)));
             }
@@ -57,7 +63,7 @@ pub(super) fn failure(failure: &Failure) {
             let count = diagnostics.len();
             say(&format!("{count} error{} in {files} file{}", plural(count), plural(files)));
         }
-        Failure::Other(message) => say(&format!("error: {message}")),
+        Failure::Other(message) | Failure::Usage(message) => say(&format!("error: {message}")),
     }
 }
 
@@ -74,6 +80,8 @@ pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
     let shows = |m: std::fs::Metadata| diagnostic.span.is_some() && m.is_file() && m.len() < 4 << 20;
     let text = std::fs::metadata(&diagnostic.file).is_ok_and(shows).then(|| std::fs::read(&diagnostic.file).ok());
     let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    // The mark that some editors begin a file with counts as no column.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned();
     match diagnostic.span.and_then(|span| byte_range(&text, span)) {
         Some(range) => {
             group = group
@@ -152,13 +160,14 @@ impl Meter {
         }
     }
 
-    /// Tells what a build would find in a set.
-    pub(super) fn status(&self, status: &SetStatus) {
+    /// Tells what a build would find in a set, and what it would do.
+    pub(super) fn status(&self, status: &SetStatus, force: bool) {
         if self.format == MessageFormat::Json {
             messages::status(status);
             return;
         }
         let what = match &status.state {
+            SetState::Current if force => "nothing has changed, and --force builds it all the same".to_owned(),
             SetState::Current => "nothing to do".to_owned(),
             SetState::New => "not built yet".to_owned(),
             SetState::Changed => "the preset, or a file that it reads, has changed since it was built".to_owned(),
@@ -208,4 +217,20 @@ fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
         text += &format!("\n  note: {}: {}", note.about, note.message);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mark_before_the_text_moves_no_underline() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ron");
+        std::fs::write(&path, "\u{feff}(seed: x)").unwrap();
+        let span = Span { line: 1, column: 8, end_line: 1, end_column: 9 };
+        let text = rendered(&Diagnostic::new(path.to_string_lossy(), "wrong").with_span(Some(span)));
+        let at = |part: &str| text.lines().find_map(|line| line.find(part));
+        assert!(at("x)").is_some() && at("x)") == at("^"), "{text}");
+    }
 }
