@@ -122,12 +122,9 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
         let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
         let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
         let leaves = pictures.leaves.iter().map(|_| Blending::Alone);
-        let baked = trees.iter().flat_map(|tree| {
-            let of = |i| {
-                if facing(&tree.ladder, pictures.leaves.len(), i).is_some() { Blending::Mixed } else { Blending::Alone }
-            };
-            (0..tree.ladder.tiles.len()).map(of)
-        });
+        let baked = trees
+            .iter()
+            .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.blending(pictures.leaves.len(), i)));
         let shown: Vec<(Rect, Blending)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
         let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &shown);
         Ok(Packed { layout, alpha, normal, orm, coverage })

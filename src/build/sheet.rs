@@ -74,7 +74,7 @@ impl Sheet {
                     None => maps,
                 })
             };
-            let own = lod::packed(&ladder.tiles);
+            let own = lod::packed(&ladder.tiles, |i| ladder.blending(shared, i));
             let own = own.par_iter().enumerate().map(shown);
             stock().leaves.par_iter().cloned().chain(own).collect()
         };

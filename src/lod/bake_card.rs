@@ -185,7 +185,7 @@ impl Card {
     pub(super) fn cutouts(cards: &[Self], gain: f32, design: &mut Design) -> Vec<Cutout> {
         let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
         let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
-        let packed = as_packed(&alphas, &sizes, Blending::Alone, design);
+        let packed = as_packed(&alphas, &sizes, |_| Blending::Alone, design);
         packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::new(size.0, size.1, alpha)).collect()
     }
 

@@ -426,7 +426,7 @@ impl Views {
     /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
     pub(super) fn packed(&self, gain: f32, design: &mut Design) -> Vec<u8> {
         let edge = self.layout.frames * self.texels;
-        as_packed(&[self.alpha(gain)], &[(edge, edge)], Blending::Mixed, design).swap_remove(0)
+        as_packed(&[self.alpha(gain)], &[(edge, edge)], |_| Blending::Mixed, design).swap_remove(0)
     }
 
     /// Alpha of the sheet.

@@ -22,7 +22,7 @@ use super::sizes::{COARSE, SCREEN, Sizes, sizes};
 use super::stock::Stock;
 use super::thin::thinned;
 use super::tile::Tile;
-use crate::bake::Maps;
+use crate::bake::{Blending, Maps};
 use crate::base::{Seed, once};
 use crate::mesh::{Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::Plant;
@@ -38,6 +38,19 @@ pub struct Ladder {
     /// Pictures baked for this tree. A vertex of a leaf mesh whose tile is not below the number of leaf pictures wears
     /// `tiles[tile - leaf pictures]`.
     pub tiles: Vec<Tile>,
+}
+
+impl Ladder {
+    /// How alpha of one of its tiles is seen, where so many leaf pictures are.
+    pub(crate) fn blending(&self, leaf_pictures: usize, tile: usize) -> Blending {
+        let is_worn =
+            |level: &Level| level.mesh.leaf.tiles.first().is_some_and(|&worn| worn as usize == leaf_pictures + tile);
+        if self.levels.iter().any(|level| level.impostor.is_some() && is_worn(level)) {
+            Blending::Mixed
+        } else {
+            Blending::Alone
+        }
+    }
 }
 
 /// One level of detail.

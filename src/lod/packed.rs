@@ -15,12 +15,12 @@ const GUTTER: u32 = 4;
 /// Smallest and largest edge of the atlas.
 const EDGES: (u32, u32) = (128, 8192);
 
-/// A tree's pictures as an atlas keeps them: what is to be seen of them, where there is no atlas yet.
-pub(crate) fn packed(tiles: &[Tile]) -> Vec<Tile> {
+/// A tree's pictures, seen as `blending` says, as an atlas keeps them: what is to be seen of them, where there is no atlas yet.
+pub(crate) fn packed(tiles: &[Tile], blending: impl Fn(usize) -> Blending) -> Vec<Tile> {
     let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
     let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
     let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
-    tiles.iter().zip(as_packed(&alphas, &sizes, Blending::Alone, &mut Design::default())).map(with).collect()
+    tiles.iter().zip(as_packed(&alphas, &sizes, blending, &mut Design::default())).map(with).collect()
 }
 
 /// The alphas of pictures of some sizes as an atlas keeps them, by what was found of nearly the same ones before. Pictures that
@@ -28,7 +28,7 @@ pub(crate) fn packed(tiles: &[Tile]) -> Vec<Tile> {
 pub(super) fn as_packed(
     pictures: &[Vec<u8>],
     sizes: &[(u32, u32)],
-    blending: Blending,
+    blending: impl Fn(usize) -> Blending,
     design: &mut Design,
 ) -> Vec<Vec<u8>> {
     let texels: u64 = sizes.iter().map(|s| u64::from(s.0 + 2 * GUTTER) * u64::from(s.1 + 2 * GUTTER)).sum();
@@ -44,7 +44,7 @@ pub(super) fn as_packed(
         }
     };
     let Ok(mut sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
-    let rects: Vec<(Rect, Blending)> = layout.rects.iter().map(|rect| (*rect, blending)).collect();
+    let rects: Vec<(Rect, Blending)> = layout.rects.iter().enumerate().map(|(i, rect)| (*rect, blending(i))).collect();
     design.move_alpha(&mut sheet, layout.size(), &rects);
     let wide = layout.width as usize;
     let picture = |r: &Rect| -> Vec<u8> {
@@ -64,14 +64,14 @@ mod tests {
             |count: u32, k: u32| (0..count).map(|i| ((i + k).wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let sizes = [(50, 37), (8, 90), (31, 31)];
         let pictures: Vec<Vec<u8>> = sizes.iter().map(|s| noise(s.0 * s.1, s.0)).collect();
-        let packed = as_packed(&pictures, &sizes, Blending::Alone, &mut Design::default());
+        let packed = as_packed(&pictures, &sizes, |_| Blending::Alone, &mut Design::default());
         assert_eq!(packed.len(), 3);
         for (before, after) in pictures.iter().zip(&packed) {
             assert_eq!(before.len(), after.len());
             assert!(before.iter().zip(after).all(|(a, b)| (*a >= 128) == (*b >= 128)));
             assert!(before != after);
         }
-        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], Blending::Alone, &mut Design::default()), [[1, 2, 3]]);
-        assert!(as_packed(&[], &[], Blending::Alone, &mut Design::default()).is_empty());
+        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], |_| Blending::Alone, &mut Design::default()), [[1, 2, 3]]);
+        assert!(as_packed(&[], &[], |_| Blending::Alone, &mut Design::default()).is_empty());
     }
 }

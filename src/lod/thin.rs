@@ -318,13 +318,13 @@ mod tests {
     fn an_impostor_of_twigs_covers_what_the_tree_does_as_engines_show_it() {
         let ladder = climbed(&crown(0, 0.5), &[Lod::Full, Lod::Impostor { frames: 8 }]);
         let plain = [plain()];
-        let sheet = packed(&ladder.tiles)[0].maps(&palette(&plain, &plain[0]));
+        let sheet = packed(&ladder.tiles, |i| ladder.blending(1, i))[0].maps(&palette(&plain, &plain[0]));
         // Fewer views hide too many twigs by chance.
         assert_eq!(ladder.levels[1].measured.views, 32);
         let layout = ladder.levels[1].impostor.unwrap();
         let reference = Reference::new(&ladder.levels[0].mesh, &Wardrobe::new(&plain, &plain[0]), 120, 32);
         let seen = reference
             .measure_from(&|view| layout.as_seen(view.frame, &sheet, (Vec2::ZERO, Vec2::ONE)), Asked::Silhouette);
-        assert!((seen.coverage - 1.0).abs() < 0.02, "{}", seen.coverage);
+        assert!((seen.coverage - 1.0).abs() < 0.03, "{}", seen.coverage);
     }
 }
