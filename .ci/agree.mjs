@@ -6,7 +6,8 @@
 //
 // Silhouettes are compared as `src/lod/agree.rs` does: orthographic views on a golden spiral from level to 45 degrees,
 // samples of a pixel counted, a pixel drawn where half of them are covered, mean of four rasters of pixels. Impostors wear their shader
-// (`examples/engines/impostor.js`). Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
+// (`examples/engines/impostor.js`). At one sample a pixel levels must show
+// what `shown` says. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";
@@ -14,8 +15,10 @@ import { open } from "./three.mjs";
 
 // Of the mean IoU, and of the covered area.
 const tolerance = 0.02;
-// Samples along the tree's height, about: so many that leaves are seen by the five mips that keep what they cover. By 270,
-// three.js draws the leaves of an elm by the eighth, and the full level itself falls apart.
+// Of the tree's area, what may be seen at the switch at one sample a pixel: levels must not dissolve by their mips. Whole leaf
+// cards are smaller than a pixel where thinned levels take over, and a mip of their pictures smaller than a texel.
+const shown = { Thinned: [0.5, 1.2], BillboardCloud: [0.8, 1.25], Impostor: [0.7, 1.25] };
+// Samples along the tree's height, about: so many that leaves are seen by the finest mips, as the rasterizer sees them.
 const lines = 1080;
 
 const [root, most = "2", chromium] = process.argv.slice(2);
@@ -115,7 +118,10 @@ window.compare = async (file, levels, lines) => {
       iou += both / Math.max(either, 1) / a.length;
       coverage += other / area / a.length;
     });
-    found.push({ iou, coverage });
+    // What an engine draws at a sample a pixel, where mips are seen.
+    const area = (pictures) => pictures.reduce((sum, pixels) => sum + pixels.reduce((s, covered) => s + covered, 0), 0);
+    const plain = area(drawn(await mesh(name, kind), from, 1)) / area(a);
+    found.push({ iou, coverage, plain });
   }
   return found;
 };`, { edge: 64, chromium });
@@ -129,8 +135,11 @@ for (const variant of set.variants.slice(0, Number(most))) {
     .evaluate(([file, levels, lines]) => window.compare(file, levels, lines), [variant.file, [variant.levels[0], ...asked], lines])
     .catch((error) => faults.push(`${variant.file}: ${error}`));
   if (!Array.isArray(found)) continue;
-  found.forEach(({ iou, coverage }, i) => {
-    const { mesh, measured } = told[i];
+  found.forEach(({ iou, coverage, plain }, i) => {
+    const { mesh, kind, measured } = told[i];
+    const [least, most] = shown[kind];
+    console.log(`${plain > least && plain < most ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels, a sample each: ${plain.toFixed(3)} of the tree`);
+    if (!(plain > least && plain < most)) faults.push(`${mesh}: at a sample a pixel ${plain.toFixed(3)} of the tree is seen`);
     const off = Math.max(Math.abs(iou - measured.iou_mean), Math.abs(coverage - measured.coverage));
     console.log(`${off <= tolerance ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels: IoU ${iou.toFixed(4)}, the manifest ` +
       `${measured.iou_mean.toFixed(4)}; coverage ${coverage.toFixed(4)}, the manifest ${measured.coverage.toFixed(4)}`);

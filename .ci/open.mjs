@@ -16,8 +16,8 @@ import { open } from "./three.mjs";
 
 // Mean difference of the channels over the tree, 0 to 1: quantized normals shade a little differently, and blocks round.
 const tolerance = 0.03;
-// How many times as far the second picture of a file is taken, and the share of the tree's area that must be seen there where
-// textures bring their own mips: the full level at 90 pixels. (With PNG the engine makes them, and two fifths are left.)
+// How many times as far the second picture of a file is taken, and the share of the tree's area that must be seen there: the
+// full level at 90 pixels.
 const away = 5;
 const left = [0.65, 1.15];
 
@@ -177,7 +177,7 @@ for (const [file, views] of pictures) {
   console.log(`${file} and its plain file differ by ${off.map((d) => d.toFixed(5)).join(", far by ")}; ${away} times as far ` +
     `${(kept(views) * 100).toFixed(1)} % of the tree is left, of the plain file ${(kept(plain) * 100).toFixed(1)} %`);
   for (const d of off) if (!(d < tolerance)) faults.push(`${file}: differs from its plain file by ${d}`);
-  if (withMips.has(file) && !(kept(views) > left[0] && kept(views) < left[1])) {
+  if (!(kept(views) > left[0] && kept(views) < left[1])) {
     faults.push(`${file}: ${kept(views)} of the tree is left far away`);
   }
 }

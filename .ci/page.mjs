@@ -181,6 +181,7 @@ try {
   const before = await canvas.screenshot();
   await wait(700);
   check(!before.equals(await canvas.screenshot()), 'the wind moves the tree');
+  check(await p.locator('[data-wind=told]').count() === 1, "it is the wind of the file's vertices");
   await p.getByRole('button', { name: 'Breeze' }).click();
   await p.getByRole('button', { name: 'By distance' }).click();
   await drawn(p);

@@ -9,6 +9,7 @@ use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{Cache, find_presets, load_preset};
 use treewright::lod::{Asked, Measured, Reference};
 use treewright::mesh::{Mesh, TreeMesh};
+use treewright::preset::plan::Lod;
 
 use crate::lod_asset::{Set, read};
 use crate::lod_bark::Density;
@@ -86,6 +87,13 @@ fn sets() {
         let of_set = levels(&name, &set, &mut kinds);
         if name == "avenue" {
             against = simplifier(&set);
+            // At a tenth simplifiers have no leaves left that they could halve.
+            let mut few = loaded.plan.clone();
+            few.lods = vec![Lod::Full.into(), Lod::Thinned { triangles: 0.1 }.into()];
+            let key = set_key(&few, &inputs);
+            against.extend(simplifier(&read(
+                &make_set(&few, &inputs, key, &Cache::default(), &|_| {}).expect("it builds"),
+            )));
         }
         if tables() {
             continue;

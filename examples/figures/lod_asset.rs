@@ -40,7 +40,7 @@ pub(crate) fn read(set: &SetFiles) -> Set {
         }
     };
     let (bark, leaf) = (maps("bark"), maps("leaf"));
-    let wardrobe = Wardrobe::new(std::slice::from_ref(&leaf), &bark);
+    let wardrobe = Wardrobe::of_atlas(&leaf, &bark);
     let variants = manifest["variants"]
         .as_array()
         .expect("it lists variants")

@@ -25,6 +25,8 @@ pub(super) struct Level {
     alpha: Vec<u8>,
     /// Smallest alpha that is kept.
     threshold: u8,
+    /// Whether it is seen between texels at any size, and not only where they are magnified.
+    pub(super) filtered: bool,
     /// What passes between each texel and those right of it and below, at the middles of sixteen parts: bit 4 y + x. Known
     /// once a picture is magnified; most are not.
     between: OnceLock<Vec<u16>>,
@@ -73,7 +75,7 @@ impl Run {
 impl Level {
     /// Tested at a half.
     fn new(width: u32, height: u32, alpha: Vec<u8>) -> Self {
-        Self { width, height, alpha, threshold: 128, between: OnceLock::new() }
+        Self { width, height, alpha, threshold: 128, filtered: false, between: OnceLock::new() }
     }
 
     fn between(&self) -> &[u16] {
@@ -100,7 +102,7 @@ impl Level {
     #[inline]
     pub(super) fn shows(&self, magnified: bool, uv: Vec2) -> bool {
         let at = uv * self.size();
-        if magnified { self.covers_between(at.x, at.y) } else { self.covers(at.x, at.y) }
+        if magnified || self.filtered { self.covers_between(at.x, at.y) } else { self.covers(at.x, at.y) }
     }
 
     /// Whether the texel at a place, in texels, passes; edges are clamped.
@@ -215,6 +217,17 @@ impl Cutout {
             levels.push(next);
         }
         Self { levels }
+    }
+
+    /// As [`new`](Self::new), of alpha that is made for its mips (`mip_coverage.rs`), as engines show it: filtered between texels
+    /// and cut at a half at every level.
+    #[must_use]
+    pub fn as_made(width: u32, height: u32, alpha: Vec<u8>) -> Self {
+        let mut cutout = Self::new(width, height, alpha);
+        for level in &mut cutout.levels {
+            (level.threshold, level.filtered) = (128, true);
+        }
+        cutout
     }
 
     /// The alpha of a material's maps.

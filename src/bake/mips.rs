@@ -1,19 +1,21 @@
 //! A material's mips, for textures that carry them.
 //!
 //! Each is the mean of the one before it: colour in linear light and by its alpha, normals brought to unit length. Of a
-//! cut-out, as many texels of each mip are solid as level 0 covers: those of the greatest alpha. The first five hardly change
-//! by that, since the atlas' alpha is made for it (`mip_coverage.rs`); from there on it is what keeps a tree from dissolving.
+//! cut-out the first eight are left as they are, since the atlas' alpha is made for them (`mip_coverage.rs`); of those beyond
+//! as many texels are solid as level 0 covers, those of the greatest alpha.
 //! Alpha then keeps [`MARGIN`] steps off the cut-off, also at level 0, so that what block compression rounds stays on its
 //! side. No filter is wider than the box: pictures of an atlas would run into one another.
 
 use rayon::prelude::*;
 
 use super::Maps;
-use super::mip_coverage::ALPHA_CUTOFF;
+use super::mip_coverage::{ALPHA_CUTOFF, MIPS};
 use super::resample::shrink;
 
 /// Steps of alpha between a texel and the cut-off.
 const MARGIN: u8 = 8;
+/// The same in mips whose alpha was made for what is seen between texels: how near the cut-off they are is part of it.
+const MIPS_MARGIN: u8 = 3;
 /// The first alpha that is solid.
 const SOLID: u8 = (ALPHA_CUTOFF * 255.0 + 0.5) as u8;
 
@@ -42,8 +44,12 @@ pub fn mips(maps: &Maps, alpha: AlphaUse) -> Vec<Maps> {
     }
     if alpha == AlphaUse::CutOut {
         let solid = maps.color.iter().filter(|c| c[3] >= SOLID).count() as u64;
-        levels.par_iter_mut().for_each(|level| {
+        levels.par_iter_mut().enumerate().for_each(|(k, level)| {
             let here = level.color.len() as u64;
+            if k <= MIPS {
+                let margin = if k == 0 { MARGIN } else { MIPS_MARGIN };
+                return level.color.iter_mut().for_each(|c| c[3] = clear_of_cut_off(c[3], c[3] >= SOLID, margin));
+            }
             keep(&mut level.color, ((solid * here + texels as u64 / 2) / texels as u64) as usize);
         });
     }
@@ -72,8 +78,12 @@ fn keep(color: &mut [[u8; 4]], count: usize) {
                 seen * wanted / at > (seen - 1) * wanted / at
             }
         };
-        c[3] = if solid { c[3].max(SOLID + MARGIN) } else { c[3].min(SOLID - 1 - MARGIN) };
+        c[3] = clear_of_cut_off(c[3], solid, MARGIN);
     }
+}
+
+fn clear_of_cut_off(alpha: u8, solid: bool, margin: u8) -> u8 {
+    if solid { alpha.max(SOLID + margin) } else { alpha.min(SOLID - 1 - margin) }
 }
 
 /// Maps whose sides are multiples of four, as block compression wants them: shrunk by up to three texels, or, below four,
@@ -104,17 +114,18 @@ pub fn to_blocks(maps: &Maps) -> Maps {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{coverage, preserve_coverage};
     use super::*;
     use crate::base::Seed;
 
-    /// Soft blots.
+    /// Soft blots, those of 128 texels repeated.
     fn blots(edge: u32) -> Maps {
         let count = (edge * edge) as usize;
         let alpha = |i: usize| {
-            let (x, y) = (i as f32 % edge as f32, (i as u32 / edge) as f32);
+            let (x, y) = ((i as u32 % edge % 128) as f32, (i as u32 / edge % 128) as f32);
             let far = |k: u64| {
                 let seed = Seed::new(k);
-                let (cx, cy) = (seed.at(0).range(0.0, edge as f32), seed.at(1).range(0.0, edge as f32));
+                let (cx, cy) = (seed.at(0).range(0.0, 128.0), seed.at(1).range(0.0, 128.0));
                 ((x - cx) * (x - cx) + (y - cy) * (y - cy)).sqrt()
             };
             let near = (0..60).map(far).fold(f32::MAX, f32::min);
@@ -125,21 +136,22 @@ mod tests {
     }
 
     #[test]
-    fn every_mip_covers_what_level_0_does_and_keeps_off_the_cut_off() {
-        let maps = blots(128);
-        let levels = mips(&maps, AlphaUse::CutOut);
-        assert_eq!(levels.iter().map(|l| l.width).collect::<Vec<_>>(), [128, 64, 32, 16, 8, 4, 2, 1]);
-        let share = |m: &Maps| m.color.iter().filter(|c| c[3] >= 128).count() as f32 / m.color.len() as f32;
-        let wanted = share(&maps);
-        assert!((0.2..0.8).contains(&wanted));
-        for level in &levels {
-            assert!((share(level) - wanted).abs() <= 0.51 / level.color.len() as f32, "{}", level.width);
-            assert!(level.color.iter().all(|c| !(120..136).contains(&c[3])));
-        }
-        // Without it the coarse ones are something else.
+    fn every_mip_shows_what_level_0_does_and_keeps_off_the_cut_off() {
+        let mut maps = blots(512);
         let plain = mips(&maps, AlphaUse::Opaque);
         assert_eq!(plain[0], maps);
-        assert!(plain[1..6].iter().any(|level| (share(level) - wanted).abs() > 0.05));
+        preserve_coverage(&mut maps);
+        let levels = mips(&maps, AlphaUse::CutOut);
+        assert_eq!(levels.iter().map(|l| l.width).collect::<Vec<_>>(), [512, 256, 128, 64, 32, 16, 8, 4, 2, 1]);
+        let share = |m: &Maps| coverage(m, 1)[0];
+        let off =
+            |levels: &[Maps]| levels[1..6].iter().map(|m| (share(m) / share(&maps) - 1.0).abs()).fold(0.0, f32::max);
+        assert!(off(&levels) < 0.15 && off(&plain) > 0.2, "{} {}", off(&levels), off(&plain));
+        // Beyond those that are made for it, texels are counted.
+        let solid = levels[9].color.iter().filter(|c| c[3] >= 128).count();
+        assert_eq!(solid, usize::from(share(&maps) >= 0.5));
+        assert!(levels[0].color.iter().all(|c| !(120..136).contains(&c[3])));
+        assert!(levels.iter().all(|level| level.color.iter().all(|c| !(125..131).contains(&c[3]))));
     }
 
     #[test]

@@ -83,6 +83,13 @@ impl Picture {
         Self { levels: Arc::new(levels), cutout: Arc::new(cutout) }
     }
 
+    /// An atlas, as engines show it: its alpha is made for its mips.
+    #[must_use]
+    pub fn of_atlas(maps: &Maps) -> Self {
+        let alpha = maps.color.iter().map(|c| c[3]).collect();
+        Self { cutout: Arc::new(Cutout::as_made(maps.width, maps.height, alpha)), ..Self::new(maps) }
+    }
+
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {

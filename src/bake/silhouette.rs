@@ -331,7 +331,8 @@ impl<'a> Cut<'a> {
         let (x, y) =
             (self.place[0] + dx * right + self.down[0] * below, self.place[1] + dy * right + self.down[1] * below);
         let run = Run { x, y, dx, dy, count: last - first + 1 };
-        open & (if self.magnified { self.level.run_about(run) } else { self.level.run(run) } << first)
+        open & (if self.magnified || self.level.filtered { self.level.run_about(run) } else { self.level.run(run) }
+            << first)
     }
 }
 

@@ -25,12 +25,12 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 3);
+const ATLAS: Stage = Stage("atlas", 4);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
-const FILES: Stage = Stage("files", 1);
+const FILES: Stage = Stage("files", 2);
 const COLORS: Stage = Stage("colors", 1);
-const FACTS: Stage = Stage("facts", 3);
+const FACTS: Stage = Stage("facts", 4);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {

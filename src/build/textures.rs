@@ -17,7 +17,7 @@ use crate::preset::plan::TextureFormat;
 /// The stages that encode pictures, with their versions: the maps of a material seldom change all at once.
 const PNG: Stage = Stage("png", 3);
 const WEBP: Stage = Stage("webp", 1);
-const KTX2: Stage = Stage("ktx2", 1);
+const KTX2: Stage = Stage("ktx2", 2);
 
 /// A texture file.
 pub(super) struct Texture {

@@ -17,16 +17,16 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 36);
+const LADDER: Stage = Stage("ladder", 37);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 30);
+const LEVEL: Stage = Stage("level", 31);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 8);
+const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 1);
+const COLORS: Stage = Stage("colors", 2);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 4);
-const REFERENCE: Stage = Stage("reference", 5);
+const OUTLINES: Stage = Stage("outlines", 5);
+const REFERENCE: Stage = Stage("reference", 6);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 2);
 

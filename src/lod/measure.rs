@@ -49,6 +49,12 @@ impl Wardrobe {
         Self { leaves, bark: Arc::new(vec![bark]) }
     }
 
+    /// Of a set's files.
+    #[must_use]
+    pub fn of_atlas(atlas: &Maps, bark: &Maps) -> Self {
+        Self { leaves: vec![Picture::of_atlas(atlas)], bark: Arc::new(vec![Picture::new(bark)]) }
+    }
+
     /// What cuts leaves and cards out, by tile.
     pub(super) fn cutouts(&self) -> Vec<&Cutout> {
         self.leaves.iter().map(Picture::cutout).collect()

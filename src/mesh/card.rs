@@ -180,6 +180,8 @@ pub fn leaf_cards_in<'c>(
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     let mut folded = (0.0, math::sin_cos(0.0));
     let mut canopy = Canopy::new(light);
+    // Where a card is bent, or large beside its tree, one side need not be right for all of it.
+    let (large, mut doubtful) = (least * 5e3, Vec::new());
     for card in leaves {
         let (Some(leaf), Some(pose)) = (plant.leaves().get(card.leaf), poses.get(card.leaf)) else { continue };
         let size = leaf.size * card.scale;
@@ -217,12 +219,25 @@ pub fn leaf_cards_in<'c>(
         }
         mesh.tiles.resize(mesh.positions.len(), u32::from(leaf.slot));
         mesh.chains.resize(mesh.positions.len(), leaf.chain.0);
+        if arch != 0.0 || size > large {
+            doubtful.push(mesh.indices.len()..mesh.indices.len() + plan.triangles.len());
+        }
         for t in plan.triangles.as_chunks::<3>().0 {
             let [a, b, c] = t.map(|corner| corner + first);
             mesh.indices.extend(if side > 0.0 { [a, b, c] } else { [a, c, b] });
         }
     }
     canopy.flush(&mut mesh);
+    for range in doubtful {
+        for t in mesh.indices[range].as_chunks_mut::<3>().0 {
+            let [a, b, c] = t.map(|i| i as usize);
+            let p = &mesh.positions;
+            let face = (p[b] - p[a]).cross(p[c] - p[a]);
+            if face.dot(mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0.0 {
+                t.swap(1, 2);
+            }
+        }
+    }
     mesh
 }
 

@@ -580,3 +580,50 @@ fn trunks_are_as_round_as_the_error_asks() {
     // Who tells a number gets no more.
     assert!(strays(&TubeDetail { error: 0.004, ..DETAIL }, 0, 1.0) > 0.02);
 }
+
+#[test]
+fn leaning_stems_stand_on_the_ground_all_round() {
+    for lean in [0.0, 0.6, 1.1, 1.3] {
+        let (sin, cos) = crate::base::math::sin_cos(lean);
+        let way = Vec3::new(sin, cos, 0.0);
+        let points: Vec<Vec3> = (0..9).map(|i| way * i as f32 * 0.5).collect();
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &points, &[0.3; 9]);
+        let plant = builder.finish().unwrap();
+        let mesh = tubes(&plant, &plant.pose(), &DETAIL);
+        // Where the skin is open.
+        let mut edges = std::collections::BTreeMap::new();
+        let at = |i: u32| mesh.positions[i as usize].to_array().map(|x| (x * 1e4).round() as i32);
+        for t in mesh.indices.as_chunks::<3>().0 {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                let key = if at(a) < at(b) { (at(a), at(b)) } else { (at(b), at(a)) };
+                *edges.entry(key).or_insert(0) += 1;
+            }
+        }
+        let open = edges.iter().filter(|(_, count)| **count == 1).flat_map(|((a, b), _)| [a[1], b[1]]);
+        let high = open.max().expect("a foot is open");
+        assert!(high <= 1, "{lean}: {high}");
+        assert!(problems(&mesh).is_empty(), "{lean}: {:?}", problems(&mesh));
+    }
+}
+
+#[test]
+fn no_triangle_of_a_bent_card_faces_away_from_its_normals() {
+    let mut builder = PlantBuilder::new();
+    let trunk = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.02]);
+    for i in 0..300 {
+        let seed = Seed::new(3).at(i);
+        let turn = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+        builder.leaf(Leaf::new(trunk, seed.at(2).range(0.3, 1.0), turn, 0.9, 0));
+    }
+    let plant = builder.finish().unwrap();
+    for cards in [CardShape::Bent, CardShape::Folded, CardShape::Flat] {
+        let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), cards);
+        let away = mesh.indices.as_chunks::<3>().0.iter().filter(|t| {
+            let [a, b, c] = t.map(|i| i as usize);
+            let face = (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
+            t.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
+        });
+        assert_eq!(away.count(), 0, "{cards:?}");
+    }
+}

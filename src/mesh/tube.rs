@@ -26,6 +26,8 @@ const FLARE: f32 = 0.38;
 const SLACK: f32 = 2.5;
 /// Share of its error that the end of a coarse tube may be thick to close in a point.
 const BLUNT: f32 = 0.4;
+/// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
+const LEANS: f32 = 0.15;
 /// Chains that a thread takes at once.
 const PART: usize = 64;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
@@ -409,6 +411,7 @@ impl<'a> Wood<'a> {
         // The wood's own normals, before they lean on the parent's, up to the last ring that does.
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
         let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * columns);
+        let is_foot = |j: usize| j == 0 && matches!(base, Base::Ground { .. });
         for (j, ring) in body.iter().enumerate() {
             frame = frame.transported(ring.tangent);
             let (here, girth) = (around(ring.radius), girth(ring.radius));
@@ -424,7 +427,15 @@ impl<'a> Wood<'a> {
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
                 let normal = (radial + along) * across;
-                let place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
+                let mut place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
+                let mut down = 0.0;
+                if is_foot(j) && ring.tangent.y > LEANS {
+                    // The foot of a leaning stem, which is square to it, goes down to the ground all round: along the stem
+                    // it would be a spur, and straight down flat.
+                    let way = (ring.tangent + Vec3::Y).normalize_or(Vec3::Y);
+                    down = ((place.y - foot.y) / way.y).max(0.0);
+                    place -= way * down;
+                }
                 // Round the wood u grows, against its way v does.
                 let around = frame.x * -sin - frame.z * cos;
                 let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
@@ -435,7 +446,7 @@ impl<'a> Wood<'a> {
                     let leant = base.blended(foot, place, normal, ring.radius);
                     seen = (leant, tangent_of(leant, around, -frame.y));
                 }
-                push(mesh, place, seen, Vec2::new(u, v), shade);
+                push(mesh, place, seen, Vec2::new(u, v + down * density), shade);
             }
             last = *ring;
         }

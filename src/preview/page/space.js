@@ -15,26 +15,44 @@ export function levelAt(levels, coverage) {
   return found < 0 ? levels.length - 1 : found;
 }
 
-/** Wind for a material: by the file's own weights where the preset writes them, else by height. */
-function sway(material, time, strength, hasWeights, height) {
+/** What a file's vertices tell about wind, as GLSL: declarations, and bend, phase, pivot and swing of a vertex (examples/engines/wind.md); none where they tell nothing. */
+function windOf({ uv1, uv3, texcoord_4, _wind, _wind_bend }) {
+  const declared = names => names.map(name => /^uv[123]$/.test(name)
+    ? `\n#ifndef USE_${name.toUpperCase()}\nattribute vec2 ${name};\n#endif` : `\nattribute ${name === '_wind' ? 'vec4' : 'vec2'} ${name};`).join('');
+  if (_wind && (_wind_bend || uv1)) {
+    const bend = _wind_bend ? '_wind_bend' : 'uv1';
+    return { declared: declared([bend, '_wind']), read: `vec2 told = ${bend}; vec3 pivot = _wind.xyz; float swing = _wind.w;` };
+  }
+  if (!uv3) return null;
+  // Light maps take the first set.
+  const [a, b, c] = texcoord_4 ? ['uv2', 'uv3', 'texcoord_4'] : ['uv1', 'uv2', 'uv3'];
+  return { declared: declared([a, b, c]), read: `vec2 told = ${a}; vec3 pivot = vec3(${b}, ${c}.x); float swing = ${c}.y;` };
+}
+
+/** Wind for a material: by what the file's vertices tell where the preset has them do so, else by height. */
+function sway(material, time, strength, wind, height) {
+  const flutter = material.alphaTest > 0 ? (height * 0.002).toFixed(4) : '0.0';
   material.onBeforeCompile = shader => {
     shader.uniforms.twTime = time;
     shader.uniforms.twWind = strength;
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', `#include <common>\nuniform float twTime; uniform float twWind;${hasWeights ? '\nattribute vec4 _wind;' : ''}`)
+      .replace('#include <common>', `#include <common>\nuniform float twTime; uniform float twWind;${wind?.declared ?? ''}`)
       .replace('#include <begin_vertex>', `#include <begin_vertex>
         {
-          ${hasWeights
-            ? 'float bend = _wind.x, swing = _wind.y, flutter = _wind.z, phase = _wind.w * 6.2832;'
-            : `float up = clamp(position.y / ${height.toFixed(3)}, 0.0, 1.0); float bend = up * up, swing = up * length(position.xz) * 0.12, flutter = 0.0, phase = position.x * 1.7 + position.z * 2.3;`}
-          float gust = 0.6 + 0.4 * sin(twTime * 0.7);
-          vec3 push = vec3(1.0, 0.0, 0.35) * bend * gust * sin(twTime * 1.1) * ${(height * 0.02).toFixed(4)};
-          push += vec3(0.6, 0.25, 0.8) * swing * sin(twTime * 2.3 + phase) * ${(height * 0.012).toFixed(4)};
-          push += vec3(0.5, 1.0, 0.5) * flutter * sin(twTime * 7.0 + phase * 3.0) * ${(height * 0.002).toFixed(4)};
-          transformed += push * twWind;
+          float gust = twWind * (0.6 + 0.4 * sin(twTime * 0.7));
+          ${wind ? `${wind.read}
+          float phase = told.y * 6.2832, bend = max(told.x - 0.4 * swing, 0.0) / 0.6;
+          // The limb swings about its own base, its leaves flutter, and the whole tree bends.
+          vec3 axis = vec3(-0.33, 0.0, 0.944), arm = transformed - pivot;
+          float angle = 0.12 * swing * gust * sin(twTime * 1.7 + phase);
+          transformed = pivot + arm * cos(angle) + cross(axis, arm) * sin(angle) + axis * dot(axis, arm) * (1.0 - cos(angle));
+          transformed += vec3(0.5, 1.0, 0.5) * ${flutter} * gust * sin(twTime * 7.0 + phase * 3.0 + position.x * 5.0);` : `
+          float up = clamp(position.y / ${height.toFixed(3)}, 0.0, 1.0), bend = up * up, phase = position.x * 1.7 + position.z * 2.3;
+          transformed += vec3(0.6, 0.25, 0.8) * gust * up * length(position.xz) * 0.12 * sin(twTime * 2.3 + phase) * ${(height * 0.012).toFixed(4)};`}
+          transformed += vec3(1.0, 0.0, 0.35) * bend * gust * sin(twTime * 1.1) * ${(height * 0.02).toFixed(4)};
         }`);
   };
-  material.customProgramCacheKey = () => `sway ${hasWeights} ${height.toFixed(3)}`;
+  material.customProgramCacheKey = () => `sway ${wind?.read} ${flutter} ${height.toFixed(3)}`;
 }
 
 export function space(box, tell) {
@@ -109,7 +127,9 @@ export function space(box, tell) {
   function swaying({ material, geometry, userData }, height) {
     if (userData.facing) return material;
     const own = material.clone();
-    sway(own, time, strength, Boolean(geometry.attributes._wind), height);
+    const wind = windOf(geometry.attributes);
+    box.dataset.wind = wind ? 'told' : 'by height';
+    sway(own, time, strength, wind, height);
     return own;
   }
   function dressed(group, height) {
