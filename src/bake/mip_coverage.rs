@@ -651,7 +651,10 @@ mod tests {
         for half in 0..2 {
             let part: Vec<u8> = (0..64 * 64).map(|i| alpha[i / 64 * 128 + half * 64 + i % 64]).collect();
             let shares = coverage_of(&part, (64, 64), &[], 4);
-            assert!(shares.iter().all(|s| (s / shares[0] - 1.0).abs() < 0.08), "{shares:?}");
+            let solid = part.iter().filter(|&&a| f32::from(a) >= SOLID).count() as f32 / part.len() as f32;
+            let wanted = solid.max(shares[0]);
+            // As they are, mips of the one would be all solid and of the other clear.
+            assert!(shares[1..].iter().all(|s| (s / wanted - 1.0).abs() < 0.25), "{shares:?} for {wanted}");
         }
     }
 
