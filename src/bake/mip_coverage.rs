@@ -251,7 +251,7 @@ impl Picture {
         // A square and the neighbour that a place of it is nearer to.
         let pair = |place: usize, all: usize| {
             let own = (place / 2).min(all - 1);
-            (own, if place % 2 == 0 { own.saturating_sub(1) } else { (own + 1).min(all - 1) })
+            (own, if place.is_multiple_of(2) { own.saturating_sub(1) } else { (own + 1).min(all - 1) })
         };
         let (columns, rows) = (places(self.x), places(self.y));
         // Odd, or what repeats would be met at the same rows.
@@ -280,7 +280,7 @@ impl Picture {
     /// By how much the squares of the `k`-th mip are to be moved for a share of the picture to show.
     fn shift(&self, (at, size): (impl Fn(usize) -> f32, (usize, usize)), k: usize, share: f32) -> f32 {
         const BINS: usize = 1 << 10;
-        if !(share > 0.0) {
+        if share <= 0.0 {
             return 0.0;
         }
         let mut bins = [0_u32; BINS];

@@ -64,7 +64,7 @@ fn thick_part((all, own): (&[Vec3], &[f32]), least: f32, (points, radii): (&mut 
         let (before, here) = (own[i - 1].max(least), own[i].max(least));
         // The last stretch ends where it is as thin as that.
         let end = if i > thick { (own[i - 1] - least) / (own[i - 1] - own[i]) } else { 1.0 };
-        if !(end > 0.0) {
+        if end <= 0.0 {
             return;
         }
         let ratio = here / before;
