@@ -71,15 +71,7 @@ fn a_frame(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 20)]
 fn a_frame_with_its_mesh(bencher: Bencher<'_, '_>) {
     let family = family();
-    let detail = TubeDetail::full(&MeshParams {
-        sides: 12,
-        most_sides: 12,
-        error: 0.004,
-        error_share: 0.0,
-        bark_tile: 1.5,
-        forks: treewright::preset::plan::Forks::Collar,
-        leaves: treewright::preset::plan::LeafCards::Folded,
-    });
+    let detail = TubeDetail::full(&MeshParams { bark_tile: 1.5, ..MeshParams::told(12, 0.004) });
     bencher.bench(|| {
         let plant = family.blend(&morph(&family, 0, 1, 0.4));
         let posed = plant.pose();

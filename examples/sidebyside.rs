@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3};
 use treewright::bake::{Light, Maps, Picture, Repeat, Shading, Surface, View, card_maps, own_bark_maps, rasterize};
 use treewright::base::Seed;
 use treewright::mesh::{CardShape, Mesh, TubeDetail, all_cards, leaf_cards, tubes};
-use treewright::preset::plan::{ImportHeight, ImportParams, UpAxis};
+use treewright::preset::plan::{ImportHeight, ImportParams, MeshParams, UpAxis};
 use treewright::source::import::{Imported, import_with};
 use treewright::source::scene::{self, Alpha, Scene};
 
@@ -180,15 +180,10 @@ fn of_plant(made: &Imported) -> (Vec<Mesh>, Vec<Worn>) {
     let (leaves, _) = card_maps(&made.art, seed);
     let (bark, _) = own_bark_maps(&made.art, seed);
     let posed = made.plant.pose();
-    let detail = TubeDetail {
-        sides: 12,
-        most_sides: 12,
-        error: made.plant.height() * 1e-4,
-        min_radius: 0.0,
+    let detail = TubeDetail::full(&MeshParams {
         bark_tile: made.plant.height() * 0.1,
-        forks: treewright::preset::plan::Forks::Collar,
-        added: 0.0,
-    };
+        ..MeshParams::told(12, made.plant.height() * 1e-4)
+    });
     let wood = tubes(&made.plant, &posed, &detail);
     let cards = leaf_cards(&made.plant, &posed, &all_cards(&made.plant), CardShape::Flat);
     let bark = bark.unwrap_or_else(|| plain([150, 120, 90, 255]));

@@ -4,7 +4,7 @@ use glam::Vec3;
 use treewright::base::Seed;
 use treewright::mesh::{TubeDetail, tubes};
 use treewright::plant::Plant;
-use treewright::preset::plan::{ImportHeight, UpAxis};
+use treewright::preset::plan::{ImportHeight, MeshParams, UpAxis};
 use treewright::source::grow::{Solid, Solids, grow_in, shape_files};
 use treewright::source::import::{Agreement, agreement, agreement_at};
 use treewright::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
@@ -106,15 +106,7 @@ fn distances(wood: &Wood, found: &Skeletonized, height: f64) -> Distances {
 
 /// A plant's tubes.
 fn swept(plant: &Plant, sides: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let detail = TubeDetail {
-        sides,
-        most_sides: sides,
-        error: plant.height() * 2e-4,
-        min_radius: 0.0,
-        bark_tile: 1.0,
-        forks: treewright::preset::plan::Forks::Collar,
-        added: 0.0,
-    };
+    let detail = TubeDetail::full(&MeshParams::told(sides, plant.height() * 2e-4));
     let mesh = tubes(plant, &plant.pose(), &detail);
     (mesh.positions, mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect())
 }

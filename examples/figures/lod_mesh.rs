@@ -7,7 +7,7 @@ use treewright::mesh::{
     CardShape, Cards, TubeDetail, add_tangents, all_cards, closure, leaf_cards, meshed_radii, problems, tubes,
 };
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder};
-use treewright::preset::plan::{Forks, LeafShape};
+use treewright::preset::plan::{Forks, LeafShape, MeshParams};
 
 use crate::Figure;
 
@@ -57,15 +57,7 @@ pub(crate) fn print() {
         let plant = plant(Seed::new(i));
         let posed = plant.pose();
         for forks in [Forks::Collar, Forks::Plain] {
-            let detail = TubeDetail {
-                sides: 12,
-                most_sides: 12,
-                error: 0.004,
-                min_radius: 0.0,
-                bark_tile: 0.7,
-                forks,
-                added: 0.0,
-            };
+            let detail = TubeDetail::full(&MeshParams { bark_tile: 0.7, forks, ..MeshParams::told(12, 0.004) });
             let mut bark = tubes(&plant, &posed, &detail);
             broken += usize::from(add_tangents(&mut bark).is_err() || !problems(&bark).is_empty());
             for shape in SHAPES {

@@ -22,15 +22,7 @@ use crate::table_1::source;
 use crate::{Figure, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
-const MESH: MeshParams = MeshParams {
-    sides: 12,
-    most_sides: 12,
-    error: 0.004,
-    error_share: 0.0,
-    bark_tile: 1.5,
-    forks: treewright::preset::plan::Forks::Collar,
-    leaves: treewright::preset::plan::LeafCards::Folded,
-};
+const MESH: MeshParams = MeshParams { bark_tile: 1.5, ..MeshParams::told(12, 0.004) };
 
 /// Prints them.
 pub(crate) fn print() {

@@ -162,27 +162,27 @@ impl Design {
         }
     }
 
-    /// Asks each mip of each picture for as much more as it shows less than level 0.
+    /// Asks each mip of each picture that is seen alone for as much more as it shows less than level 0.
     fn ask(&mut self, mut alpha: Vec<u8>, (mut wide, mut high): (usize, usize), pictures: &[Picture]) {
-        let texel = |alpha: &[u8], i: usize| f32::from(alpha[i]);
+        let alone: Vec<usize> = (0..pictures.len()).filter(|&i| pictures[i].blending == Blending::Alone).collect();
         let shown = |alpha: &[u8], size: (usize, usize), k: usize| -> Vec<f32> {
-            let of = |p: &Picture| p.shown((|i| texel(alpha, i), size), k);
-            pictures.par_iter().map(of).collect()
+            let of = |&i: &usize| pictures[i].shown((|at| f32::from(alpha[at]), size), k);
+            alone.par_iter().map(of).collect()
         };
         // Thin leaves show a little less between texels than they have: far away they are to show what they have.
-        let goals: Vec<f32> =
-            shown(&alpha, (wide, high), 0).into_iter().zip(pictures).map(|(shown, p)| shown.max(p.solid)).collect();
+        let goals = shown(&alpha, (wide, high), 0);
+        let goals: Vec<f32> = goals.into_iter().zip(&alone).map(|(shown, &i)| shown.max(pictures[i].solid)).collect();
         for k in 1..=MIPS {
             if !wide.is_multiple_of(2) || !high.is_multiple_of(2) {
                 return;
             }
             alpha = halved(&alpha, wide, high);
             (wide, high) = (wide / 2, high / 2);
-            let each = pictures.iter().zip(&mut self.asked).zip(goals.iter().zip(shown(&alpha, (wide, high), k)));
-            for ((_, asked), (goal, shown)) in each.filter(|((p, _), _)| p.blending == Blending::Alone) {
+            for ((&i, goal), shown) in alone.iter().zip(&goals).zip(shown(&alpha, (wide, high), k)) {
                 // A little more than that, for each mip answers to its own with less.
                 let more = goal / shown.max(1e-6);
-                asked[k - 1] = (asked[k - 1] * (more * more.sqrt()).clamp(0.4, 2.5)).clamp(0.05, 8.0);
+                let asked = &mut self.asked[i][k - 1];
+                *asked = (*asked * (more * more.sqrt()).clamp(0.4, 2.5)).clamp(0.05, 8.0);
             }
         }
     }

@@ -149,7 +149,7 @@ mod tests {
     use crate::base::{Rotation, Seed};
     use crate::lod::{Stock, Texels, ladder_with};
     use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards, LodBudget, MeshParams};
+    use crate::preset::plan::{Forks, LodBudget, MeshParams};
 
     #[test]
     fn an_impostor_is_shown_as_its_shader_shows_it_and_cards_as_they_are() {
@@ -160,15 +160,7 @@ mod tests {
             let orientation = Rotation::about(seed.direction(), 1.0);
             builder.leaf(Leaf::new(stem, seed.at(1).range(0.4, 1.0), orientation, 0.8, 0));
         }
-        let mesh = MeshParams {
-            sides: 6,
-            most_sides: 6,
-            error: 0.01,
-            error_share: 0.0,
-            bark_tile: 1.0,
-            forks: Forks::Plain,
-            leaves: LeafCards::Folded,
-        };
+        let mesh = MeshParams { forks: Forks::Plain, ..MeshParams::told(6, 0.01) };
         let green = |alpha: u8| Maps {
             width: 8,
             height: 8,

@@ -259,7 +259,7 @@ pub struct AtlasEntry {
     pub scale: f32,
     /// Share of it that pictures take, 0..=1.
     pub utilisation: f32,
-    /// Share of solid texels per mip, level 0 first, before the correction.
+    /// Share of the pictures that shows between texels, per mip, level 0 first, before alpha was made for it.
     pub coverage_before: Vec<f32>,
     /// The same as delivered.
     pub coverage: Vec<f32>,

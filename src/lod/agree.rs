@@ -224,7 +224,7 @@ mod tests {
     use crate::base::Seed;
     use crate::mesh::{CrownLight, Mesh, TubeDetail, Wood};
     use crate::plant::PlantBuilder;
-    use crate::preset::plan::{Forks, LeafCards, MeshParams};
+    use crate::preset::plan::{Forks, MeshParams};
     use glam::Vec3;
 
     #[test]
@@ -260,15 +260,7 @@ mod tests {
         let posed = plant.pose();
         let light = CrownLight::of(&plant, &posed);
         for forks in [Forks::Collar, Forks::Plain] {
-            let params = MeshParams {
-                sides: 8,
-                most_sides: 8,
-                error: 0.004,
-                error_share: 0.0,
-                bark_tile: 1.0,
-                forks,
-                leaves: LeafCards::Folded,
-            };
+            let params = MeshParams { forks, ..MeshParams::told(8, 0.004) };
             let detail = TubeDetail::full(&params);
             let bark = Wood::of(&plant, &posed, &detail).mesh(&light, &detail);
             let tree = TreeMesh { bark, ..TreeMesh::default() };

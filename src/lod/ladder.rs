@@ -331,17 +331,8 @@ mod tests {
     use crate::lod::bench::{COLORED, VIEWS};
     use crate::lod::{Outlines, Reference};
     use crate::plant::{Leaf, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards};
 
-    const PARAMS: MeshParams = MeshParams {
-        sides: 12,
-        most_sides: 12,
-        error: 0.004,
-        error_share: 0.0,
-        bark_tile: 1.0,
-        forks: Forks::Collar,
-        leaves: LeafCards::Folded,
-    };
+    const PARAMS: MeshParams = MeshParams::told(12, 0.004);
 
     fn lods() -> [Lod; 4] {
         [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]

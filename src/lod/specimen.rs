@@ -6,7 +6,7 @@ use super::{Ladder, Stock, Texels, ladder_with};
 use crate::bake::Maps;
 use crate::base::{Rotation, Seed};
 use crate::plant::{Leaf, Plant, PlantBuilder};
-use crate::preset::plan::{Forks, LeafCards, Lod, LodBudget, MeshParams};
+use crate::preset::plan::{Forks, Lod, LodBudget, MeshParams};
 
 /// A trunk that stands at `foot`, `height` high and `radius` thick at its base, whose crown begins at three quarters of it: so
 /// many twigs of one and a half metres with so many leaves each.
@@ -36,15 +36,7 @@ pub(super) fn climbed(plant: &Plant, lod: Lod) -> Ladder {
         normal: vec![[128, 128, 255]; 64],
         orm: vec![[255; 3]; 64],
     };
-    let params = MeshParams {
-        sides: 8,
-        most_sides: 8,
-        error: 0.01,
-        error_share: 0.0,
-        bark_tile: 1.0,
-        forks: Forks::Plain,
-        leaves: LeafCards::Folded,
-    };
+    let params = MeshParams { forks: Forks::Plain, ..MeshParams::told(8, 0.01) };
     let stock = Stock::new(std::slice::from_ref(&plain), &plain);
     ladder_with(plant, &params, &[Lod::Full, lod].map(LodBudget::from), &stock, Texels::all(64), Seed::new(1))
 }

@@ -182,7 +182,7 @@ mod tests {
     use crate::base::Rotation;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, packed, palette};
     use crate::plant::{Leaf, Plant, PlantBuilder};
-    use crate::preset::plan::{Forks, LeafCards, Lod, MeshParams};
+    use crate::preset::plan::{LeafCards, Lod, MeshParams};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {
@@ -231,15 +231,7 @@ mod tests {
     }
 
     fn climbed(plant: &Plant, lods: &[Lod]) -> Ladder {
-        let params = MeshParams {
-            sides: 8,
-            most_sides: 8,
-            error: 0.004,
-            error_share: 0.0,
-            bark_tile: 1.0,
-            forks: Forks::Collar,
-            leaves: LeafCards::Flat,
-        };
+        let params = MeshParams { leaves: LeafCards::Flat, ..MeshParams::told(8, 0.004) };
         let plain = plain();
         let lods: Vec<_> = lods.iter().cloned().map(Into::into).collect();
         ladder(plant, &params, &lods, std::slice::from_ref(&plain), &plain, Seed::new(1))

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::*;
 use crate::base::{Rotation, Seed};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
-use crate::preset::plan::Forks;
+use crate::preset::plan::{Forks, MeshParams};
 
 /// A random plant: crooked chains of any thickness, some points doubled, some radii zero, and leaves.
 fn plant(seed: u64, wild: bool) -> Plant {
@@ -45,15 +45,7 @@ fn plant(seed: u64, wild: bool) -> Plant {
     builder.finish().unwrap()
 }
 
-const DETAIL: TubeDetail = TubeDetail {
-    sides: 12,
-    most_sides: 12,
-    error: 0.004,
-    min_radius: 0.0,
-    bark_tile: 0.7,
-    forks: Forks::Collar,
-    added: 0.0,
-};
+const DETAIL: TubeDetail = TubeDetail::full(&MeshParams { bark_tile: 0.7, ..MeshParams::told(12, 0.004) });
 
 #[test]
 fn broken_limbs_stay_blunt_on_coarse_tubes_and_twigs_end_in_points() {

@@ -5,6 +5,8 @@
 //! vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground, and flares.
 //! Bark is as fine on a twig as on the trunk, within a fifth: how it closes round them is told in `bark_uv.rs`.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -56,7 +58,7 @@ pub struct TubeDetail {
 impl TubeDetail {
     /// The finest level of a preset.
     #[must_use]
-    pub fn full(params: &MeshParams) -> Self {
+    pub const fn full(params: &MeshParams) -> Self {
         Self {
             sides: params.sides,
             most_sides: params.most_sides,
@@ -254,13 +256,15 @@ impl<'a> Wood<'a> {
     /// number of threads.
     #[must_use]
     pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
-        let circles = Circles::up_to(detail.sides.max(detail.most_sides));
+        let kept = self.kept(detail);
+        let sides = |id: &ChainId| self.skin(&self.limbs[id.index()], detail).sides;
+        let with_rings = kept.iter().filter(|id| !self.rings_of(&self.limbs[id.index()]).is_empty());
+        let circles = Circles::up_to(with_rings.map(sides).max().unwrap_or(3));
         let sweep = |ids: &[ChainId]| {
             let (mut mesh, mut rings) = (Mesh::default(), Vec::new());
             ids.iter().for_each(|&id| self.sweep(id, (light, detail, &circles), &mut rings, &mut mesh));
             mesh
         };
-        let kept = self.kept(detail);
         if rayon::current_num_threads() == 1 {
             return sweep(&kept);
         }
@@ -411,7 +415,6 @@ impl<'a> Wood<'a> {
         // The wood's own normals, before they lean on the parent's, up to the last ring that does.
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
         let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * columns);
-        let is_foot = |j: usize| j == 0 && matches!(base, Base::Ground { .. });
         for (j, ring) in body.iter().enumerate() {
             frame = frame.transported(ring.tangent);
             let (here, girth) = (around(ring.radius), girth(ring.radius));
@@ -427,15 +430,7 @@ impl<'a> Wood<'a> {
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
                 let normal = (radial + along) * across;
-                let mut place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
-                let mut down = 0.0;
-                if is_foot(j) && ring.tangent.y > LEANS {
-                    // The foot of a leaning stem, which is square to it, goes down to the ground all round: along the stem
-                    // it would be a spur, and straight down flat.
-                    let way = (ring.tangent + Vec3::Y).normalize_or(Vec3::Y);
-                    down = ((place.y - foot.y) / way.y).max(0.0);
-                    place -= way * down;
-                }
+                let place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
                 // Round the wood u grows, against its way v does.
                 let around = frame.x * -sin - frame.z * cos;
                 let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
@@ -446,9 +441,13 @@ impl<'a> Wood<'a> {
                     let leant = base.blended(foot, place, normal, ring.radius);
                     seen = (leant, tangent_of(leant, around, -frame.y));
                 }
-                push(mesh, place, seen, Vec2::new(u, v + down * density), shade);
+                push(mesh, place, seen, Vec2::new(u, v), shade);
             }
             last = *ring;
+        }
+        if matches!(base, Base::Ground { .. }) {
+            let density = around(first.radius) / girth(first.radius).max(1e-6);
+            set_down(mesh, start as usize..start as usize + columns, (foot.y, first.tangent), density);
         }
         let columns = columns as u32;
         for j in 0..body.len() as u32 - 1 {
@@ -486,6 +485,20 @@ impl<'a> Wood<'a> {
             mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
+    }
+}
+
+/// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,
+/// and straight down flat. `density` is of bark, repeats a metre.
+fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3), density: f32) {
+    if tangent.y <= LEANS {
+        return;
+    }
+    let way = (tangent + Vec3::Y).normalize_or(Vec3::Y);
+    for (place, uv) in mesh.positions[ring.clone()].iter_mut().zip(&mut mesh.uvs[ring]) {
+        let down = ((place.y - ground) / way.y).max(0.0);
+        *place -= way * down;
+        uv.y += down * density;
     }
 }
 

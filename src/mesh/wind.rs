@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TubeDetail, tubes};
     use crate::plant::PlantBuilder;
-    use crate::preset::plan::Forks;
+    use crate::preset::plan::MeshParams;
 
     #[test]
     fn a_twig_swings_with_its_limb_and_the_trunk_with_none() {
@@ -103,15 +103,7 @@ mod tests {
         builder.branch(limb, 0.5, &[Vec3::ZERO, Vec3::X], &[0.03, 0.01]);
         let plant = builder.finish().unwrap();
         let posed = plant.pose();
-        let detail = TubeDetail {
-            sides: 8,
-            most_sides: 8,
-            error: 0.01,
-            min_radius: 0.0,
-            bark_tile: 1.0,
-            forks: Forks::Collar,
-            added: 0.0,
-        };
+        let detail = TubeDetail::full(&MeshParams::told(8, 0.01));
         let mesh = tubes(&plant, &posed, &detail);
         assert_eq!(mesh.chains.len(), mesh.positions.len());
         let wind = Limbs::of(&plant, &posed).wind(&plant, &mesh);

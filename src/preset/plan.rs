@@ -493,6 +493,13 @@ pub struct MeshParams {
 }
 
 impl MeshParams {
+    /// Those of a preset that tells sides and error, metres, and nothing else, with bark tiles of a metre.
+    #[must_use]
+    pub const fn told(sides: u32, error: f32) -> Self {
+        let (forks, leaves) = (Forks::Collar, LeafCards::Folded);
+        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves }
+    }
+
     /// As a tree of such an extent, metres, is meshed.
     #[must_use]
     pub fn on(&self, extent: f32) -> Self {
