@@ -26,7 +26,7 @@ const allowed = [
   { code: "UNUSED_OBJECT", pointer: /^\/nodes\/\d+$/ },
   // The second UV set is for light maps, which are baked in the engine, further ones hold the wind for shaders: no texture
   // of the file uses them.
-  { code: "UNUSED_OBJECT", pointer: /\/attributes\/TEXCOORD_[1-4]$/ },
+  { code: "UNUSED_OBJECT", pointer: /\/attributes\/TEXCOORD_[1-5]$/ },
   // The web profile is packed by meshoptimizer; the validator doesn't know the extension, so it takes the buffer that holds
   // the packed bytes to be unused.
   { code: "UNSUPPORTED_EXTENSION", about: "EXT_meshopt_compression" },

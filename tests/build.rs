@@ -254,6 +254,27 @@ fn a_level_that_is_unlike_its_tree_is_told_with_what_helps() {
 }
 
 #[test]
+fn budgets_in_triangles_are_kept() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let built = |most: u32| {
+        let lods = format!("lods: [Full, Thinned(most: {}), CrossedQuads], mesh: (most: {most}),", most / 3);
+        fs::write(&preset, SMALL.replace("lods: [Full, CrossedQuads],", &lods)).unwrap();
+        let made = treewright(&[&"build", &preset, &"--out", &project.path().join("out")]);
+        assert!(made.status.success(), "{}", errors(&made));
+        let text = fs::read_to_string(project.path().join("out/small/small.manifest.json")).unwrap();
+        let manifest: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let levels = manifest["variants"][0]["levels"].as_array().unwrap().clone();
+        (levels.iter().map(|level| level["triangles"].as_u64().unwrap()).collect::<Vec<_>>(), errors(&made))
+    };
+    let (free, _) = built(1_000_000);
+    let most = free[0] as u32 / 2;
+    let (levels, said) = built(most);
+    assert!(levels[0] <= u64::from(most) && levels[1] <= u64::from(most) / 3, "{levels:?} of {most}");
+    assert!(levels[0] > u64::from(most) * 9 / 10 && !said.contains(".most"), "{levels:?} of {most}: {said}");
+}
+
+#[test]
 fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
     let project = small_project();
     let preset = project.path().join("small.ron");

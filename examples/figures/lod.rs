@@ -89,7 +89,7 @@ fn sets() {
             against = simplifier(&set);
             // At a tenth simplifiers have no leaves left that they could halve.
             let mut few = loaded.plan.clone();
-            few.lods = vec![Lod::Full.into(), Lod::Thinned { triangles: 0.1 }.into()];
+            few.lods = vec![Lod::Full.into(), Lod::thinned(0.1).into()];
             let key = set_key(&few, &inputs);
             against.extend(simplifier(&read(
                 &make_set(&few, &inputs, key, &Cache::default(), &|_| {}).expect("it builds"),

@@ -11,7 +11,7 @@ const SHARES: [f32; 4] = [0.4, 0.2, 0.1, 0.05];
 
 /// Prints what the manifests tell, each level alone at the size, those before it between that and the whole screen.
 pub(crate) fn print() {
-    let kinds = [Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 48 }];
+    let kinds = [Lod::thinned(0.4), Lod::BillboardCloud { cards: 48 }];
     let last = [Lod::Impostor { frames: 10 }, Lod::CrossedQuads];
     let cache = Cache::default();
     for (i, kind) in kinds.iter().chain(&last).enumerate() {

@@ -373,8 +373,11 @@ fn engine_files(
     let posed = plant.pose();
     let winds: Vec<Option<[Wind; 2]>> = if parts.plan.wind == WindData::Attributes {
         let limbs = Limbs::of(plant, &posed);
-        let of = |mesh: &TreeMesh| [limbs.wind(plant, &mesh.bark), limbs.wind(plant, &mesh.leaf)];
-        placed.meshes[variant].iter().map(|mesh| Some(of(mesh))).collect()
+        let of = |(mesh, level): (&TreeMesh, &Level)| {
+            [(&mesh.bark, &level.mesh.bark), (&mesh.leaf, &level.mesh.leaf)]
+                .map(|(mesh, made)| limbs.wind(plant, mesh, made))
+        };
+        placed.meshes[variant].iter().zip(&tree.ladder.levels).map(|pair| Some(of(pair))).collect()
     } else {
         vec![None; placed.meshes[variant].len()]
     };

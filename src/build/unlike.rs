@@ -11,10 +11,10 @@ use crate::preset::plan::Lod;
 const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
 
-/// One note a level of the preset that is unlike the tree in some variants, of the worst of them, and one where it has more
-/// triangles than the level before.
+/// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
+/// triangles than the level before, and one where it has more than it may have.
 pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
-    let mut notes = Vec::new();
+    let mut notes: Vec<Note> = (0..plan.lods.len()).filter_map(|place| over_budget(plan, trees, place)).collect();
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
         let about = format!("lods[{place}]");
         let levels =
@@ -48,4 +48,70 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
         }
     }
     notes
+}
+
+/// What is told of the tree that is furthest above the triangles that it may have at a level: its wood can't be coarser.
+fn over_budget(plan: &Plan, trees: &[Tree], place: usize) -> Option<Note> {
+    let (about, most) = match plan.lods[place].lod {
+        Lod::Full => ("mesh.most".to_owned(), plan.mesh.most),
+        Lod::Thinned { most, .. } => (format!("lods[{place}].most"), most),
+        _ => return None,
+    };
+    let over = |(n, tree): (i32, &Tree)| {
+        let level = tree.ladder.levels.get(place)?;
+        (level.triangles > most as usize).then_some((level.triangles, n, level.mesh.bark.indices.len() / 3))
+    };
+    let (triangles, n, wood) = (1..).zip(trees).filter_map(over).max()?;
+    let message = format!(
+        "number {n} has {triangles} triangles, {wood} of them wood that can't be coarser; ask for {triangles}, or \
+         for `forks: Plain` in `mesh`"
+    );
+    Some(Note { about, message })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bake::Maps;
+    use crate::base::{Key, Seed};
+    use crate::plant::PlantBuilder;
+
+    #[test]
+    fn wood_beyond_its_budget_is_told_with_what_helps() {
+        let mut builder = PlantBuilder::new();
+        for i in 0..100 {
+            let at = Vec3::new(i as f32 * 0.2, 0.0, 0.0);
+            builder.stem(at, &[Vec3::ZERO, Vec3::Y], &[0.05, 0.05]);
+        }
+        let plant = Arc::new(builder.finish().expect("a hundred poles"));
+        let plain = Maps {
+            width: 1,
+            height: 1,
+            color: vec![[90, 80, 70, 255]],
+            normal: vec![[128, 128, 255]],
+            orm: vec![[255, 200, 0]],
+        };
+        let told = |most: u32| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], lods: [Full], mesh: (most: {most}))"
+            );
+            let plan = crate::preset::load("poles.ron", &text, &mut |_| Ok(String::new())).expect("loads");
+            let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, &[], &plain, Seed::new(1));
+            let triangles = made.levels[0].triangles;
+            let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
+            (triangles, notes(&plan, &[Tree { plant: plant.clone(), ladder, key, of: key }]))
+        };
+        let (triangles, notes) = told(200);
+        assert!(triangles > 200 && notes.len() == 1, "{triangles}, {notes:?}");
+        assert_eq!(notes[0].about, "mesh.most");
+        assert!(
+            notes[0].message.contains(&format!("has {triangles} triangles, {triangles} of them wood")),
+            "{notes:?}"
+        );
+        assert_eq!(told(20_000).1, []);
+    }
 }

@@ -36,7 +36,9 @@ const PRESET: &str = r#"// NAME: two young trees and four between them.
     // or a picture of your own, as Files(color: "leaf.png").
     foliage: (leaf: "birch", density: 1.0),
 
-    // From fine to coarse.
+    // From fine to coarse. Each takes over where it is measured to look like the full tree, which is far away. Where that is
+    // too dear: Thinned(triangles: 0.4, screen: 0.5) takes over where the tree covers half of the screen's height,
+    // Thinned(most: 5000) has so many triangles at most, and mesh: (most: 20000) bounds the full level.
     lods: [Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor],
 
     atlas: (size: 2048),

@@ -207,20 +207,18 @@ impl<'a> Writer<'a> {
             let wrong = |what| ExportError::Mesh { name: format!("{name} {suffix}"), what };
             let triangles = proper_triangles(mesh).map_err(wrong)?;
             if !triangles.is_empty() {
-                let primitive = match self.cube {
-                    Some(cube) => self.packed_primitive(part, mesh, triangles.into_owned(), cube).map_err(wrong)?,
-                    None => self.primitive(part, mesh, &triangles),
-                };
-                primitives.push(primitive);
-                // Packed vertices are reordered, and the web's viewers know no wind.
-                if let (Some(wind), None) = (of.wind, self.cube) {
-                    let wind = &wind[usize::from(part == Part::Leaf)];
-                    if wind.weights.len() == mesh.positions.len()
-                        && let Some(last) = primitives.last_mut()
-                    {
-                        self.wind(last, wind, mesh);
+                let wind = of.wind.map(|wind| &wind[usize::from(part == Part::Leaf)]);
+                let wind = wind.filter(|wind| wind.fits(mesh));
+                primitives.push(match (self.cube, wind) {
+                    (Some(cube), wind) => {
+                        self.packed_primitive(part, mesh, triangles.into_owned(), cube, wind).map_err(wrong)?
                     }
-                }
+                    (None, wind) => {
+                        let mut primitive = self.primitive(part, mesh, &triangles);
+                        wind.into_iter().for_each(|wind| self.wind(&mut primitive, wind, mesh));
+                        primitive
+                    }
+                });
             }
         }
         if primitives.is_empty() {

@@ -54,7 +54,8 @@ pub struct FileEntry {
     pub blake3: String,
 }
 
-/// The layout of the wind in the vertices of all files but those for the web.
+/// The layout of the wind in the vertices. In files for the web place and swing are whole numbers: the place in the units of
+/// positions, 65,535 for a swing of 1.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WindEntry {
     /// Attribute of two numbers: bend of all together, 0 to 1, and the phase.
@@ -64,6 +65,9 @@ pub struct WindEntry {
     pub pivot: [String; 2],
     /// Attribute whose second number is how far the limb swings, 0 to 1.
     pub swing: String,
+    /// Attribute of two numbers: how far a leaf flutters, 0 at its base and on wood, 1 at its tip, and a phase of its own;
+    /// `_WIND_LEAF` in files for Bevy.
+    pub flutter: String,
 }
 
 impl WindEntry {
@@ -72,7 +76,7 @@ impl WindEntry {
     pub fn with_lightmap(lightmap: bool) -> Self {
         let first = if lightmap { 2 } else { 1 };
         let set = |k: u32| format!("TEXCOORD_{}", first + k);
-        Self { bend_and_phase: set(0), pivot: [set(1), set(2)], swing: set(2) }
+        Self { bend_and_phase: set(0), pivot: [set(1), set(2)], swing: set(2), flutter: set(3) }
     }
 }
 

@@ -19,7 +19,7 @@ use json::validation::USize64;
 use glam::Vec3;
 
 use super::glb::{Part, Writer, unit};
-use crate::mesh::{Mesh, optimize};
+use crate::mesh::{Mesh, Wind, optimize};
 
 /// The cube that positions are counted in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +39,11 @@ impl Cube {
             Self { low: Vec3::ZERO, edge: 1.0 }
         }
     }
+
+    /// A place in it, as it is counted.
+    fn counted(&self, place: Vec3) -> [u16; 3] {
+        ((place - self.low) / self.edge).to_array().map(|v| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16)
+    }
 }
 
 fn signed(v: f32) -> u8 {
@@ -57,15 +62,14 @@ impl Writer<'_> {
         mesh: &Mesh,
         triangles: Vec<u32>,
         cube: Cube,
+        wind: Option<&Wind>,
     ) -> Result<json::mesh::Primitive, String> {
         let mut mesh = Mesh { indices: triangles, ..mesh.clone() };
-        optimize(&mut mesh).map_err(|e| e.to_string())?;
+        let order = optimize(&mut mesh).map_err(|e| e.to_string())?;
         let count = mesh.positions.len();
         let mut attributes = std::collections::BTreeMap::new();
 
-        let quantized: Vec<[u16; 3]> = (mesh.positions.iter())
-            .map(|&p| ((p - cube.low) / cube.edge).to_array().map(|v| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16))
-            .collect();
+        let quantized: Vec<[u16; 3]> = mesh.positions.iter().map(|&p| cube.counted(p)).collect();
         let bytes: Vec<[u8; 8]> = quantized
             .iter()
             .map(|p| {
@@ -115,6 +119,15 @@ impl Writer<'_> {
             let view = self.packed_view(&pairs(&mesh.lightmap), "ATTRIBUTES")?;
             let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
             attributes.insert(Valid(Semantic::TexCoords(1)), accessor);
+        }
+        if let Some(wind) = wind {
+            let first = if mesh.lightmap.is_empty() { 1 } else { 2 };
+            for (k, (values, is_share)) in wind_sets(wind, &order, cube).into_iter().enumerate() {
+                let view = self.packed_view(&values, "ATTRIBUTES")?;
+                let accessor = self.accessor(view, count, ComponentType::U16, Type::Vec2);
+                self.root.accessors[accessor.value()].normalized = is_share;
+                attributes.insert(Valid(Semantic::TexCoords(first + k as u32)), accessor);
+            }
         }
 
         let bytes: Vec<[u8; 4]> = mesh.occlusion.iter().map(|&o| [o, o, o, 255]).collect();
@@ -187,6 +200,26 @@ impl Writer<'_> {
     }
 }
 
+/// The texture sets of the wind, by vertices in their new order, and whether their numbers are shares: pivots are counted as
+/// positions are, and the swing beside them in 65,535 parts.
+fn wind_sets(wind: &Wind, order: &[usize], cube: Cube) -> [(Vec<[u8; 4]>, bool); 4] {
+    let of = |pair: &dyn Fn(usize) -> [[u8; 2]; 2]| {
+        let bytes = |&i: &usize| {
+            let [[a, b], [c, d]] = pair(i);
+            [a, b, c, d]
+        };
+        order.iter().map(bytes).collect()
+    };
+    let bends = wind.bend_and_phase();
+    let pivot = |i: usize| cube.counted(wind.pivots[i]).map(u16::to_le_bytes);
+    [
+        (of(&|i| [share(bends[i].x), share(bends[i].y)]), true),
+        (of(&|i| [pivot(i)[0], pivot(i)[1]]), false),
+        (of(&|i| [pivot(i)[2], share(wind.weights[i][1])]), false),
+        (of(&|i| [share(wind.leaves[i].x), share(wind.leaves[i].y)]), true),
+    ]
+}
+
 fn pairs(values: &[glam::Vec2]) -> Vec<[u8; 8]> {
     values
         .iter()
@@ -195,4 +228,33 @@ fn pairs(values: &[glam::Vec2]) -> Vec<[u8; 8]> {
             [u[0], u[1], u[2], u[3], v[0], v[1], v[2], v[3]]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+
+    #[test]
+    fn wind_is_that_of_the_vertices_in_their_new_order_and_pivots_are_counted_as_positions() {
+        let places = [Vec3::ZERO, Vec3::new(1.0, 2.0, 4.0), Vec3::new(4.0, 3.0, 0.0)];
+        let cube = Cube::around(places.iter());
+        let wind = Wind {
+            weights: [0.0, 0.5, 1.0].map(|swing| [1.0, swing, 0.25]).to_vec(),
+            pivots: places.to_vec(),
+            leaves: [0.0, 0.5, 1.0].map(|v| Vec2::new(v, 1.0 - v)).to_vec(),
+        };
+        let number = |[a, b, c, d]: [u8; 4]| [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
+        let sets =
+            wind_sets(&wind, &[2, 0, 1], cube).map(|(values, _)| values.into_iter().map(number).collect::<Vec<_>>());
+        for (place, vertex) in [2_usize, 0, 1].into_iter().enumerate() {
+            let [x, y, z] = cube.counted(places[vertex]);
+            let share = [0, 32768, 65535][vertex];
+            assert_eq!(sets[1][place], [x, y]);
+            assert_eq!(sets[2][place], [z, share]);
+            assert_eq!(sets[3][place], [share, 65535 - share + u16::from(vertex == 1)]);
+            assert_eq!(sets[0][place][1], 16384);
+        }
+    }
 }

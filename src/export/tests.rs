@@ -198,6 +198,7 @@ fn wind_is_in_texture_sets_and_in_files_for_bevy_in_an_attribute_of_its_own() {
     let wind = |mesh: &Mesh| Wind {
         weights: vec![[0.5, 0.25, 0.75]; mesh.positions.len()],
         pivots: vec![Vec3::new(1.0, 2.0, 3.0); mesh.positions.len()],
+        leaves: vec![glam::Vec2::new(0.125, 0.625); mesh.positions.len()],
     };
     let winds = [wind(&mesh.bark), wind(&mesh.leaf)];
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&winds) }];
@@ -217,6 +218,8 @@ fn wind_is_in_texture_sets_and_in_files_for_bevy_in_an_attribute_of_its_own() {
         };
         let set = |k: u32| first(gltf::Semantic::TexCoords(k));
         let own = first(gltf::Semantic::Extras("WIND".to_owned()));
+        let of_leaf = first(gltf::Semantic::Extras("WIND_LEAF".to_owned()));
+        assert_eq!(if engine == Engine::Bevy { of_leaf } else { set(4) }, Some(vec![0.125, 0.625]), "{engine:?}");
         assert_eq!(set(1), Some(vec![0.4, 0.75]), "{engine:?}");
         if engine == Engine::Bevy {
             assert_eq!((set(2), set(3), own), (None, None, Some(vec![1.0, 2.0, 3.0, 0.25])));
@@ -235,6 +238,7 @@ fn beside_light_maps_bevy_reads_bend_and_phase_from_an_attribute_of_their_own() 
     let wind = [&mesh.bark, &mesh.leaf].map(|part| Wind {
         pivots: vec![glam::Vec3::ONE; part.positions.len()],
         weights: vec![[0.5, 0.25, 0.75]; part.positions.len()],
+        leaves: vec![glam::Vec2::ZERO; part.positions.len()],
     });
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&wind) }];
     let materials = SetMaterials::of("set", TextureFormat::Png);
@@ -244,10 +248,34 @@ fn beside_light_maps_bevy_reads_bend_and_phase_from_an_attribute_of_their_own() 
         let gltf::Gltf { document, .. } = gltf::Gltf::from_slice(&files[0].1).unwrap();
         let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
         let has = |semantic: gltf::Semantic| primitive.get(&semantic).is_some();
-        let own = ["WIND", "WIND_BEND"].map(|name| has(gltf::Semantic::Extras(name.to_owned())));
+        let own = ["WIND", "WIND_BEND", "WIND_LEAF"].map(|name| has(gltf::Semantic::Extras(name.to_owned())));
         let is_bevy = engine == Engine::Bevy;
-        assert!(own == [is_bevy; 2] && has(gltf::Semantic::TexCoords(1)), "{engine:?}");
+        assert!(own == [is_bevy; 3] && has(gltf::Semantic::TexCoords(1)), "{engine:?}");
         assert_eq!(has(gltf::Semantic::TexCoords(2)), !is_bevy, "{engine:?}");
+    }
+}
+
+#[test]
+fn wind_for_the_web_is_packed_too() {
+    let mesh = tree(3, 5);
+    let wind = [&mesh.bark, &mesh.leaf].map(|part| Wind {
+        weights: vec![[0.5, 0.25, 0.75]; part.positions.len()],
+        pivots: part.positions.clone(),
+        leaves: vec![glam::Vec2::ZERO; part.positions.len()],
+    });
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&wind) }];
+    let materials = SetMaterials::of("set", TextureFormat::Png);
+    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let files = engine_files(&asset, Colliders::default(), Engine::Web).unwrap();
+    let gltf::Gltf { document, .. } = gltf::Gltf::from_slice_without_validation(&files[0].1).unwrap();
+    for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
+        let count = primitive.get(&gltf::Semantic::Positions).unwrap().count();
+        let told = [1, 2, 3, 4].map(|set| {
+            let accessor = primitive.get(&gltf::Semantic::TexCoords(set)).unwrap();
+            (accessor.count(), accessor.data_type(), accessor.normalized())
+        });
+        let of = |is_share| (count, gltf::accessor::DataType::U16, is_share);
+        assert_eq!(told, [of(true), of(false), of(false), of(true)]);
     }
 }
 

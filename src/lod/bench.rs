@@ -15,7 +15,7 @@ use super::packed::packed;
 use super::parallax::CROWNS;
 use super::sizes::{COARSE, FINE, SCREEN, agrees, chosen, lines, share};
 use super::stock::Stock;
-use super::thin::thinned_as_seen;
+use super::thin::{Share, thinned_as_seen};
 use super::tile::Tile;
 use crate::bake::{Areas, Blending, Cutout, Maps, Picture, Silhouette, View};
 use crate::base::{Seed, once};
@@ -62,9 +62,9 @@ impl<'a> Bench<'a> {
         let first_tile = wardrobe.leaves.len() as u32;
         match *lod {
             Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
-            Lod::Thinned { triangles } => {
+            Lod::Thinned { triangles: of_full, most } => {
                 let seen = (&*self.outlines(COARSE), self.cutouts.as_slice());
-                let made = thinned_as_seen(scene, cards, triangles, seen, seed);
+                let made = thinned_as_seen(scene, cards, Share { of_full, most }, seen, seed);
                 let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
                 Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }
             }
@@ -79,7 +79,7 @@ impl<'a> Bench<'a> {
                 let outlines = self.outlines(lines(lod));
                 if let Some(share) = made.share_of_wood(self.full) {
                     let seen = (&*outlines, self.cutouts.as_slice());
-                    let mesh = thinned_as_seen(scene, cards, share, seen, seed);
+                    let mesh = thinned_as_seen(scene, cards, share.into(), seen, seed);
                     let drawn = outlines.draw(&mesh, &self.cutouts);
                     return Piece { mesh, tiles: Vec::new(), impostor: None, drawn };
                 }

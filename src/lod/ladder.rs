@@ -8,6 +8,7 @@
 //! recipes ([`Tile`]), and the differences in colour that are told (FLIP, mean colour) are those of a tree in plain
 //! colours, of a few of the views. So a new tint leaves a ladder as it is.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -20,13 +21,13 @@ use super::measure::Measured;
 use super::memory::{Colors, Footing, Forgetful, Memory, Piece, Rung};
 use super::sizes::{COARSE, SCREEN, Sizes, sizes};
 use super::stock::Stock;
-use super::thin::thinned;
+use super::thin::{Bounded, bounded, thinned};
 use super::tile::Tile;
 use crate::bake::{Blending, Maps};
 use crate::base::{Seed, once};
-use crate::mesh::{Cards, CrownLight, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
-use crate::plant::Plant;
-use crate::preset::plan::{LeafCards, Lod, LodBudget, MeshParams};
+use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
+use crate::plant::{Plant, Posed};
+use crate::preset::plan::{ANY, LeafCards, Lod, LodBudget, MeshParams};
 
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
@@ -155,22 +156,18 @@ pub fn ladder_by<'s>(
     let cards = Cards::of(mesh.leaves, cuts);
     let wood = OnceLock::new();
     let wood = || once(&wood, || Wood::of(plant, &posed, &TubeDetail::full(mesh)));
+    let bound = (mesh.most < ANY).then(|| bounded((plant, &posed, &light), mesh, wood(), cards, seed)).flatten();
+    let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
+    let (plant, posed, cards) = (dressed.plant, &*dressed.posed, dressed.cards);
     let mut is_new = false;
     let full = memory.level(&Rung { lod: Lod::Full, texels: None, triangles: 0 }, &mut || {
         is_new = true;
-        let mesh = full_level(plant, &posed, &light, (wood(), mesh), cards);
+        let mesh = full_level(&dressed, &light, (wood(), mesh));
         Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
     });
-    let leaf_of = leaf_of_triangles(plant, &posed, cards);
-    let scene = || Scene {
-        plant,
-        posed: &posed,
-        params: mesh,
-        full: &full.mesh,
-        leaf_of: &leaf_of,
-        light: &light,
-        wood: wood(),
-    };
+    let leaf_of = leaf_of_triangles(plant, posed, cards);
+    let scene =
+        || Scene { plant, posed, params: mesh, full: &full.mesh, leaf_of: &leaf_of, light: &light, wood: wood() };
     let bench = OnceLock::new();
     let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
     let made = |lods: &[LodBudget]| {
@@ -283,31 +280,48 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let mesh = &mesh.on(posed.extent());
     let light = CrownLight::of(plant, &posed);
     let wood = Wood::of(plant, &posed, &TubeDetail::full(mesh));
-    let full = full_level(plant, &posed, &light, (&wood, mesh), cards);
-    let (posed, light) = (&posed, &light);
-    let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light, wood: &wood };
-    let at = |&share: &f32| thinned(&scene, cards, share, 1.0, seed);
+    let bound = (mesh.most < ANY).then(|| bounded((plant, &posed, &light), mesh, &wood, cards, seed)).flatten();
+    let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
+    let full = full_level(&dressed, &light, (&wood, mesh));
+    let Dressed { plant, posed, cards, .. } = &dressed;
+    let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
+    let at = |&share: &f32| thinned(&scene, *cards, share.into(), 1.0, seed);
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
     let mut levels = vec![full];
     levels.extend(coarse);
     levels
 }
 
+/// What the full level shows: the plant, or as much of it as its triangles allow.
+struct Dressed<'a> {
+    plant: &'a Plant,
+    posed: Cow<'a, Posed>,
+    cards: Cards<'a>,
+    /// Where there is a bound.
+    bark: Option<&'a Mesh>,
+}
+
+impl<'a> Dressed<'a> {
+    fn of(plant: &'a Plant, posed: &'a Posed, cards: Cards<'a>, bound: Option<&'a Bounded<'a>>) -> Self {
+        match bound {
+            Some(Bounded { plant, bark, cards }) => {
+                Self { plant, posed: Cow::Owned(plant.pose()), cards: *cards, bark: Some(bark) }
+            }
+            None => Self { plant, posed: Cow::Borrowed(posed), cards, bark: None },
+        }
+    }
+}
+
 /// The finest mesh.
-fn full_level(
-    plant: &Plant,
-    posed: &crate::plant::Posed,
-    light: &CrownLight,
-    (wood, params): (&Wood<'_>, &MeshParams),
-    cards: Cards<'_>,
-) -> TreeMesh {
-    let bark = || wood.mesh(light, &TubeDetail::full(params));
-    let (bark, leaf) = rayon::join(bark, || leaf_cards_in(plant, posed, light, &all_cards(plant), cards));
+fn full_level(dressed: &Dressed<'_>, light: &CrownLight, (wood, params): (&Wood<'_>, &MeshParams)) -> TreeMesh {
+    let Dressed { plant, posed, cards, bark } = dressed;
+    let bark = || bark.map_or_else(|| wood.mesh(light, &TubeDetail::full(params)), Mesh::clone);
+    let (bark, leaf) = rayon::join(bark, || leaf_cards_in(plant, posed, light, &all_cards(plant), *cards));
     TreeMesh { bark, leaf }
 }
 
 /// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush.
-fn leaf_of_triangles(plant: &Plant, posed: &crate::plant::Posed, cards: Cards<'_>) -> Vec<u32> {
+fn leaf_of_triangles(plant: &Plant, posed: &Posed, cards: Cards<'_>) -> Vec<u32> {
     let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
     let shown = |(_, leaf): &(usize, &crate::plant::Leaf)| leaf.size > least;
     plant
@@ -335,7 +349,7 @@ mod tests {
     const PARAMS: MeshParams = MeshParams::told(12, 0.004);
 
     fn lods() -> [Lod; 4] {
-        [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]
+        [Lod::Full, Lod::thinned(0.4), Lod::BillboardCloud { cards: 12 }, Lod::CrossedQuads]
     }
 
     /// A trunk with a ball of twigs and leaves.
@@ -444,8 +458,7 @@ mod tests {
     #[test]
     fn an_impostor_is_the_same_made_beside_finer_levels_or_after_them() {
         let (plant, stock) = (plant(400), Stock::new(&[maps(255)], &maps(255)));
-        let lods =
-            [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::Impostor { frames: 4 }, Lod::Impostor { frames: 2 }];
+        let lods = [Lod::Full, Lod::thinned(0.4), Lod::Impostor { frames: 4 }, Lod::Impostor { frames: 2 }];
         let lods = lods.map(LodBudget::from);
         let memory = Known::default();
         let build = || ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
@@ -461,7 +474,7 @@ mod tests {
         let (plant, stock) = (plant(2000), Stock::new(&[maps(255)], &maps(255)));
         let memory = Known::default();
         let build = |triangles: f32, memory: &dyn Memory| {
-            let lods = [Lod::Full, Lod::Thinned { triangles }, Lod::CrossedQuads, Lod::Impostor { frames: 4 }];
+            let lods = [Lod::Full, Lod::thinned(triangles), Lod::CrossedQuads, Lod::Impostor { frames: 4 }];
             ladder_by(&plant, &PARAMS, &lods.map(LodBudget::from), (&|| &stock, Texels::all(32)), Seed::new(5), memory)
         };
         let before = build(0.6, &memory);
@@ -496,7 +509,7 @@ mod tests {
     #[test]
     fn colours_of_large_pictures_are_compared_from_one_view() {
         let (plant, stock, memory) = (plant(400), Stock::new(&[maps(255)], &maps(255)), Known::default());
-        let lods = [(Lod::Full, None), (Lod::Thinned { triangles: 0.4 }, Some(0.25)), (Lod::CrossedQuads, Some(0.05))];
+        let lods = [(Lod::Full, None), (Lod::thinned(0.4), Some(0.25)), (Lod::CrossedQuads, Some(0.05))];
         let lods = lods.map(|(lod, screen)| LodBudget { lod, screen });
         let _ = ladder_by(&plant, &PARAMS, &lods, (&|| &stock, Texels::all(32)), Seed::new(5), &memory);
         let mut asked = std::mem::take(&mut *memory.1.lock().unwrap());

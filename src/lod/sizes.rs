@@ -113,7 +113,7 @@ pub(super) fn chosen(better: &[f32]) -> Option<usize> {
 mod tests {
     use super::*;
 
-    const THINNED: Lod = Lod::Thinned { triangles: 0.4 };
+    const THINNED: Lod = Lod::thinned(0.4);
     const CLOUD: Lod = Lod::BillboardCloud { cards: 12 };
 
     fn at(lod: Lod, screen: f32) -> LodBudget {

@@ -9,7 +9,9 @@ use super::agree::Outlines;
 use super::cloud::Scene;
 use crate::bake::Cutout;
 use crate::base::Seed;
-use crate::mesh::{Cards, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, leaf_cards_in};
+use crate::mesh::{Cards, CrownLight, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood, leaf_cards_in};
+use crate::plant::{Leaf, Plant, Posed};
+use crate::preset::plan::MeshParams;
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -35,31 +37,113 @@ pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
     mesh.indices.extend(part.indices.iter().map(|i| i + first));
 }
 
-/// A level of about `share` of the full level's triangles, whose leaves are drawn on `cards`; its own are on simpler ones
+/// What a thinned level may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Share {
+    /// Of the full level's triangles, 0..=1.
+    pub(super) of_full: f32,
+    /// Triangles, whatever the share is.
+    pub(super) most: u32,
+}
+
+impl From<f32> for Share {
+    fn from(of_full: f32) -> Self {
+        Self { of_full, most: u32::MAX }
+    }
+}
+
+/// A level of about a share of the full level's triangles, whose leaves are drawn on `cards`; its own are on simpler ones
 /// where nearly all leaves fit on those only. Leaves are as large as the area asks for, times `grown`; wood that is seen
 /// covers as many times as much.
-pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f32, seed: Seed) -> TreeMesh {
+pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
-    let share = share.clamp(0.0, 1.0);
-    let total = count(&scene.full.bark) + count(&scene.full.leaf);
-    let budget = (total as f32 * share) as usize;
-    let leafy = !scene.plant.leaves().is_empty();
-    let wood = if leafy { (count(&scene.full.bark) as f32 * share) as usize } else { budget };
-    let bark = coarse_wood(scene, wood, 1.0 + (grown - 1.0) * scene.wood.bare);
-    // Wood of many stems can't be thinned as far as is asked. A crown that paid for all of that would be gone.
-    let own = (count(&scene.full.leaf) as f32 * share * LEAST_LEAVES) as usize;
-    let room = budget.saturating_sub(count(&bark)).max(own);
-    let leaves = scene.plant.leaves();
-    let all_on = |cards: &Cards<'_>| leaves.iter().map(|leaf| cards.triangles(leaf)).sum::<usize>();
-    let (mut cards, mut all) = (cards, all_on(&cards));
+    let all = [count(&scene.full.bark), count(&scene.full.leaf)];
+    let Parts { wood, leaves } = Parts::of(all, share);
+    let bark =
+        coarse_wood((scene.plant, scene.light), scene.params, scene.wood, wood, 1.0 + (grown - 1.0) * scene.wood.bare);
+    let (cards, count) = affordable(scene.plant, cards, leaves.of(count(&bark)));
+    let kept = kept(scene.plant, scene.posed, count, grown, seed);
+    TreeMesh { leaf: leaf_cards_in(scene.plant, scene.posed, scene.light, &kept, cards), bark }
+}
+
+/// A plant within a budget of triangles: its wood, the leaves that are left, and what they are drawn on.
+pub(super) struct Bounded<'a> {
+    pub(super) plant: Plant,
+    pub(super) bark: Mesh,
+    pub(super) cards: Cards<'a>,
+}
+
+/// The full level of a plant that has more triangles than it may have; none for one that has not. Coarser levels go on from
+/// the leaves that are left, so none has one that this has not.
+pub(super) fn bounded<'a>(
+    (plant, posed, light): (&Plant, &Posed, &CrownLight),
+    params: &MeshParams,
+    wood: &Wood<'_>,
+    cards: Cards<'a>,
+    seed: Seed,
+) -> Option<Bounded<'a>> {
+    let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves())];
+    let most = params.most as usize;
+    if full[0] + full[1] <= most {
+        return None;
+    }
+    let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
+    let bark = coarse_wood((plant, light), params, wood, parts.wood, 1.0);
+    let (cards, count) = affordable(plant, cards, parts.leaves.of(bark.indices.len() / 3));
+    let leaves = kept(plant, posed, count, 1.0, seed);
+    let leaves = leaves.iter().map(|card| {
+        let leaf = plant.leaves()[card.leaf];
+        Leaf { size: leaf.size * card.scale, ..leaf }
+    });
+    Some(Bounded { plant: plant.clone().with_leaves(leaves.collect()), bark, cards })
+}
+
+/// How the triangles of a level are shared.
+struct Parts {
+    /// Most of the wood.
+    wood: usize,
+    leaves: Room,
+}
+
+/// Triangles for leaves: what wood leaves of all, and some in any case.
+struct Room {
+    all: usize,
+    least: usize,
+}
+
+impl Room {
+    const fn of(&self, wood: usize) -> usize {
+        let left = self.all.saturating_sub(wood);
+        if left > self.least { left } else { self.least }
+    }
+}
+
+impl Parts {
+    /// Of wood and leaves that have so many triangles in all.
+    fn of([wood, leaves]: [usize; 2], Share { of_full, most }: Share) -> Self {
+        let total = wood + leaves;
+        let share = of_full.clamp(0.0, 1.0).min(most as f32 / total.max(1) as f32);
+        let all = ((total as f32 * share) as usize).min(most as usize);
+        let wood = if leaves > 0 { (wood as f32 * share) as usize } else { all };
+        // Wood of many stems can't be thinned as far as is asked. A crown that paid for all of that would be gone.
+        Self { wood, leaves: Room { all, least: (leaves as f32 * share * LEAST_LEAVES) as usize } }
+    }
+}
+
+/// Triangles of leaves on cards.
+fn on_cards(cards: &Cards<'_>, leaves: &[Leaf]) -> usize {
+    leaves.iter().map(|leaf| cards.triangles(leaf)).sum()
+}
+
+/// The cards on which nearly all leaves fit into so many triangles, or the simplest, and how many leaves do.
+fn affordable<'a>(plant: &Plant, mut cards: Cards<'a>, room: usize) -> (Cards<'a>, usize) {
+    let mut all = on_cards(&cards, plant.leaves());
     while room < all * 4 / 5
         && let Some(simpler) = cards.simpler()
     {
-        (cards, all) = (simpler, all_on(&simpler));
+        (cards, all) = (simpler, on_cards(&simpler, plant.leaves()));
     }
-    let count = (room as u64 * leaves.len() as u64 / (all as u64).max(1)) as usize;
-    let leaf = leaf_cards_in(scene.plant, scene.posed, scene.light, &kept(scene, count, grown, seed), cards);
-    TreeMesh { bark, leaf }
+    (cards, (room as u64 * plant.leaves().len() as u64 / (all as u64).max(1)) as usize)
 }
 
 /// As [`thinned`], as large as it must be to cover what the full tree does. `outlines` are that one's, `worn` cuts leaves
@@ -67,7 +151,7 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: f32, grown: f3
 pub(super) fn thinned_as_seen(
     scene: &Scene<'_>,
     cards: Cards<'_>,
-    share: f32,
+    share: Share,
     (outlines, worn): (&Outlines, &[&Cutout]),
     seed: Seed,
 ) -> TreeMesh {
@@ -96,9 +180,9 @@ pub(super) fn thinned_as_seen(
 }
 
 /// The first `count` leaves in the fixed order, enlarged.
-pub(super) fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
-    let leaves = scene.plant.leaves();
-    let mut order = spread(scene, seed.child("thin"));
+pub(super) fn kept(plant: &Plant, posed: &Posed, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
+    let leaves = plant.leaves();
+    let mut order = spread(plant, posed, seed.child("thin"));
     order.truncate(count);
     // Vertices stay in the order of the plant.
     order.sort_unstable();
@@ -112,8 +196,8 @@ pub(super) fn kept(scene: &Scene<'_>, count: usize, grown: f32, seed: Seed) -> V
 /// All leaves in an order whose every beginning is spread evenly over the crown: along a curve through space (Morton
 /// 1966), each half before its quarters (van der Corput 1935). Leaves that are drawn by lot leave gaps and heaps, and those
 /// are what is seen of a thinned crown.
-fn spread(scene: &Scene<'_>, seed: Seed) -> Vec<usize> {
-    let poses = scene.posed.leaves(scene.plant);
+fn spread(plant: &Plant, posed: &Posed, seed: Seed) -> Vec<usize> {
+    let poses = posed.leaves(plant);
     let (low, high) = poses.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(p.position), h.max(p.position)));
     let whole = (high - low).max_element().max(1e-6);
     let code = |p: Vec3| {
@@ -141,15 +225,20 @@ const fn spaced(v: u32) -> u32 {
 /// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more. It is thicker by what
 /// covers `grown` times as much, all wood by as many metres: twigs make up for those that are gone, and a trunk keeps its
 /// girth.
-fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
-    let thickest = scene.plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
-    let params = scene.params;
+fn coarse_wood(
+    (plant, light): (&Plant, &CrownLight),
+    params: &MeshParams,
+    wood: &Wood<'_>,
+    budget: usize,
+    grown: f32,
+) -> Mesh {
+    let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     // Twigs are all that is seen of a bare crown: they go last.
-    let leafy = !scene.plant.leaves().is_empty();
-    let dropped = |coarse: f32| coarse * coarse * (1.0 + scene.wood.bare * (coarse * coarse - 1.0));
+    let leafy = !plant.leaves().is_empty();
+    let dropped = |coarse: f32| coarse * coarse * (1.0 + wood.bare * (coarse * coarse - 1.0));
     let steps = if leafy { STEPS.0 } else { STEPS.1 };
     // Girths are seen of a bare crown: it loses rings before sides.
-    let flattened = 0.75 * (1.0 - scene.wood.bare);
+    let flattened = 0.75 * (1.0 - wood.bare);
     let at = |coarse: f32| TubeDetail {
         sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
         most_sides: params.most_sides,
@@ -162,15 +251,15 @@ fn coarse_wood(scene: &Scene<'_>, budget: usize, grown: f32) -> Mesh {
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     for _ in 0..steps {
         let middle = (fine + coarse) * 0.5;
-        if scene.wood.count(&at(middle)) <= budget {
+        if wood.count(&at(middle)) <= budget {
             coarse = middle;
         } else {
             fine = middle;
         }
     }
     let detail = at(coarse);
-    let added = if grown > 1.0 { (grown - 1.0) * scene.wood.mean_radius(&detail) } else { 0.0 };
-    scene.wood.mesh(scene.light, &TubeDetail { added, ..detail })
+    let added = if grown > 1.0 { (grown - 1.0) * wood.mean_radius(&detail) } else { 0.0 };
+    wood.mesh(light, &TubeDetail { added, ..detail })
 }
 
 #[cfg(test)]
@@ -180,9 +269,9 @@ mod tests {
     use super::*;
     use crate::bake::Maps;
     use crate::base::Rotation;
-    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, packed, palette};
-    use crate::plant::{Leaf, Plant, PlantBuilder};
-    use crate::preset::plan::{LeafCards, Lod, MeshParams};
+    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, packed, palette};
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::{ANY, LeafCards, Lod};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {
@@ -239,7 +328,7 @@ mod tests {
 
     #[test]
     fn what_is_left_of_a_bare_crown_covers_what_all_did_and_the_trunk_keeps_its_girth() {
-        let levels = climbed(&crown(0, 1.0), &[Lod::Full, Lod::Thinned { triangles: 0.3 }]).levels;
+        let levels = climbed(&crown(0, 1.0), &[Lod::Full, Lod::thinned(0.3)]).levels;
         let [full, thinned] = [0, 1].map(|level: usize| &levels[level]);
         assert!(thinned.triangles * 10 < full.triangles * 4, "{} of {}", thinned.triangles, full.triangles);
         let coverage = thinned.measured.coverage;
@@ -263,7 +352,7 @@ mod tests {
 
     #[test]
     fn levels_of_trees_with_few_leaves_or_none_cover_what_the_full_ones_do() {
-        let lods = [Lod::Full, Lod::Thinned { triangles: 0.4 }, Lod::BillboardCloud { cards: 24 }];
+        let lods = [Lod::Full, Lod::thinned(0.4), Lod::BillboardCloud { cards: 24 }];
         for leaves in [0, 1, 3] {
             for level in climbed(&crown(leaves, 1.0), &lods).levels {
                 let coverage = level.measured.coverage;
@@ -291,7 +380,7 @@ mod tests {
 
     #[test]
     fn leaves_do_not_pay_for_wood_that_cannot_be_thinned() {
-        let levels = climbed(&poles(80), &[Lod::Full, Lod::Thinned { triangles: 0.03 }]).levels;
+        let levels = climbed(&poles(80), &[Lod::Full, Lod::thinned(0.03)]).levels;
         let leaves = |level: usize| levels[level].mesh.leaf.indices.len() / 3;
         let wood = levels[1].triangles - leaves(1);
         assert!(wood * 100 > levels[0].triangles * 3, "wood alone takes all of it: {wood}");
@@ -299,9 +388,47 @@ mod tests {
     }
 
     #[test]
+    fn a_full_level_keeps_to_its_budget_and_leaves_cover_what_they_did() {
+        let plant = crown(20, 1.0);
+        let levels = |most: u32| {
+            let params = MeshParams { most, ..MeshParams::told(8, 0.004) };
+            mesh_levels(&plant, &params, &[0.4], Seed::new(1))
+        };
+        let count = |mesh: &Mesh| mesh.indices.len() / 3;
+        let area = |mesh: &Mesh| {
+            let of = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+                f64::from((b - a).cross(c - a).length())
+            };
+            mesh.indices.as_chunks::<3>().0.iter().map(of).sum::<f64>()
+        };
+        let all = &levels(ANY)[0];
+        let most = (count(&all.bark) + count(&all.leaf)) as u32 * 2 / 5;
+        let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
+        let triangles = |tree: &TreeMesh| count(&tree.bark) + count(&tree.leaf);
+        assert!(triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19, "{}", triangles(full));
+        let share = triangles(thinned) as f32 / triangles(full) as f32;
+        assert!((share - 0.4).abs() < 0.03, "{share}");
+        assert!((area(&full.leaf) / area(&all.leaf) - 1.0).abs() < 0.05, "{} {}", area(&full.leaf), area(&all.leaf));
+        let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.2);
+        assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
+        assert_eq!(&levels(most * 10)[0], all, "who asks for enough changes nothing");
+    }
+
+    #[test]
+    fn a_thinned_level_keeps_to_the_fewer_of_share_and_number() {
+        let plant = crown(20, 1.0);
+        let at = |lod: Lod| climbed(&plant, &[Lod::Full, lod]).levels[1].triangles;
+        let half = at(Lod::thinned(0.5));
+        assert_eq!(at(Lod::Thinned { triangles: 0.5, most: half as u32 * 2 }), half);
+        let few = at(Lod::Thinned { triangles: 0.5, most: half as u32 / 2 });
+        assert!(few * 2 <= half && few * 2 > half * 19 / 20, "{few} of {half}");
+    }
+
+    #[test]
     fn a_cloud_has_no_more_triangles_than_the_level_above() {
         // Fewer than a cloud's limbs may have elsewhere.
-        let lods = [Lod::Full, Lod::Thinned { triangles: 0.1 }, Lod::BillboardCloud { cards: 24 }];
+        let lods = [Lod::Full, Lod::thinned(0.1), Lod::BillboardCloud { cards: 24 }];
         let levels = climbed(&poles(100), &lods).levels;
         assert!(levels[2].triangles < levels[1].triangles, "{} {}", levels[1].triangles, levels[2].triangles);
     }

@@ -45,12 +45,12 @@ pub fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> 
 }
 
 /// Orders triangles for the vertex cache and vertices by first use, and drops vertices that no triangle uses. The
-/// triangles stay the same as sets of corners. Deterministic.
+/// triangles stay the same as sets of corners. Deterministic. Tells which vertex each was before.
 ///
 /// # Errors
 ///
 /// When the mesh's arrays do not fit each other; it is then unchanged.
-pub fn optimize(mesh: &mut Mesh) -> Result<(), MeshError> {
+pub fn optimize(mesh: &mut Mesh) -> Result<Vec<usize>, MeshError> {
     let vertices = mesh.positions.len();
     check_indices(&mesh.indices, vertices)?;
     let others = [mesh.lightmap.len(), mesh.chains.len(), mesh.tiles.len()];
@@ -60,7 +60,7 @@ pub fn optimize(mesh: &mut Mesh) -> Result<(), MeshError> {
     }
     if mesh.indices.is_empty() {
         *mesh = Mesh::default();
-        return Ok(());
+        return Ok(Vec::new());
     }
     let indices = meshopt::optimize_vertex_cache(&mesh.indices, vertices);
     // By first use; the same as meshoptimizer's fetch order, without handing it seven arrays.
@@ -85,7 +85,7 @@ pub fn optimize(mesh: &mut Mesh) -> Result<(), MeshError> {
     gather(&mut mesh.tiles, &order);
     gather(&mut mesh.chains, &order);
     gather(&mut mesh.lightmap, &order);
-    Ok(())
+    Ok(order)
 }
 
 fn gather<T: Copy>(values: &mut Vec<T>, order: &[usize]) {

@@ -468,7 +468,7 @@ fn broken_meshes_are_told_and_never_reach_the_optimizer() {
     mesh = Mesh { indices: vec![0, 1, 1], normals: vec![Vec3::NAN; 3], ..sound.clone() };
     assert_eq!(problems(&mesh).len(), 3, "{:?}", problems(&mesh));
     mesh = Mesh { uvs: vec![], ..sound };
-    assert!(matches!(optimize(&mut mesh), Ok(())) && !problems(&mesh).is_empty());
+    assert!(optimize(&mut mesh).is_ok() && !problems(&mesh).is_empty());
 }
 
 #[test]

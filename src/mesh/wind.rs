@@ -3,7 +3,10 @@
 //! Three movements add up, as in the shaders that are in use (Sousa 2007, "Vegetation procedural animation and shading in
 //! Crysis"; SpeedTree): the whole tree bends with the square of the height; each limb, a chain on a stem with all that it
 //! bears, swings about its own base; leaves flutter about theirs. So that neighbours do not move as one, a limb has a
-//! phase.
+//! phase, and a leaf has one of its own, which hangs on where it grows only: it is the same at every level of detail. Cards
+//! that stand for many leaves do not flutter.
+
+use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
@@ -17,13 +20,20 @@ pub const NO_CHAIN: u32 = u32::MAX;
 /// Wind of a mesh; arrays of its vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wind {
-    /// How far the trunk bends there and how far the limb, both 0..=1, and the phase, 0..1. Leaves flutter, wood does not.
+    /// How far the trunk bends there and how far the limb, both 0..=1, and the limb's phase, 0..1.
     pub weights: Vec<[f32; 3]>,
     /// Where the limb swings about, metres.
     pub pivots: Vec<Vec3>,
+    /// How far a leaf flutters there, 0 at its base and 1 at its tip, 0 on wood; and the leaf's phase, 0..1.
+    pub leaves: Vec<Vec2>,
 }
 
 impl Wind {
+    /// Whether it tells of every vertex of a mesh.
+    pub(crate) fn fits(&self, mesh: &Mesh) -> bool {
+        [self.weights.len(), self.pivots.len(), self.leaves.len()] == [mesh.positions.len(); 3]
+    }
+
     /// How far a vertex bends all in all, and its phase: for shaders with two numbers only. With the limb's share beside it, the
     /// trunk's is known, too.
     #[must_use]
@@ -71,9 +81,10 @@ impl Limbs {
         Self { limbs, reach, low: low.min(high), height }
     }
 
-    /// Wind of a mesh whose `chains` are this plant's; what has no chain hangs on the trunk.
+    /// Wind of a mesh whose `chains` are this plant's; what has no chain hangs on the trunk. `made` is the mesh before its
+    /// pictures had their places in an atlas and before light maps were unwrapped, or the mesh itself.
     #[must_use]
-    pub fn wind(&self, plant: &Plant, mesh: &Mesh) -> Wind {
+    pub fn wind(&self, plant: &Plant, mesh: &Mesh, made: &Mesh) -> Wind {
         let mut wind = Wind::default();
         for (i, &p) in mesh.positions.iter().enumerate() {
             let chain = mesh.chains.get(i).copied().unwrap_or(NO_CHAIN) as usize;
@@ -84,15 +95,78 @@ impl Limbs {
             wind.weights.push([level * level, swing * swing, phase]);
             wind.pivots.push(pivot);
         }
+        wind.leaves = as_placed(flutter(made), made, mesh);
         wind
     }
+}
+
+/// Phases a metre along each axis, so that leaves a hand apart are in no step.
+const PHASES: Vec3 = Vec3::new(7.31, 5.57, 9.13);
+
+/// How far each vertex flutters, and the phase of its leaf. A leaf's picture stands on its lower edge, where `v` is 1.
+fn flutter(mesh: &Mesh) -> Vec<Vec2> {
+    let mut all = vec![Vec2::ZERO; mesh.positions.len()];
+    // Wood has no tiles, and what stands for many leaves hangs on no chain.
+    let flutters = |i: usize| mesh.tiles.get(i).is_some() && mesh.chains.get(i).is_some_and(|&chain| chain != NO_CHAIN);
+    for card in cards(mesh) {
+        if !card.clone().all(flutters) {
+            continue;
+        }
+        let foot = foot(mesh, card.clone());
+        let phase = foot.dot(PHASES).rem_euclid(1.0);
+        // Of the largest float below 1, `rem_euclid` makes 1.
+        let phase = if phase < 1.0 { phase } else { 0.0 };
+        card.for_each(|i| all[i] = Vec2::new((1.0 - mesh.uvs[i].y).clamp(0.0, 1.0), phase));
+    }
+    all
+}
+
+/// Where a card's leaf is attached: the middle of its lower edge, which a folded card has a vertex at.
+fn foot(mesh: &Mesh, card: std::ops::Range<usize>) -> Vec3 {
+    let is_base = |i: &usize| mesh.uvs[*i].y > 1.0 - 1e-3;
+    if let Some(middle) = card.clone().filter(is_base).find(|&i| (mesh.uvs[i].x - 0.5).abs() < 1e-3) {
+        return mesh.positions[middle];
+    }
+    let (sum, count) =
+        card.clone().filter(is_base).fold((Vec3::ZERO, 0.0), |(s, n), i| (s + mesh.positions[i], n + 1.0));
+    if count > 0.0 { sum / count } else { mesh.positions[card.start] }
+}
+
+/// What was found of a mesh as it was made, for the same mesh whose vertices may have been doubled and put in another order.
+fn as_placed(found: Vec<Vec2>, made: &Mesh, mesh: &Mesh) -> Vec<Vec2> {
+    if made.positions == mesh.positions {
+        return found;
+    }
+    let place = |p: &Vec3| p.to_array().map(f32::to_bits);
+    let at: BTreeMap<[u32; 3], Vec2> = made.positions.iter().map(place).zip(found).collect();
+    mesh.positions.iter().map(|p| at.get(&place(p)).copied().unwrap_or_default()).collect()
+}
+
+/// The vertices of each card: those of a card lie side by side, and no triangle has some of two.
+fn cards(mesh: &Mesh) -> Vec<std::ops::Range<usize>> {
+    // The last vertex that hangs together with each.
+    let mut last: Vec<usize> = (0..mesh.positions.len()).collect();
+    for t in mesh.indices.as_chunks::<3>().0 {
+        let corners = t.map(|i| i as usize);
+        let (low, high) = corners.iter().fold((usize::MAX, 0), |(low, high), &i| (low.min(i), high.max(i)));
+        last[low] = last[low].max(high);
+    }
+    let (mut all, mut start, mut end) = (Vec::new(), 0, 0);
+    for (i, &reach) in last.iter().enumerate() {
+        end = end.max(reach);
+        if end == i {
+            all.push(start..i + 1);
+            (start, end) = (i + 1, i + 1);
+        }
+    }
+    all
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{TubeDetail, tubes};
-    use crate::plant::PlantBuilder;
+    use crate::mesh::{CardShape, LeafCard, TubeDetail, leaf_cards, tubes};
+    use crate::plant::{Leaf, PlantBuilder};
     use crate::preset::plan::MeshParams;
 
     #[test]
@@ -106,7 +180,7 @@ mod tests {
         let detail = TubeDetail::full(&MeshParams::told(8, 0.01));
         let mesh = tubes(&plant, &posed, &detail);
         assert_eq!(mesh.chains.len(), mesh.positions.len());
-        let wind = Limbs::of(&plant, &posed).wind(&plant, &mesh);
+        let wind = Limbs::of(&plant, &posed).wind(&plant, &mesh, &mesh);
         let root = posed.chain(&plant, limb)[0];
         for (i, &chain) in mesh.chains.iter().enumerate() {
             let [bend, swing, phase] = wind.weights[i];
@@ -118,5 +192,50 @@ mod tests {
             }
         }
         assert!(wind.weights.iter().any(|w| w[1] > 0.5));
+        assert!(wind.leaves.iter().all(|leaf| *leaf == Vec2::ZERO), "wood does not flutter");
+    }
+
+    #[test]
+    fn leaves_flutter_from_base_to_tip_in_a_phase_of_their_own_at_every_level() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.1]);
+        for i in 0..40 {
+            let seed = crate::base::Seed::new(9).at(i);
+            let turned = crate::base::Rotation::about(seed.direction(), seed.at(1).range(0.0, 6.0));
+            builder.leaf(Leaf::new(stem, seed.at(2).range(0.3, 1.0), turned, 0.3, 0));
+        }
+        let plant = builder.finish().unwrap();
+        let posed = plant.pose();
+        let limbs = Limbs::of(&plant, &posed);
+        let of = |shape: CardShape, scale: f32| {
+            let cards: Vec<_> = (0..40).map(|leaf| LeafCard { leaf, scale }).collect();
+            let mesh = leaf_cards(&plant, &posed, &cards, shape);
+            let leaves = limbs.wind(&plant, &mesh, &mesh).leaves;
+            (mesh, leaves)
+        };
+        let (mesh, leaves) = of(CardShape::Folded, 1.0);
+        let mut phases: Vec<f32> = Vec::new();
+        for (card, uvs) in leaves.chunks(6).zip(mesh.uvs.chunks(6)) {
+            for (told, uv) in card.iter().zip(uvs) {
+                assert!(told.x == 1.0 - uv.y && told.y == card[0].y && (0.0..1.0).contains(&told.y));
+            }
+            phases.push(card[0].y);
+        }
+        // Fewer corners, and larger: from afar a leaf is still in step with itself.
+        let (_, coarse) = of(CardShape::Flat, 1.7);
+        for (near, far) in phases.iter().zip(coarse.chunks(4)) {
+            let off = (near - far[0].y).abs();
+            assert!(off.min(1.0 - off) < 1e-3, "{near} {}", far[0].y);
+        }
+        phases.sort_by(f32::total_cmp);
+        assert!(phases[0] < 0.2 && phases[39] > 0.8, "{phases:?}");
+        // Vertices that light maps double and move are found again.
+        let order: Vec<usize> = (0..mesh.positions.len()).rev().chain([7, 7]).collect();
+        let moved = Mesh { positions: order.iter().map(|&i| mesh.positions[i]).collect(), ..Mesh::default() };
+        let again = limbs.wind(&plant, &moved, &mesh).leaves;
+        assert!(order.iter().zip(&again).all(|(&i, told)| *told == leaves[i]));
+        // A card that stands for many hangs on no chain.
+        let cloud = Mesh { chains: vec![NO_CHAIN; mesh.positions.len()], ..mesh };
+        assert!(limbs.wind(&plant, &cloud, &cloud).leaves.iter().all(|leaf| *leaf == Vec2::ZERO));
     }
 }

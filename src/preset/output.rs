@@ -1,7 +1,7 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
 use super::plan::{
-    AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
+    ANY, AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
 };
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -50,6 +50,13 @@ pub(super) static MESH: Record = Record {
             default: Default::Is("0"),
             about: "edge of a light map that a second UV set is unwrapped for; 0 for none",
         },
+        Field {
+            name: "most",
+            kind: TRIANGLES,
+            default: Default::Else("as many as it takes"),
+            about: "most triangles of a tree at the full level: branches get coarser, leaves fewer and larger, at most \
+                    twice as long. Clips have budgets of their own",
+        },
     ],
 };
 
@@ -97,8 +104,8 @@ static WIND: Choice = Choice {
         KindOf {
             name: "Attributes",
             form: Form::Plain,
-            about: "bend, phase, swing of the limbs and what they swing about, as texture coordinates; the manifest tells \
-                    which",
+            about: "bend, phase, swing of the limbs and what they swing about, flutter of the leaves, as texture \
+                    coordinates; the manifest tells which",
         },
     ],
 };
@@ -215,6 +222,9 @@ pub(super) static LODS: Choice = Choice {
     ],
 };
 
+/// Budgets in triangles. A tree can't be told from a bush with fewer.
+pub(super) const TRIANGLES: Kind = Kind::Integer { low: 200, high: 10_000_000, unit: "triangles" };
+
 const SCREEN: Field = Field {
     name: "screen",
     kind: Kind::Number { low: 0.002, high: 1.0, unit: "of the screen's height" },
@@ -229,8 +239,14 @@ static THINNED: Record = Record {
         Field {
             name: "triangles",
             kind: Kind::Number { low: 0.01, high: 0.95, unit: "" },
-            default: Default::Required,
+            default: Default::Else("`most` in its place"),
             about: "share of the full level's triangles",
+        },
+        Field {
+            name: "most",
+            kind: TRIANGLES,
+            default: Default::Else("`triangles` in its place"),
+            about: "most triangles of a tree; beside `triangles` the fewer of the two hold",
         },
         SCREEN,
     ],
@@ -343,7 +359,7 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
         let level = set.kind(&LODS, item, |kind, fields| {
             let lod = match kind {
                 "Full" => return Some(LodBudget::from(Lod::Full)),
-                "Thinned" => Lod::Thinned { triangles: fields.number("triangles") },
+                "Thinned" => thinned(fields)?,
                 "BillboardCloud" => Lod::BillboardCloud { cards: fields.count("cards") },
                 "Impostor" => Lod::Impostor { frames: fields.count("frames") },
                 _ => Lod::CrossedQuads,
@@ -376,6 +392,22 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
     if has_wrong || levels.is_empty() { vec![Lod::Full.into()] } else { levels }
 }
 
+/// A share, a number of triangles, or both.
+fn thinned(fields: &Reader<'_, '_>) -> Option<Lod> {
+    let most = most_triangles(fields);
+    if !fields.has("triangles") && most == ANY {
+        fields.fault("triangles", "missing", "give a share of the full level's, or a number of them as `most`");
+        return None;
+    }
+    // Of so many, and coarser than the full level in any case.
+    Some(Lod::Thinned { triangles: fields.number_or("triangles", 0.95), most })
+}
+
+/// A budget, or none.
+pub(super) fn most_triangles(fields: &Reader<'_, '_>) -> u32 {
+    if fields.has("most") { fields.count("most") } else { ANY }
+}
+
 /// Reports a level that is not coarser than the one before it.
 fn order(set: &Reader<'_, '_>, before: Option<&Lod>, level: &Lod, item: &Item<'_>) {
     let fault = |message: &str, hint: &str| set.report().at(item.span(), &item.path, message, hint);
@@ -389,7 +421,9 @@ fn order(set: &Reader<'_, '_>, before: Option<&Lod>, level: &Lod, item: &Item<'_
         (None, Lod::Full) => {}
         (None, _) => fault("the first level is not Full", "start the list with Full"),
         (Some(_), Lod::Full) => fault("Full is the first level only", "leave it out here"),
-        (Some(Lod::Thinned { triangles: before }), Lod::Thinned { triangles }) if triangles >= before => {
+        (Some(Lod::Thinned { triangles: before, most: most_before }), Lod::Thinned { triangles, most })
+            if triangles >= before && most >= most_before =>
+        {
             fault("has no fewer triangles than the level before it", "go from fine to coarse");
         }
         (Some(Lod::BillboardCloud { cards: before }), Lod::BillboardCloud { cards }) if cards >= before => {

@@ -472,7 +472,10 @@ pub enum BarkPattern {
 /// bends of its trunk at the usual one.
 pub const USUAL_ERROR_SHARE: f32 = 1.0 / 400.0;
 
-/// Tubes.
+/// A bound on triangles that bounds nothing.
+pub const ANY: u32 = u32::MAX;
+
+/// The full level's mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeshParams {
     /// Sides of the thickest tube at LOD0, 3..=64.
@@ -490,6 +493,9 @@ pub struct MeshParams {
     /// What leaves are drawn on; not written where it is the usual, so that such plans keep their keys.
     #[serde(skip_serializing_if = "is_folded")]
     pub leaves: LeafCards,
+    /// Most triangles of a tree; [`ANY`] for as many as it takes, which is not written either.
+    #[serde(skip_serializing_if = "is_any")]
+    pub most: u32,
 }
 
 impl MeshParams {
@@ -497,7 +503,7 @@ impl MeshParams {
     #[must_use]
     pub const fn told(sides: u32, error: f32) -> Self {
         let (forks, leaves) = (Forks::Collar, LeafCards::Folded);
-        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves }
+        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves, most: ANY }
     }
 
     /// As a tree of such an extent, metres, is meshed.
@@ -529,6 +535,10 @@ fn is_folded(leaves: &LeafCards) -> bool {
     *leaves == LeafCards::Folded
 }
 
+fn is_any(most: &u32) -> bool {
+    *most == ANY
+}
+
 /// How a branch leaves its parent's wood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Forks {
@@ -547,6 +557,8 @@ pub enum Lod {
     Thinned {
         /// 0..1.
         triangles: f32,
+        /// Most triangles, whatever the share is; [`ANY`] for any number.
+        most: u32,
     },
     /// Leaves and thin branches as at most this many textured cards.
     BillboardCloud {
@@ -560,6 +572,14 @@ pub enum Lod {
         /// Views along an edge of the sheet, 4..=24.
         frames: u32,
     },
+}
+
+impl Lod {
+    /// A share of the full level's triangles, 0..1, and no other bound.
+    #[must_use]
+    pub const fn thinned(triangles: f32) -> Self {
+        Self::Thinned { triangles, most: ANY }
+    }
 }
 
 /// A level of detail, and where it takes over.

@@ -343,7 +343,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
             (sides, most_sides),
             (error, error_share),
             (output::forks(fields), output::leaves(fields), output::wind(fields)),
-            fields.count("lightmap"),
+            (fields.count("lightmap"), output::most_triangles(fields)),
         )
     });
     let lods = output::lods(set);
@@ -353,7 +353,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let (
         foliage,
         (bark_art, bark_wear, bark_tile),
-        ((sides, most_sides), (error, error_share), (forks, leaves, wind), lightmap),
+        ((sides, most_sides), (error, error_share), (forks, leaves, wind), (lightmap, most)),
     ) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
@@ -371,7 +371,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves },
+        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves, most },
         lightmap,
         wind,
         lods,

@@ -15,8 +15,9 @@ use serde::{Deserialize, Serialize};
 use super::scene::Wear;
 use super::turntable::{self, Framing};
 use crate::bake::{Picture, card_cuts};
-use crate::base::{Diagnostic, Key};
+use crate::base::{Diagnostic, Key, Seed};
 use crate::build::{Cache, Focus, Limits, Studio, extent, load_edited};
+use crate::lod::mesh_levels_on;
 use crate::mesh::{CardCut, CardShape, Cards, CrownLight, TreeMesh, TubeDetail, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
 use crate::preset::plan::MeshParams;
@@ -287,19 +288,17 @@ fn within(framing: Framing, (top, reach): (f32, f32), air: f32) -> Framing {
 
 /// A plant's triangles.
 fn mesh(plant: &Plant, params: &MeshParams, cuts: &[CardCut], care: Care) -> TreeMesh {
+    if care == Care::Fine {
+        let mut levels = mesh_levels_on(plant, params, Cards::of(params.leaves, cuts), &[], Seed::new(0));
+        return levels.pop().unwrap_or_default();
+    }
     let posed = plant.pose();
     let light = CrownLight::of(plant, &posed);
     let full = TubeDetail::full(&params.on(posed.extent()));
-    let detail = match care {
-        Care::Fine => full,
-        Care::Quick => {
-            TubeDetail { sides: full.sides.min(6), most_sides: 6, error: (full.error * 3.0).max(0.01), ..full }
-        }
-    };
-    let cards = if care == Care::Quick { CardShape::Flat.into() } else { Cards::of(params.leaves, cuts) };
+    let detail = TubeDetail { sides: full.sides.min(6), most_sides: 6, error: (full.error * 3.0).max(0.01), ..full };
     let (bark, leaf) = rayon::join(
         || tubes_in(plant, &posed, &light, &detail),
-        || leaf_cards_in(plant, &posed, &light, &all_cards(plant), cards),
+        || leaf_cards_in(plant, &posed, &light, &all_cards(plant), CardShape::Flat),
     );
     TreeMesh { bark, leaf }
 }

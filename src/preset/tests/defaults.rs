@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::{BlendTree, ColliderParams, LeafCards, Lod, LodBudget, Pick, Wear};
+use crate::preset::plan::{ANY, BlendTree, ColliderParams, LeafCards, Lod, LodBudget, Pick, Wear};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -101,7 +101,7 @@ fn levels_take_over_where_the_preset_tells_and_else_where_it_is_measured() {
         lods("[Full, Thinned(triangles: 0.5, screen: 0.6), BillboardCloud, CrossedQuads(screen: 0.1)]"),
         Ok(vec![
             Lod::Full.into(),
-            told(Lod::Thinned { triangles: 0.5 }, Some(0.6)),
+            told(Lod::thinned(0.5), Some(0.6)),
             told(cloud.clone(), None),
             told(crossed.clone(), Some(0.1)),
         ])
@@ -111,6 +111,23 @@ fn levels_take_over_where_the_preset_tells_and_else_where_it_is_measured() {
         Ok(vec![Lod::Full.into(), told(cloud, Some(0.25)), crossed.into()])
     );
     assert!(lods("[Full, Impostor(screen: 0.0)]").is_err());
+}
+
+#[test]
+fn budgets_are_shares_or_numbers_of_triangles() {
+    let with = |more: &str| load_with_oak(&SHORT.replace("count: 3)]", &format!("count: 3)], {more}")));
+    let lods = |text: &str| with(&format!("lods: [Full, {text}]")).map(|plan| plan.lods[1..].to_vec());
+    assert_eq!(lods("Thinned(most: 900)"), Ok(vec![Lod::Thinned { triangles: 0.95, most: 900 }.into()]));
+    assert_eq!(
+        lods("Thinned(triangles: 0.4, most: 900), Thinned(most: 800)").map(|lods| lods.len()),
+        Ok(2),
+        "fewer by number"
+    );
+    let told = |text: &str| lods(text).expect_err("is wrong")[0].to_string();
+    assert!(told("Thinned()").contains("missing") && told("Thinned(most: 100)").contains("200"));
+    assert!(told("Thinned(most: 900), Thinned(most: 900)").contains("no fewer triangles"));
+    let most = |text: &str| with(text).map(|plan| plan.mesh.most);
+    assert_eq!((most("mesh: ()"), most("mesh: (most: 5000)")), (Ok(ANY), Ok(5000)));
 }
 
 #[test]

@@ -15,23 +15,27 @@ export function levelAt(levels, coverage) {
   return found < 0 ? levels.length - 1 : found;
 }
 
-/** What a file's vertices tell about wind, as GLSL: declarations, and bend, phase, pivot and swing of a vertex (examples/engines/wind.md); none where they tell nothing. */
-function windOf({ uv1, uv3, texcoord_4, _wind, _wind_bend }) {
+/** What a file's vertices tell about wind, as GLSL: declarations, and bend and phase, pivot, swing, flutter and phase of the leaf (examples/engines/wind.md); none where they tell nothing. */
+function windOf(attributes) {
+  const { uv1, texcoord_4, texcoord_5, _wind, _wind_bend, _wind_leaf } = attributes;
   const declared = names => names.map(name => /^uv[123]$/.test(name)
     ? `\n#ifndef USE_${name.toUpperCase()}\nattribute vec2 ${name};\n#endif` : `\nattribute ${name === '_wind' ? 'vec4' : 'vec2'} ${name};`).join('');
-  if (_wind && (_wind_bend || uv1)) {
+  if (_wind && _wind_leaf && (_wind_bend || uv1)) {
     const bend = _wind_bend ? '_wind_bend' : 'uv1';
-    return { declared: declared([bend, '_wind']), read: `vec2 told = ${bend}; vec3 pivot = _wind.xyz; float swing = _wind.w;` };
+    const read = `vec2 told = ${bend}; vec3 pivot = _wind.xyz; float swing = _wind.w; vec2 leaf = _wind_leaf;`;
+    return { declared: declared([bend, '_wind', '_wind_leaf']), read };
   }
-  if (!uv3) return null;
+  if (!texcoord_4) return null;
   // Light maps take the first set.
-  const [a, b, c] = texcoord_4 ? ['uv2', 'uv3', 'texcoord_4'] : ['uv1', 'uv2', 'uv3'];
-  return { declared: declared([a, b, c]), read: `vec2 told = ${a}; vec3 pivot = vec3(${b}, ${c}.x); float swing = ${c}.y;` };
+  const [a, b, c, d] = texcoord_5 ? ['uv2', 'uv3', 'texcoord_4', 'texcoord_5'] : ['uv1', 'uv2', 'uv3', 'texcoord_4'];
+  // In files for the web places are whole numbers.
+  const swing = attributes[c].array instanceof Uint16Array ? `${c}.y / 65535.0` : `${c}.y`;
+  return { declared: declared([a, b, c, d]), read: `vec2 told = ${a}; vec3 pivot = vec3(${b}, ${c}.x); float swing = ${swing}; vec2 leaf = ${d};` };
 }
 
-/** Wind for a material: by what the file's vertices tell where the preset has them do so, else by height. */
-function sway(material, time, strength, wind, height) {
-  const flutter = material.alphaTest > 0 ? (height * 0.002).toFixed(4) : '0.0';
+/** Wind for a material: by what the file's vertices tell where the preset has them do so, else by height. `unit` is a metre in the units of positions. */
+function sway(material, time, strength, wind, height, unit) {
+  const metres = value => (value * unit).toFixed(4);
   material.onBeforeCompile = shader => {
     shader.uniforms.twTime = time;
     shader.uniforms.twWind = strength;
@@ -42,17 +46,17 @@ function sway(material, time, strength, wind, height) {
           float gust = twWind * (0.6 + 0.4 * sin(twTime * 0.7));
           ${wind ? `${wind.read}
           float phase = told.y * 6.2832, bend = max(told.x - 0.4 * swing, 0.0) / 0.6;
-          // The limb swings about its own base, its leaves flutter, and the whole tree bends.
+          // The limb swings about its own base, each leaf flutters, and the whole tree bends.
           vec3 axis = vec3(-0.33, 0.0, 0.944), arm = transformed - pivot;
           float angle = 0.12 * swing * gust * sin(twTime * 1.7 + phase);
           transformed = pivot + arm * cos(angle) + cross(axis, arm) * sin(angle) + axis * dot(axis, arm) * (1.0 - cos(angle));
-          transformed += vec3(0.5, 1.0, 0.5) * ${flutter} * gust * sin(twTime * 7.0 + phase * 3.0 + position.x * 5.0);` : `
-          float up = clamp(position.y / ${height.toFixed(3)}, 0.0, 1.0), bend = up * up, phase = position.x * 1.7 + position.z * 2.3;
+          transformed += vec3(0.5, 1.0, 0.5) * ${metres(height * 0.004)} * leaf.x * gust * sin(twTime * 7.0 + leaf.y * 6.2832);` : `
+          float up = clamp(position.y / ${metres(height)}, 0.0, 1.0), bend = up * up, phase = (position.x * 1.7 + position.z * 2.3) / ${metres(1)};
           transformed += vec3(0.6, 0.25, 0.8) * gust * up * length(position.xz) * 0.12 * sin(twTime * 2.3 + phase) * ${(height * 0.012).toFixed(4)};`}
-          transformed += vec3(1.0, 0.0, 0.35) * bend * gust * sin(twTime * 1.1) * ${(height * 0.02).toFixed(4)};
+          transformed += vec3(1.0, 0.0, 0.35) * bend * gust * sin(twTime * 1.1) * ${metres(height * 0.02)};
         }`);
   };
-  material.customProgramCacheKey = () => `sway ${wind?.read} ${flutter} ${height.toFixed(3)}`;
+  material.customProgramCacheKey = () => `sway ${wind?.read} ${height.toFixed(3)} ${metres(1)}`;
 }
 
 export function space(box, tell) {
@@ -124,12 +128,12 @@ export function space(box, tell) {
     return files.get(name);
   }
   /** A part's material in the wind; an impostor's shader is its own. */
-  function swaying({ material, geometry, userData }, height) {
-    if (userData.facing) return material;
-    const own = material.clone();
-    const wind = windOf(geometry.attributes);
+  function swaying(part, height) {
+    if (part.userData.facing) return part.material;
+    const own = part.material.clone();
+    const wind = windOf(part.geometry.attributes);
     box.dataset.wind = wind ? 'told' : 'by height';
-    sway(own, time, strength, wind, height);
+    sway(own, time, strength, wind, height, 1 / part.getWorldScale(new THREE.Vector3()).x);
     return own;
   }
   function dressed(group, height) {
