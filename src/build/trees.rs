@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 4);
-const LADDER: Stage = Stage("ladder", 37);
+const LADDER: Stage = Stage("ladder", 38);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 31);
+const LEVEL: Stage = Stage("level", 32);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.
