@@ -4,7 +4,8 @@
 //! colour, times this, is seen from the front (glTF's `diffuseTransmissionFactor`). Thin summer leaves scatter about as much
 //! forward as back; leathery ones and needles keep most. Veins, stalks and wood are thick, and what lies behind a blade takes
 //! some of its light: less than it would keep alone, since light comes from more than one side and sprays are not flat. (As a
-//! product of what all blades let through, sprays were black but for their rims: oaks let 0.25 through in the mean, olives 0.05.)
+//! product of what all blades let through, sprays were black but for their rims: oaks let 0.25 through in the mean, olives 0.05; now
+//! it is 0.31 and 0.10.)
 //!
 //! Limits: tables, not spectra; what is let through has the colour of the face. Of a picture that tells nothing about it
 //! each place lets [`USUAL`] through: a dark twig in it is told from a leaf by its colour, which multiplies it.
