@@ -55,7 +55,38 @@ const seen = lod.levels.map((level, i) => {
     const shown = lod.levels.findIndex(other => other.object.visible);
     return [shown, renderer.info.render.triangles];
 });
-window.seen = { seen, levels: levels.length };
+// Against the sun, with what comes through the leaves and without it.
+const far = lod.levels.map(level => level.distance);
+scene.children.filter(child => child.isLight).forEach(light => scene.remove(light));
+const sun = new THREE.DirectionalLight(0xffffff, 5);
+sun.position.set(0, 4, -100);
+scene.add(sun);
+const gl = renderer.getContext();
+const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+const green = distance => {
+    camera.position.set(0, 4, distance);
+    // As large in the picture from everywhere.
+    camera.fov = 2 * Math.atan(6 / distance) * 180 / Math.PI;
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    lod.update(camera);
+    renderer.render(scene, camera);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels.reduce((sum, value, i) => sum + (i % 4 === 1 ? value : 0), 0);
+};
+const near = far.map((distance, i) => Math.max(12, i + 1 < far.length ? (distance + far[i + 1]) / 2 : distance + 10));
+const lit = near.map(green);
+leaves.forEach(material => {
+    const { onBeforeCompile } = material;
+    material.onBeforeCompile = (shader, renderer) => {
+        onBeforeCompile(shader, renderer);
+        shader.fragmentShader = shader.fragmentShader.replace(/\\bthrough = [^;]+;/, 'through = 0.0;');
+    };
+    material.customProgramCacheKey = () => 'opaque ' + material.id;
+    material.needsUpdate = true;
+});
+const unlit = near.map(green);
+window.seen = { seen, levels: levels.length, lit, unlit };
 </script>`;
 const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".png": "image/png", ".json": "application/json" };
 const server = createServer((request, response) => {
@@ -79,6 +110,8 @@ await tab.goto(`http://127.0.0.1:${server.address().port}/`);
 const seen = await tab.waitForFunction(() => window.seen, undefined, { timeout: 120000 }).then(handle => handle.jsonValue(), error => { faults.push(String(error)); });
 if (seen) {
   console.log(`threejs.md: ${seen.levels} levels; shown and triangles at the middle of each: ${JSON.stringify(seen.seen)}`);
+  console.log(`threejs.md: green against the sun, by level: ${seen.lit}, without what comes through leaves ${seen.unlit}`);
+  if (!seen.lit.every((sum, i) => sum > 1.3 * seen.unlit[i])) faults.push("leaves are no brighter against the sun");
   const inOrder = seen.seen.every(([shown], i) => shown === i) && seen.seen.length === seen.levels;
   const fewer = seen.seen.every(([, count], i) => count > 0 && (i === 0 || count < seen.seen[i - 1][1]));
   if (!inOrder || !fewer) faults.push("the levels are not shown in their order, each with fewer triangles");

@@ -21,7 +21,9 @@ const allowed = [
   { code: "URI_GLB", pointer: /^\/images\/\d+\/uri$/ },
   // Levels of detail are MSFT_lod, a vendor extension that the validator doesn't know; it is never required.
   { code: "UNSUPPORTED_EXTENSION", about: "MSFT_lod" },
-  // A consequence of the above: the lower levels' nodes are named by MSFT_lod only, so the validator takes them to be
+  // What leaves let through, told to whoever reads it; the validator doesn't know it yet, and it is never required.
+  { code: "UNSUPPORTED_EXTENSION", about: "KHR_materials_diffuse_transmission" },
+  // A consequence of MSFT_lod: the lower levels' nodes are named by MSFT_lod only, so the validator takes them to be
   // unused. Their meshes, materials and accessors are not exempted.
   { code: "UNUSED_OBJECT", pointer: /^\/nodes\/\d+$/ },
   // The second UV set is for light maps, which are baked in the engine, further ones hold the wind for shaders: no texture

@@ -160,13 +160,49 @@ fn every_asset_reads_back_with_its_levels_and_materials() {
         let info = read_glb(bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(info.meshes.len() >= 3, "{name}");
         assert!(info.extensions_required.is_empty(), "{name}");
-        assert_eq!(info.extensions_used, ["MSFT_lod"], "{name}");
+        let has_leaves = info.materials.iter().any(|material| material.name.ends_with("_leaf"));
+        let told = if has_leaves { &["KHR_materials_diffuse_transmission", "MSFT_lod"][..] } else { &["MSFT_lod"] };
+        assert_eq!(info.extensions_used, told, "{name}");
         // A second reader agrees.
         let other = gltf::Gltf::from_slice(bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(other.meshes().len(), info.meshes.len(), "{name}");
         count += 1;
     }
     assert!(count >= 12, "{count} assets");
+}
+
+#[test]
+fn blue_of_leaf_pictures_is_what_they_let_through_and_depth_on_impostors_alone() {
+    let mut sheets = 0;
+    for (name, manifest) in manifests() {
+        let set = name.split('/').next().unwrap();
+        let orm =
+            manifest["textures"].as_array().unwrap().iter().find(|t| t["material"] == "leaf" && t["map"] == "orm");
+        assert_eq!(orm.unwrap()["channels"], serde_json::json!(["occlusion", "roughness", "transmission"]), "{name}");
+        let picture = |map: &str| image::load_from_memory(&shipped()[&format!("{set}/{set}_leaf_{map}.png")]).unwrap();
+        let (color, orm) = (picture("color").into_rgba8(), picture("orm").into_rgb8());
+        let levels = manifest["variants"].as_array().unwrap().iter().flat_map(|v| v["levels"].as_array().unwrap());
+        let impostors: Vec<&serde_json::Value> = levels.map(|l| &l["impostor"]).filter(|i| !i.is_null()).collect();
+        sheets += impostors.len();
+        let size = [f64::from(color.width()), f64::from(color.height())];
+        let place = |sheet: &serde_json::Value, at: [u32; 2]| {
+            let corner = |key: &str, k: usize| sheet[key][k].as_f64().unwrap() * size[k];
+            (0..2).all(|k| (corner("uv_min", k)..corner("uv_max", k)).contains(&(f64::from(at[k]) + 0.5)))
+        };
+        let (mut leaves, mut depths) = (Vec::new(), vec![Vec::new(); impostors.len()]);
+        for (x, y, orm) in orm.enumerate_pixels().filter(|(x, y, _)| color.get_pixel(*x, *y).0[3] >= 128) {
+            let sheet = impostors.iter().position(|sheet| place(sheet, [x, y]));
+            sheet.map_or(&mut leaves, |sheet| &mut depths[sheet]).push(orm.0[2]);
+        }
+        // No blade lets more than 0.54 through; depths reach to the near side of the sphere and to the far one.
+        let (most, some) = (leaves.iter().max(), leaves.iter().filter(|blue| **blue > 5).count());
+        assert!(most.is_none_or(|most| *most <= 138) && some * 2 >= leaves.len(), "{name}: {most:?} {some}");
+        for depths in depths {
+            let (near, far) = (depths.iter().max().unwrap(), depths.iter().min().unwrap());
+            assert!(*near > 170 && *far < 85, "{name}: {far} to {near}");
+        }
+    }
+    assert!(sheets > 3, "{sheets}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::leaf_art::{encode_normal, leaf_maps};
 use super::resample::shrink;
 use super::srgb::{decode as linear, encode as srgb};
+use super::transmission::USUAL;
 use super::user_art::{ArtFile, ArtLimits, ArtUse, decode, normals_of};
 use super::{Maps, bark_maps, dilate};
 use crate::base::Seed;
@@ -76,7 +77,7 @@ pub fn own_bark_maps(art: &Art, seed: Seed) -> (Option<Maps>, Vec<String>) {
     let Some(bark) = &art.bark else { return (None, notes) };
     let image = |index: Option<usize>| index.and_then(|i| art.images.get(i)).map(Vec::as_slice);
     if let Some(color) = image(bark.image) {
-        let made = |normal| super::maps_from_images(color, normal, None, ArtUse::Bark, ArtLimits::default());
+        let made = |normal| super::maps_from_images(color, normal, None, None, ArtUse::Bark, ArtLimits::default());
         let maps = made(image(bark.normal)).or_else(|error| {
             notes.push(format!("of the bark {error}"));
             made(None)
@@ -121,7 +122,8 @@ fn textures(art: &Art, notes: &mut Vec<String>) -> Vec<Option<Texture>> {
     let mut worn = vec![false; art.images.len()];
     for leaf in &art.leaves {
         if let LeafPicture::Card(card) = leaf {
-            let images = [card.image, card.normal, card.roughness, card.alpha];
+            let through = card.transmission.and_then(|through| through.image);
+            let images = [card.image, card.normal, card.roughness, card.alpha, through];
             images.into_iter().flatten().filter(|i| *i < art.images.len()).for_each(|i| worn[i] = true);
         }
     }
@@ -159,6 +161,8 @@ struct Sample {
     normal: Vec3,
     /// 0..=255.
     rough: f32,
+    /// What is let through, 0..=255.
+    through: f32,
 }
 
 /// Draws a card's picture.
@@ -166,6 +170,10 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     let texture = |index: Option<usize>| index.and_then(|i| textures.get(i)?.as_ref());
     let (color, normal, alpha) = (texture(card.image), texture(card.normal), texture(card.alpha));
     let roughness = texture(card.roughness);
+    let passed = |uv: Vec2| {
+        let Some(through) = card.transmission else { return f32::from(USUAL) };
+        through.factor * texture(through.image).map_or(255.0, |t| f32::from(t.at(uv)[through.channel.min(3)]))
+    };
     let (width, height) = size(card, color);
     let (columns, rows) = (width as usize * SAMPLES, height as usize * SAMPLES);
     let mut samples = vec![Sample::default(); columns * rows];
@@ -208,6 +216,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
                     alpha: if shared { 1.0 } else { own } * f32::from(texel[3]) / 255.0,
                     normal: normal.map_or(Vec3::Z, |t| turned(t.at(uv), turn)),
                     rough: roughness.map_or(f32::from(ROUGH), |t| f32::from(t.at(uv)[1])),
+                    through: passed(uv),
                 };
             }
         }
@@ -219,7 +228,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     for y in 0..height as usize {
         for x in 0..width as usize {
             let (mut light, mut bump, mut cover, mut weight) = (Vec3::ZERO, Vec3::ZERO, 0.0, 1e-6);
-            let mut rough = 0.0;
+            let (mut rough, mut through) = (0.0, 0.0);
             for k in 0..SAMPLES * SAMPLES {
                 let s = samples[(y * SAMPLES + k / SAMPLES) * columns + x * SAMPLES + k % SAMPLES];
                 if s.covered {
@@ -228,6 +237,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
                     light += s.color * w;
                     bump += s.normal * w;
                     rough += s.rough * w;
+                    through += s.through * w;
                     cover += alpha;
                     weight += w;
                 }
@@ -239,8 +249,9 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
             maps.color.push([rgb[0], rgb[1], rgb[2], (a * 255.0 + 0.5) as u8]);
             maps.normal.push(encode_normal(bump));
             // Where nothing is drawn, the usual.
-            let rough = if rough > 0.0 { (rough / weight + 0.5) as u8 } else { ROUGH };
-            maps.orm.push([255, rough, 0]);
+            let is_drawn = rough > 0.0;
+            let mean = |sum: f32, usual: u8| if is_drawn { (sum / weight + 0.5) as u8 } else { usual };
+            maps.orm.push([255, mean(rough, ROUGH), mean(through, USUAL)]);
         }
     }
     if color.is_some() && normal.is_none() {
@@ -297,6 +308,7 @@ mod tests {
 
     use super::*;
     use crate::source::foliage::{BarkPicture, CardCorner};
+    use crate::source::scene::Transmission;
 
     fn png(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [u8; 4]) -> Vec<u8> {
         let image = RgbaImage::from_fn(width, height, |x, y| Rgba(pixel(x, y)));
@@ -321,6 +333,7 @@ mod tests {
             normal: None,
             roughness: None,
             alpha: None,
+            transmission: None,
             cutoff: 0.5,
         }
     }
@@ -373,6 +386,20 @@ mod tests {
         let maps = &card_maps(&art(turned, images), Seed::new(1)).0[0];
         let n = maps.normal[20];
         assert!(n[0].abs_diff(128) <= 1 && n[1] > 205, "{n:?}");
+    }
+
+    #[test]
+    fn what_a_card_lets_through_is_what_its_file_says_else_the_usual() {
+        let pixel = |x: u32, _: u32| [90, 90, 90, if x < 4 { 255 } else { 51 }];
+        let drawn = |transmission| {
+            let card = CardPicture { transmission, image: Some(0), ..card(Vec2::ZERO, Vec2::ONE, None) };
+            let images = vec![png(8, 8, |_, _| [60, 110, 30, 255]), png(8, 8, pixel)];
+            let maps = card_maps(&art(card, images), Seed::new(1)).0.remove(0);
+            [maps.orm[0][2], maps.orm[7][2]]
+        };
+        assert_eq!(drawn(None), [USUAL; 2]);
+        let told = |image, channel| drawn(Some(Transmission { factor: 0.6, image, channel }));
+        assert_eq!((told(None, 3), told(Some(1), 3), told(Some(1), 0)), ([153; 2], [153, 31], [54; 2]));
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Pictures of foliage: a spray of leaves, drawn flat with veins, relief and shadow between the blades.
+//! Pictures of foliage: a spray of leaves, drawn flat with veins, relief, shadow between the blades and what they let
+//! through (`transmission`).
 //!
 //! Each row is drawn alone, front to back, with exact coverage (`coverage`), so rows run in parallel and the time is
 //! linear in the pixels. Occlusion between blades comes from the unsharp-masked depth picture (Luft, Colditz and Deussen
@@ -13,6 +14,7 @@ use super::dye::{self, Dye, Packed};
 use super::leaf_veins::relief;
 use super::noise::{Noise, mix};
 use super::spray::{Growth, Part, Spray, Tissue, half_width, spray};
+use super::transmission::{behind, of_blade, of_part, shaded};
 use super::{Maps, dilate, srgb};
 use crate::base::{Seed, math};
 use crate::preset::plan::LeafShape;
@@ -30,6 +32,7 @@ struct Texel {
     normal: Vec3,
     rough: f32,
     depth: f32,
+    through: f32,
     alpha: f32,
 }
 
@@ -160,11 +163,12 @@ struct Brush {
     seed: Seed,
 }
 
-/// Colour, normal and roughness of a part at a place.
+/// Colour, normal, roughness and transmission of a part at a place.
 struct Shade {
     color: Dye,
     normal: Vec3,
     rough: f32,
+    through: f32,
 }
 
 impl Brush {
@@ -180,6 +184,8 @@ impl Brush {
         let mut crossings = Vec::new();
         // What parts before leave free.
         let mut open = vec![1.0_f32; self.size as usize];
+        // What of the light from behind comes to the parts in front.
+        let mut left = vec![1.0_f32; self.size as usize];
         for (part, outline) in scene.parts.iter().zip(outlines).rev() {
             if !outline.rows.contains(&y) {
                 continue;
@@ -189,6 +195,7 @@ impl Brush {
             for x in touched {
                 let alpha = std::mem::take(&mut cover[x]).min(1.0);
                 let share = alpha * open[x];
+                left[x] *= 1.0 - alpha * (1.0 - open[x]) * (1.0 - behind(part.tissue));
                 if share <= 0.0 {
                     continue;
                 }
@@ -200,9 +207,11 @@ impl Brush {
                 texel.rough += shade.rough * share;
                 texel.depth += part.depth * share;
                 texel.alpha += share;
+                texel.through += shade.through * share;
                 open[x] *= 1.0 - alpha;
             }
         }
+        row.iter_mut().zip(left).for_each(|(texel, left)| texel.through *= shaded(left));
         row
     }
 
@@ -252,7 +261,8 @@ impl Brush {
             });
         }
         let rough = if under { 0.72 } else { 0.55 + 0.07 * fine + 0.08 * here.vein };
-        Shade { color: base, normal, rough: rough.clamp(0.4, 0.8) }
+        let through = of_blade(self.shape, here.vein, p.x.abs() / width);
+        Shade { color: base, normal, rough: rough.clamp(0.4, 0.8), through }
     }
 
     fn rod(&self, part: &Part, color: Dye, p: Vec2) -> Shade {
@@ -273,7 +283,8 @@ impl Brush {
                 (color.map(|c| c * change), 0.55)
             }
         };
-        Shade { color: color.map(|c| c * lit), normal, rough }
+        let through = of_part(self.shape, part.tissue);
+        Shade { color: color.map(|c| c * lit), normal, rough, through }
     }
 
     /// Colour of the twig, linear.
@@ -325,7 +336,8 @@ fn finish(texels: &[Texel], size: usize) -> LeafPicture {
         let light = over * (0.45 + 0.55 * open) * (1.0 + 0.25 * (-front).clamp(0.0, 0.3));
         let [r, g, b, plain] = texel.color.columns.map(|c| (c * light).to_array());
         let dye = std::array::from_fn(|k| [r, g, b, plain][k / 3][k % 3]);
-        (([0, 0, 0, byte(texel.alpha)], encode_normal(texel.normal), [byte(open), byte(texel.rough * over), 0]), dye)
+        let orm = [open, texel.rough * over, texel.through * over].map(byte);
+        (([0, 0, 0, byte(texel.alpha)], encode_normal(texel.normal), orm), dye)
     };
     let (pixels, dyes): (Vec<_>, Vec<[f32; 12]>) = texels.par_iter().enumerate().map(pixel).unzip();
     let mut maps = Maps::square(size as u32, &pixels);
@@ -397,7 +409,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "5eba24fd847fbead74435bed272fa0bd18ecf4b82b97c8535c16418f75e1b402fd8b1f3a04afb88e3b9a073cd428b3e4"
+            "497ef64ac3dd5957f8b348296833376da5731d2e4dae93c21ca66963c85d8728bc5d428b47fdc9ce741fc3930cad1580"
         );
     }
 

@@ -33,6 +33,7 @@ mod silhouette;
 mod skyline;
 mod spray;
 mod srgb;
+mod transmission;
 mod user_art;
 
 use std::borrow::Cow;
@@ -59,6 +60,7 @@ pub use shade::{Light, Shading};
 pub use silhouette::{Areas, Shape, Silhouette};
 pub use spray::spray_span;
 pub(crate) use srgb::{decode as srgb_linear, encode as srgb_byte};
+pub use transmission::mean_transmission;
 pub use user_art::{ArtError, ArtFile, ArtLimits, ArtUse, maps_from_images};
 
 use crate::base::bulk;
@@ -76,7 +78,8 @@ pub struct Maps {
     /// Tangent-space normal, +Y up (glTF), 128 is zero.
     #[serde(with = "bulk")]
     pub normal: Vec<[u8; 3]>,
-    /// Occlusion, roughness, metalness (glTF's channel order).
+    /// Occlusion, roughness, metalness (glTF's channel order). Leaves are no metal: their third channel is the share of the light
+    /// they scatter that comes out on their far side, that of an impostor its depth.
     #[serde(with = "bulk")]
     pub orm: Vec<[u8; 3]>,
 }

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::cutout::level_of;
 use super::srgb::decode;
+use super::transmission::reduced;
 use super::{Cutout, Maps};
 
 /// One sampled point of a picture.
@@ -39,6 +40,7 @@ struct Level {
 pub struct Picture {
     levels: Arc<Vec<Level>>,
     cutout: Arc<Cutout>,
+    through: Arc<Vec<u8>>,
 }
 
 impl Picture {
@@ -80,7 +82,7 @@ impl Picture {
         while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
             levels.push(half(last));
         }
-        Self { levels: Arc::new(levels), cutout: Arc::new(cutout) }
+        Self { levels: Arc::new(levels), cutout: Arc::new(cutout), through: Arc::new(reduced(maps)) }
     }
 
     /// An atlas, as engines show it: its alpha is made for its mips.
@@ -100,6 +102,11 @@ impl Picture {
     #[must_use]
     pub fn cutout(&self) -> &Cutout {
         &self.cutout
+    }
+
+    /// What it lets through, of 255, at each texel that a palette has of it.
+    pub(crate) fn through(&self) -> &[u8] {
+        &self.through
     }
 
     /// Texels of the full picture.

@@ -97,6 +97,12 @@ impl<'a> Surface<'a> {
             Self { mesh: &tree.leaf, pictures: leaves, repeat: Repeat::Cutout, closed: false },
         ]
     }
+
+    /// What its pictures let through, of 255, at each texel of a palette of them; wood nothing.
+    pub(crate) fn through(&self) -> impl Iterator<Item = u8> + use<'a> {
+        let is_leaf = self.repeat == Repeat::Cutout;
+        self.pictures.iter().flat_map(Picture::through).map(move |&through| if is_leaf { through } else { 0 })
+    }
 }
 
 /// What was drawn; arrays of `width * height`, rows from the top.

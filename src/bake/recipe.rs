@@ -28,7 +28,7 @@ pub struct Palette {
 
 impl Palette {
     /// Texels along an edge.
-    const EDGE: u32 = 32;
+    pub(super) const EDGE: u32 = 32;
     /// Texels of a picture.
     pub(super) const TEXELS: u32 = Self::EDGE * Self::EDGE;
 
@@ -53,6 +53,12 @@ impl Palette {
         Key::of_bytes(bytemuck::cast_slice(&self.colors))
     }
 
+    /// The columns of a picture that its `i`-th column of texels stands for, or rows.
+    pub(super) fn span(i: usize, size: usize) -> std::ops::Range<usize> {
+        let first = i * size / Self::EDGE as usize;
+        first..((i + 1) * size / Self::EDGE as usize).max(first + 1)
+    }
+
     /// The texel of the `picture`-th picture at a place of it.
     #[inline]
     pub(super) fn place(picture: u32, uv: Vec2, repeat: Repeat) -> u32 {
@@ -71,16 +77,12 @@ fn reduced(maps: &Maps) -> Vec<Vec3> {
     if width == 0 || height == 0 || maps.color.len() < width * height {
         return vec![Vec3::ONE; edge * edge];
     }
-    let span = |i: usize, size: usize| {
-        let first = i * size / edge;
-        first..((i + 1) * size / edge).max(first + 1)
-    };
     let mut colors = Vec::with_capacity(edge * edge);
     for y in 0..edge {
         for x in 0..edge {
             let (mut sum, mut weight) = (Vec3::ZERO, 0.0_f32);
-            for row in span(y, height) {
-                for c in &maps.color[row * width..][span(x, width)] {
+            for row in Palette::span(y, height) {
+                for c in &maps.color[row * width..][Palette::span(x, width)] {
                     // The small share keeps a wholly clear place at its own colour.
                     let w = f32::from(c[3]) + 0.25;
                     sum += Vec3::new(srgb::decode(c[0]), srgb::decode(c[1]), srgb::decode(c[2])) * w;
@@ -177,6 +179,21 @@ impl Recipe {
         self.counts.iter().map(color).collect()
     }
 
+    /// For each pixel the mean of what is told of the palette's texels, as they take part in it; 0 where nothing is, and for
+    /// texels that nothing is told of.
+    pub(crate) fn mean(&self, told: &[u8]) -> Vec<u8> {
+        let mut parts = self.parts.iter();
+        let mean = |&count: &u8| {
+            let (mut sum, mut all) = (0, 0);
+            for part in parts.by_ref().take(usize::from(count)) {
+                sum += (part & 255) * told.get((part >> 8) as usize).map_or(0, |&told| u32::from(told));
+                all += part & 255;
+            }
+            (sum + all / 2).checked_div(all).unwrap_or(0) as u8
+        };
+        self.counts.iter().map(mean).collect()
+    }
+
     /// Makes what it paints so much brighter, in linear light.
     pub(crate) fn brighten(&mut self, gain: f32) {
         let scaled = std::array::from_fn::<u32, 256, _>(|share| (share as f32 * gain + 0.5).clamp(0.0, 255.0) as u32);
@@ -252,6 +269,16 @@ mod tests {
         let off = |all: Vec<f32>, wanted: [f32; 4]| all.iter().zip(wanted).any(|(a, b)| (a - b).abs() > 0.01);
         assert!(!off(shares(0), [0.0; 4]) && !off(shares(1), [0.75, 0.0, 0.0, 1.0]), "{:?}", shares(1));
         assert!(!off(shares(2), [1.0, 0.0, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn means_are_by_share_and_texels_beyond_what_is_told_count_as_nothing() {
+        let mut recipe = Recipe::default();
+        for mixed in [vec![(0, 0.6), (1, 0.2)], vec![], vec![(1, 0.3), (WHITE, 0.3)], vec![(1, 0.05)]] {
+            recipe.push(&mut mixed.clone());
+        }
+        let means = recipe.mean(&[0, 200]);
+        assert!(means.iter().zip([50, 0, 100, 200]).all(|(mean, wanted)| mean.abs_diff(wanted) <= 1), "{means:?}");
     }
 
     fn plain(color: [u8; 3]) -> Maps {

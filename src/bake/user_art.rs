@@ -2,8 +2,8 @@
 //!
 //! A picture of a leaf stands with its petiole at the bottom centre, as made ones do, and needs alpha. Leaves are drawn on
 //! squares: a picture that is none keeps its proportions, with clear room beside or above it. A missing normal
-//! map is made from the colour's luminance, a missing roughness is even. Maps of other sizes are resampled to the
-//! colour's. EXIF orientation and colour profiles are not read: pictures are taken as sRGB, upright.
+//! map is made from the colour's luminance, a missing roughness is even, and so is what leaves let through
+//! (`transmission`). Maps of other sizes are resampled to the colour's. EXIF orientation and colour profiles are not read: pictures are taken as sRGB, upright.
 
 use std::io::Cursor;
 
@@ -11,6 +11,7 @@ use glam::Vec3;
 use image::{DynamicImage, ImageReader, Limits, imageops::FilterType};
 
 use super::leaf_art::encode_normal;
+use super::transmission::USUAL;
 use super::{Maps, dilate};
 
 /// What a picture is for.
@@ -31,6 +32,8 @@ pub enum ArtFile {
     Normal,
     /// Roughness.
     Roughness,
+    /// What a leaf lets through.
+    Transmission,
 }
 
 impl std::fmt::Display for ArtFile {
@@ -39,6 +42,7 @@ impl std::fmt::Display for ArtFile {
             Self::Color => "colour picture",
             Self::Normal => "normal map",
             Self::Roughness => "roughness map",
+            Self::Transmission => "transmission map",
         })
     }
 }
@@ -113,7 +117,8 @@ impl ArtError {
 const ROUGH: [u8; 2] = [148, 224];
 
 /// The maps of the user's own pictures, of the colour picture's size; of a leaf that is no square, of a square around it. See
-/// the head of the file for what is made where a map is missing.
+/// the head of the file for what is made where a map is missing. Of `transmission`, of leaves only, grey counts: white lets
+/// all light through.
 ///
 /// # Errors
 /// Bytes that are no picture, damaged or beyond `limits`; a leaf that has no transparent or no opaque pixel.
@@ -121,6 +126,7 @@ pub fn maps_from_images(
     color: &[u8],
     normal: Option<&[u8]>,
     roughness: Option<&[u8]>,
+    transmission: Option<&[u8]>,
     purpose: ArtUse,
     limits: ArtLimits,
 ) -> Result<Maps, ArtError> {
@@ -152,10 +158,15 @@ pub fn maps_from_images(
             .collect(),
         None => normals_of(&pixels, width as usize, height as usize, purpose),
     };
-    let orm = match roughness {
-        Some(bytes) => resized(bytes, ArtFile::Roughness)?.into_luma8().pixels().map(|p| [255, p.0[0], 0]).collect(),
-        None => vec![[255, ROUGH[usize::from(purpose == ArtUse::Bark)], 0]; pixels.len()],
-    };
+    let is_leaf = purpose == ArtUse::Leaf;
+    let even = [255, ROUGH[usize::from(!is_leaf)], if is_leaf { USUAL } else { 0 }];
+    let mut orm = vec![even; pixels.len()];
+    let maps = [(roughness, ArtFile::Roughness, 1), (transmission.filter(|_| is_leaf), ArtFile::Transmission, 2)];
+    for (bytes, file, channel) in maps {
+        let Some(bytes) = bytes else { continue };
+        let grey = resized(bytes, file)?.into_luma8();
+        orm.iter_mut().zip(grey.pixels()).for_each(|(orm, p)| orm[channel] = p.0[0]);
+    }
     let mut maps = Maps { width, height, color: pixels, normal, orm };
     if purpose == ArtUse::Leaf {
         maps = squared(maps);
@@ -185,7 +196,7 @@ fn squared(maps: Maps) -> Maps {
         height: edge as u32,
         color: placed(&maps.color, at, [0; 4]),
         normal: placed(&maps.normal, at, [128, 128, 255]),
-        orm: placed(&maps.orm, at, [255, ROUGH[0], 0]),
+        orm: placed(&maps.orm, at, [255, ROUGH[0], USUAL]),
     }
 }
 
@@ -265,7 +276,7 @@ mod tests {
     }
 
     fn load(bytes: &[u8], purpose: ArtUse) -> Result<Maps, ArtError> {
-        maps_from_images(bytes, None, None, purpose, ArtLimits::default())
+        maps_from_images(bytes, None, None, None, purpose, ArtLimits::default())
     }
 
     #[test]
@@ -282,7 +293,8 @@ mod tests {
         let solid = |maps: &Maps, x: u32, y: u32| maps.color[(y * maps.width + x) as usize][3] == 255;
         let cut = |x: u32, y: u32| if (x, y) == (0, 0) { [0; 4] } else { [60, 90, 30, 255] };
         let bump = png(4, 12, |_, _| [128, 200, 220, 255]);
-        let slim = maps_from_images(&png(4, 12, cut), Some(&bump), None, ArtUse::Leaf, ArtLimits::default()).unwrap();
+        let slim =
+            maps_from_images(&png(4, 12, cut), Some(&bump), None, None, ArtUse::Leaf, ArtLimits::default()).unwrap();
         assert_eq!((slim.width, slim.height, slim.normal.len(), slim.orm.len()), (12, 12, 144, 144));
         assert!((0..144).all(|i| solid(&slim, i % 12, i / 12) == ((4..8).contains(&(i % 12)) && i != 4)));
         assert_ne!(slim.normal[5], [128, 128, 255]);
@@ -294,10 +306,27 @@ mod tests {
     fn maps_of_another_size_are_brought_to_the_colours() {
         let bump = png(3, 9, |_, _| [128, 200, 220, 255]);
         let rough = png(16, 2, |_, _| [40, 40, 40, 255]);
-        let maps = maps_from_images(&png(8, 6, leaf), Some(&bump), Some(&rough), ArtUse::Bark, ArtLimits::default());
-        let maps = maps.unwrap();
+        let (color, limits) = (png(8, 6, leaf), ArtLimits::default());
+        let all = |purpose| maps_from_images(&color, Some(&bump), Some(&rough), Some(&rough), purpose, limits).unwrap();
+        let maps = all(ArtUse::Bark);
         assert!(maps.orm.iter().all(|o| *o == [255, 40, 0]) && maps.normal.len() == 48);
         assert!(maps.color.iter().all(|c| c[3] == 255));
+        // What is let through is asked of leaves alone.
+        assert!(all(ArtUse::Leaf).orm.iter().all(|o| *o == [255, 40, 40]));
+    }
+
+    #[test]
+    fn a_leaf_lets_through_what_its_map_says_else_the_usual_and_goes_on_under_its_edge() {
+        let half = png(8, 6, |x, _| if x < 2 { [200, 200, 200, 255] } else { [30, 30, 30, 255] });
+        let color = png(8, 6, leaf);
+        let told = maps_from_images(&color, None, None, Some(&half), ArtUse::Leaf, ArtLimits::default()).unwrap();
+        // The lowest row: leaves end at the fourth column, and beyond it is the mean.
+        assert_eq!([0, 1, 2, 3].map(|x| told.orm[7 * 8 + x][2]), [200, 200, 30, 30]);
+        assert!((31..200).contains(&told.orm[7 * 8 + 6][2]));
+        assert!(load(&color, ArtUse::Leaf).unwrap().orm.iter().all(|o| o[2] == USUAL));
+        assert!(load(&color, ArtUse::Bark).unwrap().orm.iter().all(|o| o[2] == 0));
+        let broken = maps_from_images(&color, None, None, Some(b"x"), ArtUse::Leaf, ArtLimits::default());
+        assert_eq!(broken, Err(ArtError::Format { file: ArtFile::Transmission }));
     }
 
     #[test]
@@ -321,20 +350,20 @@ mod tests {
             bad[i] ^= 0x55;
             let _ = load(&bad, ArtUse::Leaf);
         }
-        let normal = maps_from_images(&good, Some(b"x"), None, ArtUse::Leaf, ArtLimits::default());
+        let normal = maps_from_images(&good, Some(b"x"), None, None, ArtUse::Leaf, ArtLimits::default());
         assert_eq!(normal, Err(ArtError::Format { file: ArtFile::Normal }));
     }
 
     #[test]
     fn pictures_beyond_the_limits_are_refused_by_their_header() {
         let limits = ArtLimits { edge: 16, bytes: 1 << 20 };
-        let error = maps_from_images(&png(17, 4, leaf), None, None, ArtUse::Leaf, limits).unwrap_err();
+        let error = maps_from_images(&png(17, 4, leaf), None, None, None, ArtUse::Leaf, limits).unwrap_err();
         assert!(matches!(error, ArtError::TooLarge { edge: 16, .. }), "{error}");
         // A header that claims 2^31 pixels an edge.
         let mut bomb = png(8, 8, leaf);
         bomb[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(load(&bomb, ArtUse::Bark).is_err());
         let small = ArtLimits { edge: 8192, bytes: 100 };
-        assert!(maps_from_images(&png(32, 32, leaf), None, None, ArtUse::Leaf, small).is_err());
+        assert!(maps_from_images(&png(32, 32, leaf), None, None, None, ArtUse::Leaf, small).is_err());
     }
 }

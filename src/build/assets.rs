@@ -28,7 +28,7 @@ use crate::preset::plan::{Engine, Lod, Profile, WindData};
 const ATLAS: Stage = Stage("atlas", 4);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
-const FILES: Stage = Stage("files", 2);
+const FILES: Stage = Stage("files", 3);
 const COLORS: Stage = Stage("colors", 1);
 const FACTS: Stage = Stage("facts", 4);
 
@@ -94,6 +94,8 @@ pub(super) struct Placed {
     meshes: Vec<Arc<Vec<TreeMesh>>>,
     /// By variant: what its meshes hang on.
     keys: Vec<Key>,
+    /// What leaves let through, of 255.
+    through: u8,
     /// By variant and level: where an impostor's sheet lies.
     impostors: Vec<Vec<Option<ImpostorEntry>>>,
 }
@@ -240,7 +242,8 @@ pub(super) fn place(
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
     let (meshes, keys) = meshes.into_iter().unzip();
-    Ok(Placed { packed, maps, colors, meshes, keys, impostors })
+    let through = bake::mean_transmission(&pictures.leaves);
+    Ok(Placed { packed, maps, colors, meshes, keys, through, impostors })
 }
 
 /// Where the sheets of a tree's impostors lie in the atlas, by level; `start` tiles of other trees come before its own.
@@ -355,7 +358,13 @@ fn kept_files(
 ) -> Result<Arc<Vec<EngineFiles>>, Vec<Diagnostic>> {
     let (plan, seed) = (parts.plan, parts.identities[variant].1);
     let told = (name, &plan.name, &plan.engines, &plan.wind, &plan.colliders, &placed.impostors[variant]);
-    let key = FILES.key().input(placed.keys[variant]).params(&told).number(seed.bits()).finish();
+    let key = FILES
+        .key()
+        .input(placed.keys[variant])
+        .params(&told)
+        .number(seed.bits())
+        .number(placed.through.into())
+        .finish();
     let weight = |all: &Vec<EngineFiles>| all.iter().flat_map(|(_, made)| made).map(|(_, bytes)| bytes.len()).sum();
     parts.cache.remember_here(key, weight, || {
         engine_files(parts, placed, variant, name).map_err(|e| vec![Diagnostic::new("", e.to_string())])
@@ -399,7 +408,7 @@ fn engine_files(
     let colliders = Colliders { capsules, hulls };
     let seed = parts.identities[variant].1.bits();
     let files = |profile: &Profile| {
-        let materials = &SetMaterials::of(&parts.plan.name, profile.textures);
+        let materials = &SetMaterials::of(&parts.plan.name, profile.textures).letting_through(placed.through);
         let asset = AssetIn { name, seed, levels: &levels, materials };
         let made = export::engine_files(&asset, colliders, profile.engine)?;
         Ok((profile.engine, made.into_iter().map(|(name, bytes)| (name, bytes.into())).collect()))
@@ -484,6 +493,7 @@ fn manifest(
         atlas: Some(AtlasEntry {
             pictures: placed.packed.layout.rects.len() as u64,
             scale: placed.packed.layout.scale,
+            transmission: f32::from(placed.through) / 255.0,
             utilisation: placed.packed.layout.utilisation,
             coverage_before: placed.packed.coverage.before.clone(),
             coverage: placed.packed.coverage.after.clone(),

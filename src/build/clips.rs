@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::morphs::{Made, Morphs, time};
-use crate::bake::Layout;
+use super::stages::Pictures;
+use crate::bake::{Layout, mean_transmission};
 use crate::base::{Diagnostic, Seed};
 use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
@@ -25,7 +26,12 @@ pub(super) struct Clip {
 /// # Errors
 ///
 /// When one can't be written.
-pub(super) fn clips(plan: &Plan, morphs: &Morphs, atlas: &Layout) -> Result<Vec<Clip>, Vec<Diagnostic>> {
+pub(super) fn clips(
+    plan: &Plan,
+    morphs: &Morphs,
+    pictures: &Pictures,
+    atlas: &Layout,
+) -> Result<Vec<Clip>, Vec<Diagnostic>> {
     let mut clips = Vec::new();
     for (i, (params, made)) in plan.morphs.iter().zip(&morphs.made).enumerate() {
         let ClipParams::Play { seconds, vertices, leaves } = params.clip else { continue };
@@ -39,7 +45,7 @@ pub(super) fn clips(plan: &Plan, morphs: &Morphs, atlas: &Layout) -> Result<Vec<
         let times: Vec<f32> = (0..made.frames()).map(|k| time(k, made.frames()) * seconds).collect();
         // A clip is of no engine: it takes what the first one does, which is `Generic` where that is asked for.
         let textures = plan.engines.first().map_or(TextureFormat::Png, |profile| profile.textures);
-        let materials = SetMaterials::of(&plan.name, textures);
+        let materials = SetMaterials::of(&plan.name, textures).letting_through(mean_transmission(&pictures.leaves));
         let bytes = export::clip_glb(&ClipIn {
             name: &name,
             seed: plan.seed,

@@ -23,7 +23,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 47;
+pub(super) const VERSION: u32 = 48;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -158,9 +158,10 @@ pub(super) fn files_of(plan: &Plan) -> Vec<(String, String)> {
         files.push((sketch.crown.clone(), format!("{}.crown", sketch.field)));
         files.push((sketch.side.clone(), format!("{}.side", sketch.field)));
     }
-    if let LeafArt::Files { color, normal } = &plan.leaf_art {
+    if let LeafArt::Files { color, normal, transmission } = &plan.leaf_art {
         files.push((color.clone(), "foliage.leaf.color".to_owned()));
         files.push((normal.clone(), "foliage.leaf.normal".to_owned()));
+        files.push((transmission.clone(), "foliage.leaf.transmission".to_owned()));
     }
     if let BarkArt::Files { color, normal, roughness } = &plan.bark_art {
         files.push((color.clone(), "bark.texture.color".to_owned()));
@@ -301,7 +302,7 @@ pub fn make_set(
         || rayon::join(|| Sheet::drawn(plan, pictures, &trees, cache), || assets::facts(plan, &trees, cache)),
     );
     let (placed, sheet, facts) = (placed?, sheet?, facts?);
-    let clips = clips::clips(plan, &prepared.morphs, &placed.packed.layout)?;
+    let clips = clips::clips(plan, &prepared.morphs, pictures, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let mut notes = notes(plan, inputs, &prepared, &selected);

@@ -21,10 +21,10 @@ use crate::source::{estimate, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 9);
+const IMPORT: Stage = Stage("import", 10);
 const LIKE: Stage = Stage("like", 5);
-const PICTURES: Stage = Stage("pictures", 4);
-const DRAWING: Stage = Stage("drawing", 1);
+const PICTURES: Stage = Stage("pictures", 5);
+const DRAWING: Stage = Stage("drawing", 2);
 const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.
@@ -297,7 +297,9 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
                     Ok(drawn.dyed(*color))
                 })
                 .collect::<Result<_, Vec<Diagnostic>>>()?,
-            LeafArt::Files { color, normal } => vec![user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?],
+            LeafArt::Files { color, normal, transmission } => {
+                vec![user_maps(inputs, ArtUse::Leaf, [color, normal, "", transmission])?]
+            }
         }))
     })
 }
@@ -311,7 +313,7 @@ fn bark_picture(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Maps>
         BarkArt::Made { pattern, color, size } => {
             Ok(bake::bark_maps(*pattern, *color, *size, Seed::new(plan.seed).child("bark")))
         }
-        BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness]),
+        BarkArt::Files { color, normal, roughness } => user_maps(inputs, ArtUse::Bark, [color, normal, roughness, ""]),
     })
 }
 
@@ -321,8 +323,8 @@ pub(super) struct LeafPictures(pub(super) Vec<Maps>);
 
 /// The files that the pictures of leaves are read from.
 fn leaf_files(plan: &Plan) -> Vec<&String> {
-    let LeafArt::Files { color, normal } = &plan.leaf_art else { return Vec::new() };
-    [color, normal].into_iter().filter(|file| !file.is_empty()).collect()
+    let LeafArt::Files { color, normal, transmission } = &plan.leaf_art else { return Vec::new() };
+    [color, normal, transmission].into_iter().filter(|file| !file.is_empty()).collect()
 }
 
 /// The files that the bark is read from.
@@ -331,15 +333,18 @@ fn bark_files(plan: &Plan) -> Vec<&String> {
     [color, normal, roughness].into_iter().filter(|file| !file.is_empty()).collect()
 }
 
-/// Decodes pictures of the user's: colour, normal, roughness; an empty name is a map that was not given.
-fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 3]) -> Result<Maps, Vec<Diagnostic>> {
+/// Decodes pictures of the user's: colour, normal, roughness, transmission; an empty name is a map that was not given.
+fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 4]) -> Result<Maps, Vec<Diagnostic>> {
     let bytes = |file: &str| inputs.get(file).map(|input| input.bytes.as_slice());
-    let [color, normal, roughness] = files.map(bytes);
-    bake::maps_from_images(color.unwrap_or_default(), normal, roughness, usage, ArtLimits::default()).map_err(|error| {
+    let [color, normal, roughness, transmission] = files.map(bytes);
+    let color = color.unwrap_or_default();
+    let made = bake::maps_from_images(color, normal, roughness, transmission, usage, ArtLimits::default());
+    made.map_err(|error| {
         let (map, file) = match error.file() {
             ArtFile::Color => ("color", files[0]),
             ArtFile::Normal => ("normal", files[1]),
             ArtFile::Roughness => ("roughness", files[2]),
+            ArtFile::Transmission => ("transmission", files[3]),
         };
         let group = match usage {
             ArtUse::Leaf => "foliage.leaf",
@@ -352,11 +357,11 @@ fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 3]) -> Result<Maps, V
 
 /// Reads the user's pictures and forgets them.
 pub(super) fn check_pictures(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
-    if let LeafArt::Files { color, normal } = &plan.leaf_art {
-        user_maps(inputs, ArtUse::Leaf, [color, normal, ""])?;
+    if let LeafArt::Files { color, normal, transmission } = &plan.leaf_art {
+        user_maps(inputs, ArtUse::Leaf, [color, normal, "", transmission])?;
     }
     if let BarkArt::Files { color, normal, roughness } = &plan.bark_art {
-        user_maps(inputs, ArtUse::Bark, [color, normal, roughness])?;
+        user_maps(inputs, ArtUse::Bark, [color, normal, roughness, ""])?;
     }
     Ok(())
 }

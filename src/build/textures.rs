@@ -54,6 +54,7 @@ pub(super) fn texture_files(
             entry: TextureEntry {
                 file,
                 material: material.to_owned(),
+                channels: channels(map, leaf),
                 map: map.to_owned(),
                 width: size.0,
                 height: size.1,
@@ -65,6 +66,13 @@ pub(super) fn texture_files(
         Ok(all.into_iter().map(entry).collect::<Vec<_>>())
     };
     Ok(formats.par_iter().map(of).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?.into_iter().flatten().collect())
+}
+
+/// What a map's channels hold, where its name doesn't say.
+fn channels(map: &str, leaf: bool) -> Vec<String> {
+    let third = if leaf { "transmission" } else { "metalness" };
+    let all = ["occlusion", "roughness", third];
+    if map == "orm" { all.map(str::to_owned).to_vec() } else { Vec::new() }
 }
 
 fn told(error: ExportError) -> Vec<Diagnostic> {

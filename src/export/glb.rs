@@ -5,6 +5,10 @@
 //! nothing else. All levels share the origin. Textures are files beside the GLB, shared by the set. WebP and KTX2 are named by
 //! their extensions, which are required then: a PNG to fall back on would have to lie beside each.
 //!
+//! What leaves let through stands in the blue of their ORM map, which metalness leaves free (its factor is zero in every file).
+//! `KHR_materials_diffuse_transmission` wants a texture's alpha, so it is told the mean, and the base colour for the colour;
+//! it is never required.
+//!
 //! Limits: what is structurally wrong (array lengths, indices, a position that isn't finite) is an error; what rounding
 //! may leave behind upstream is mended here, because a single such vertex would fail the Khronos validator: triangles
 //! with two equal corners are dropped, normals and tangents are brought to unit length (a zero normal points up), and a
@@ -461,8 +465,9 @@ impl<'a> Writer<'a> {
             material.alpha_mode = Valid(json::material::AlphaMode::Mask);
             material.alpha_cutoff = Some(json::material::AlphaCutoff(crate::bake::ALPHA_CUTOFF));
             material.double_sided = true;
-            // The blue channel holds the depth of impostors.
+            // The blue channel holds what is let through, and the depth of impostors.
             material.pbr_metallic_roughness.metallic_factor = json::material::StrengthFactor(0.0);
+            material.extensions = self.diffuse_transmission(color);
         }
         let index = self.root.push(material);
         if part == Part::Bark {
@@ -471,6 +476,22 @@ impl<'a> Writer<'a> {
             self.leaf = Some(index);
         }
         index
+    }
+
+    /// What the leaf material says about light that comes through, of leaves that let some.
+    fn diffuse_transmission(&mut self, color: Index<json::Texture>) -> Option<json::extensions::material::Material> {
+        const NAME: &str = "KHR_materials_diffuse_transmission";
+        if self.materials.transmission == 0 {
+            return None;
+        }
+        self.root.extensions_used.push(NAME.to_owned());
+        let mut extensions = json::extensions::material::Material::default();
+        // Three decimals tell a byte.
+        let factor = (f64::from(self.materials.transmission) / 0.255).round() / 1000.0;
+        let color = serde_json::json!({ "index": color.value() });
+        let told = serde_json::json!({ "diffuseTransmissionFactor": factor, "diffuseTransmissionColorTexture": color });
+        extensions.others.insert(NAME.to_owned(), told);
+        Some(extensions)
     }
 
     fn texture(&mut self, file: &str, sampler: Index<json::texture::Sampler>) -> Index<json::Texture> {

@@ -241,6 +241,10 @@ pub struct TextureEntry {
     pub material: String,
     /// `color`, `normal` or `orm`.
     pub map: String,
+    /// What red, green and blue of `orm` hold: `occlusion`, `roughness`, and of bark `metalness`, of leaves `transmission`, but
+    /// the depth where an [`ImpostorEntry`] says that a sheet lies. Empty for other maps.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub channels: Vec<String>,
     /// Texels.
     pub width: u32,
     /// Texels.
@@ -261,6 +265,9 @@ pub struct AtlasEntry {
     pub pictures: u64,
     /// What they were scaled by to fit, 0..=1.
     pub scale: f32,
+    /// Mean of what the leaf pictures let through, 0..=1: for what shows leaves without the map, as impostors.
+    #[serde(default)]
+    pub transmission: f32,
     /// Share of it that pictures take, 0..=1.
     pub utilisation: f32,
     /// Share of the pictures that shows between texels, per mip, level 0 first, before alpha was made for it.
@@ -357,7 +364,15 @@ mod tests {
             variants: vec![variant],
             clips: Vec::new(),
             wind: None,
-            textures: Vec::new(),
+            textures: vec![TextureEntry {
+                file: "oak_leaf_orm.png".into(),
+                material: "leaf".into(),
+                map: "orm".into(),
+                channels: ["occlusion", "roughness", "transmission"].map(String::from).to_vec(),
+                width: 8,
+                height: 8,
+                mips: 0,
+            }],
             atlas: None,
             notes: Vec::new(),
             files: vec![FileEntry::of("oak_001.glb", b"abc")],

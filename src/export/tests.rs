@@ -299,3 +299,33 @@ fn positions_for_the_web_are_whole_numbers_that_the_node_scales() {
     let metres = accessor["max"][0].as_f64().unwrap() * node["scale"][0].as_f64().unwrap();
     assert!(metres > 0.5 && metres < 3.01, "{metres}");
 }
+
+#[test]
+fn leaves_say_in_every_file_what_they_let_through_and_ask_nobody_to_read_it() {
+    const NAME: &str = "KHR_materials_diffuse_transmission";
+    let mesh = tree(2, 3);
+    let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];
+    let engines = [Engine::Generic, Engine::Web, Engine::Godot, Engine::Unity, Engine::Unreal, Engine::Bevy];
+    for (engine, through) in engines.into_iter().flat_map(|engine| [(engine, 84), (engine, 0)]) {
+        let materials = SetMaterials::of("set", TextureFormat::Png).letting_through(through);
+        let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+        let (_, bytes) = &engine_files(&asset, Colliders::default(), engine).unwrap()[0];
+        let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+        let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        let [bark, leaf] = [0, 1].map(|i| &json["materials"][i]);
+        let lists = |list: &str| json[list].as_array().is_some_and(|all| all.iter().any(|used| used == NAME));
+        assert!(!lists("extensionsRequired") && lists("extensionsUsed") == (through > 0), "{engine:?}");
+        // Blue is no metal.
+        assert_eq!(
+            (&leaf["name"], leaf["pbrMetallicRoughness"]["metallicFactor"].as_f64()),
+            (&"set_leaf".into(), Some(0.0))
+        );
+        assert!(bark["extensions"][NAME].is_null());
+        let told = &leaf["extensions"][NAME];
+        assert_eq!(told["diffuseTransmissionFactor"].as_f64(), (through > 0).then_some(0.329), "{engine:?}");
+        if through > 0 {
+            let color = &leaf["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+            assert_eq!(&told["diffuseTransmissionColorTexture"]["index"], color);
+        }
+    }
+}

@@ -22,7 +22,7 @@ pub struct MaterialTextures {
     pub color: String,
     /// Tangent-space normal.
     pub normal: String,
-    /// Occlusion, roughness, metalness.
+    /// Occlusion, roughness, metalness; of leaves what they let through in place of metalness.
     pub orm: String,
 }
 
@@ -37,6 +37,8 @@ pub struct SetMaterials {
     pub bark: MaterialTextures,
     /// The atlas.
     pub leaf: MaterialTextures,
+    /// What leaves let through, of 255: the mean of the leaf pictures. 0 says nothing about it.
+    pub transmission: u8,
 }
 
 impl SetMaterials {
@@ -50,7 +52,13 @@ impl SetMaterials {
             normal: format!("{set}_{part}_normal.{suffix}"),
             orm: format!("{set}_{part}_orm.{suffix}"),
         };
-        Self { set: set.to_owned(), textures, bark: maps("bark"), leaf: maps("leaf") }
+        Self { set: set.to_owned(), textures, bark: maps("bark"), leaf: maps("leaf"), transmission: 0 }
+    }
+
+    /// The same, of leaves that let so much through.
+    #[must_use]
+    pub fn letting_through(self, transmission: u8) -> Self {
+        Self { transmission, ..self }
     }
 }
 

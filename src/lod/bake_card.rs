@@ -2,7 +2,9 @@
 //!
 //! Both sides are one picture: the leaves of a card lie so near to its plane that which is in front does not matter at
 //! the size at which cards are seen. Alpha is coverage scaled so that as many texels pass the alpha test at 0.5 as the
-//! content covers of the card's area, times a gain that the caller finds by measuring whole trees.
+//! content covers of the card's area, times a gain that the caller finds by measuring whole trees. It lets as much light
+//! through as the leaves seen on it do, mixed with the wood; leaves behind those take none of it, since an engine's shadows
+//! fall on cards as they do on leaves.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -112,7 +114,8 @@ impl Card {
         // The polygon drawn like its content gives the normals that a texel's normal is relative to.
         let bare = Surface { mesh: &mesh, pictures: &[], repeat: Repeat::Cutout, closed: false };
         let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
-        let (normal, orm) = relief(&drawn, &ground, place);
+        let through: Vec<u8> = surfaces.iter().flat_map(Surface::through).collect();
+        let (normal, orm) = relief(&drawn, &ground, place, &recipe.mean(&through));
         let mut ranked: Vec<f32> = drawn.coverage.iter().copied().filter(|c| *c > SPECK).collect();
         ranked.sort_unstable_by(|a, b| b.total_cmp(a));
         let covered = drawn.coverage.iter().sum();
@@ -282,8 +285,8 @@ fn sheet(drawn: &Target, (place, bend): (&Place, &Bend), light: &CrownLight) -> 
     Some(mesh)
 }
 
-/// Normals relative to the polygon's, and occlusion.
-fn relief(drawn: &Target, ground: &Target, place: &Place) -> (Vec<[u8; 3]>, Vec<[u8; 3]>) {
+/// Normals relative to the polygon's, and occlusion with what is let `through`.
+fn relief(drawn: &Target, ground: &Target, place: &Place, through: &[u8]) -> (Vec<[u8; 3]>, Vec<[u8; 3]>) {
     let count = drawn.coverage.len();
     let (mut normal, mut orm) = (vec![[128, 128, 255]; count], vec![[255, ROUGHNESS, 0]; count]);
     for i in 0..count {
@@ -291,6 +294,7 @@ fn relief(drawn: &Target, ground: &Target, place: &Place) -> (Vec<[u8; 3]>, Vec<
             continue;
         }
         orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
+        orm[i][2] = through[i];
         let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
         let along = (place.frame.x - up * up.dot(place.frame.x)).normalize_or(place.frame.x);
         let n = (drawn.normal[i] + place.frame.z * FACING).normalize_or(place.frame.z);

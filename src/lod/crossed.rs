@@ -96,4 +96,28 @@ mod tests {
         let middle = level.mesh.leaf.positions.iter().sum::<Vec3>() / level.mesh.leaf.positions.len() as f32;
         assert!((middle - Vec3::X).with_y(0.0).length() < 0.3, "{middle}");
     }
+    #[test]
+    fn cards_let_through_what_their_leaves_do_and_wood_nothing() {
+        // Pictures of leaves and bark whose blue is 255, which of bark means nothing.
+        let plant = on_trunk(Vec3::X, (4.0, 0.2), (60, 60));
+        for lod in [Lod::CrossedQuads, Lod::BillboardCloud { cards: 6 }] {
+            let ladder = climbed(&plant, lod.clone());
+            let (mut wood, mut leaves, mut both) = (0, 0, 0);
+            for tile in &ladder.tiles {
+                let shares = tile.recipe.share_of_first(1).zip(tile.recipe.shown());
+                for (((of_wood, is_shown), orm), alpha) in shares.zip(&tile.orm).zip(&tile.alpha) {
+                    if !is_shown || *alpha < 8 {
+                        continue;
+                    }
+                    let through = 255.0 * (1.0 - of_wood);
+                    assert!((f32::from(orm[2]) - through).abs() < 2.0, "{lod:?} {of_wood} {orm:?}");
+                    wood += usize::from(of_wood == 1.0);
+                    leaves += usize::from(of_wood == 0.0);
+                    both += usize::from(of_wood > 0.1 && of_wood < 0.9);
+                }
+            }
+            let has_wood = lod == Lod::CrossedQuads;
+            assert!(leaves > 1000 && (!has_wood || wood > 20 && both > 20), "{lod:?} {wood} {leaves} {both}");
+        }
+    }
 }

@@ -253,6 +253,12 @@ static LEAF_FILE_FIELDS: Record = Record {
             about: "colour, with alpha where there is no leaf",
         },
         NORMAL,
+        Field {
+            name: "transmission",
+            kind: Kind::Text("a path"),
+            default: Default::Else("0.4 all over"),
+            about: "light that the leaf lets through, grey: white all, black none",
+        },
     ],
 };
 
@@ -376,8 +382,9 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
                     if kind == "From" {
                         return Some((None, Wear::Source(from(inner, names)?)));
                     }
-                    let files = LeafArt::Files { color: path(inner, "color"), normal: path(inner, "normal") };
-                    Some((Some(files), Wear::All))
+                    let [color, normal, transmission] =
+                        ["color", "normal", "transmission"].map(|name| path(inner, name));
+                    Some((Some(LeafArt::Files { color, normal, transmission }), Wear::All))
                 })?;
                 (art.map_or_else(|| made(&LEAVES[0]), Some)?, wear, &LEAVES[0])
             }

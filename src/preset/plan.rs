@@ -372,12 +372,14 @@ pub enum LeafArt {
         /// Pixels along an edge of a picture.
         size: u32,
     },
-    /// The user's own pictures: paths of colour with alpha and, where not empty, of the normal map.
+    /// The user's own pictures: paths of colour with alpha and, where not empty, of the normal and transmission maps.
     Files {
         /// Colour with alpha.
         color: String,
         /// Normal map, or empty.
         normal: String,
+        /// Light that is let through, or empty.
+        transmission: String,
     },
 }
 

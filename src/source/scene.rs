@@ -146,7 +146,7 @@ fn keep_used(scene: &mut Scene) {
             &mut material.roughness_image,
             &mut material.alpha_image,
         ];
-        for image in named {
+        for image in named.into_iter().chain(material.transmission.as_mut().map(|through| &mut through.image)) {
             let Some(old) = *image else { continue };
             *image = Some(*images[old].get_or_insert_with(|| {
                 left.push(scene.images[old].clone());
@@ -258,6 +258,19 @@ pub struct Material {
     pub roughness_image: Option<usize>,
     /// Alpha in a picture of its own (OBJ's `map_d`).
     pub alpha_image: Option<usize>,
+    /// What it lets through; none where the file doesn't say.
+    pub transmission: Option<Transmission>,
+}
+
+/// Light that falls on one face and leaves a surface on the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// Share of the light that is not mirrored, 0..=1, a factor of the picture's.
+    pub factor: f32,
+    /// Picture, index into [`Scene::images`].
+    pub image: Option<usize>,
+    /// Which of its channels, 0 red to 3 alpha.
+    pub channel: usize,
 }
 
 impl Default for Material {
@@ -272,6 +285,7 @@ impl Default for Material {
             normal_image: None,
             roughness_image: None,
             alpha_image: None,
+            transmission: None,
         }
     }
 }

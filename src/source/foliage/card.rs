@@ -17,7 +17,7 @@ use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;
 use super::{Parts, sample};
-use crate::source::scene::{Alpha, Image, Scene};
+use crate::source::scene::{Alpha, Image, Scene, Transmission};
 
 /// Most pictures of one plant; rarer groups wear the likest of the others.
 const MOST_PICTURES: usize = 48;
@@ -464,6 +464,9 @@ fn worn(scene: &Scene, material: Option<usize>, gallery: &mut Gallery<'_>) -> Ca
         normal: material.and_then(|m| gallery.add(m.normal_image)),
         roughness: material.and_then(|m| gallery.add(m.roughness_image)),
         alpha: material.and_then(|m| gallery.add(m.alpha_image)),
+        transmission: material
+            .and_then(|m| m.transmission)
+            .map(|through| Transmission { image: gallery.add(through.image), ..through }),
         cutoff: match material.map(|m| m.alpha) {
             Some(Alpha::Mask(cutoff)) => cutoff,
             _ => 0.5,

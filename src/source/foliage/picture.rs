@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::decide::{Piece, Role};
 use super::tone::Tones;
-use crate::source::scene::{Alpha, Files, Scene};
+use crate::source::scene::{Alpha, Files, Scene, Transmission};
 
 /// The pictures of an imported plant.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,6 +50,8 @@ pub struct CardPicture {
     pub roughness: Option<usize>,
     /// Index of a picture whose alpha, or where it has none whose brightness, is the alpha.
     pub alpha: Option<usize>,
+    /// What the leaf lets through, its picture by index; none where the file doesn't say.
+    pub transmission: Option<Transmission>,
     /// Alpha below which nothing is seen.
     pub cutoff: f32,
 }

@@ -145,6 +145,20 @@ pub(super) struct Pbr {
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub(super) glossiness: Option<Box<Glossiness>>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub(super) diffuse_transmission: Option<Box<Transmission>>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub(super) transmission: Option<Box<Transmission>>,
+}
+
+/// Of one of the two extensions.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Transmission {
+    #[serde(rename = "diffuseTransmissionFactor", alias = "transmissionFactor")]
+    pub(super) factor: f32,
+    #[serde(rename = "diffuseTransmissionTexture", alias = "transmissionTexture")]
+    pub(super) texture: Option<TextureUse>,
 }
 
 #[derive(Deserialize, Default)]

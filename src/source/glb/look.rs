@@ -25,6 +25,8 @@ pub(crate) struct Wear {
     pub(crate) normal_image: Option<usize>,
     /// Index of the image whose green is the roughness.
     pub(crate) roughness_image: Option<usize>,
+    /// What is let through: a factor above 0, the index of an image, and which of its channels.
+    pub(crate) transmission: Option<(f32, Option<usize>, usize)>,
     /// How the colour picture lies.
     pub(crate) placing: Placing,
 }
@@ -84,7 +86,15 @@ impl Look {
             let color = pbr.and_then(|p| p.base_color_texture.as_ref());
             let color = color.or_else(|| gloss.and_then(|g| g.diffuse_texture.as_ref()));
             let factor = pbr.and_then(|p| p.base_color_factor).or_else(|| gloss.and_then(|g| g.diffuse_factor));
+            let (diffuse, clear) = (&material.extensions.diffuse_transmission, &material.extensions.transmission);
+            let through = [(diffuse, 3), (clear, 0)].into_iter().find_map(|(stated, channel)| {
+                let stated = stated.as_deref().filter(|stated| stated.factor > 0.0)?;
+                Some((stated.factor.min(1.0), stated.texture.as_ref(), channel))
+            });
+            let through = through
+                .map(|(factor, texture, channel)| Ok((factor, texture.map(image).transpose()?.flatten(), channel)));
             Ok(Wear {
+                transmission: through.transpose()?,
                 color: factor.unwrap_or([1.0; 4]),
                 color_image: color.map(image).transpose()?.flatten(),
                 normal_image: material.normal_texture.as_deref().map(image).transpose()?.flatten(),

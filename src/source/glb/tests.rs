@@ -144,3 +144,24 @@ fn every_real_file_is_read() {
         }
     }
 }
+
+#[test]
+fn what_materials_let_through_is_read_of_either_extension() {
+    let of = |extension: &str| {
+        let materials = format!(
+            r#""materials":[{{"extensions":{{{extension}}}}}],"textures":[{{"source":1}}],"images":[{{}},{{}}],"meshes""#
+        );
+        let text = SMALL.replacen(r#""meshes""#, &materials, 1);
+        read_glb(&container(&text, &SMALL_BIN)).map(|info| info.look.materials[0].transmission)
+    };
+    let diffuse = r#""KHR_materials_diffuse_transmission":{"diffuseTransmissionFactor":0.25"#;
+    let clear = r#""KHR_materials_transmission":{"transmissionFactor":7,"transmissionTexture":{"index":0}}"#;
+    assert_eq!(of(&format!("{diffuse}}}")).unwrap(), Some((0.25, None, 3)));
+    assert_eq!(of(clear).unwrap(), Some((1.0, Some(1), 0)));
+    assert_eq!(of(&format!("{clear},{diffuse}}}")).unwrap(), Some((0.25, None, 3)));
+    // A factor of zero is what is meant where nothing is said.
+    assert_eq!(of(r#""KHR_materials_transmission":{"transmissionFactor":0}"#).unwrap(), None);
+    assert_eq!(of(r#""KHR_materials_ior":{"ior":1.4}"#).unwrap(), None);
+    let broken = format!(r#"{diffuse},"diffuseTransmissionTexture":{{"index":9}}}}"#);
+    assert!(of(&broken).is_err());
+}

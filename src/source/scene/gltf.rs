@@ -10,7 +10,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Alpha, Files, Image, Material, Part, Scene, SceneUp};
+use super::{Alpha, Files, Image, Material, Part, Scene, SceneUp, Transmission};
 use crate::base::{Diagnostic, math};
 use crate::preset::plan::UpAxis;
 use crate::source::glb::look::{Picture, Placing};
@@ -73,6 +73,7 @@ fn materials(info: &GlbInfo<'_>, scene: &mut Scene) {
             normal_image: wear.normal_image,
             roughness_image: wear.roughness_image,
             alpha_image: None,
+            transmission: wear.transmission.map(|(factor, image, channel)| Transmission { factor, image, channel }),
         });
     }
 }
@@ -81,7 +82,8 @@ fn materials(info: &GlbInfo<'_>, scene: &mut Scene) {
 fn pictures(info: &GlbInfo<'_>, scene: &mut Scene, left: &mut usize) -> Result<(), GlbError> {
     let mut worn = vec![false; info.look.images.len()];
     for wear in &info.look.materials {
-        for image in [wear.color_image, wear.normal_image, wear.roughness_image].into_iter().flatten() {
+        let through = wear.transmission.and_then(|(_, image, _)| image);
+        for image in [wear.color_image, wear.normal_image, wear.roughness_image, through].into_iter().flatten() {
             worn[image] = true;
         }
     }
