@@ -5,7 +5,7 @@ use super::trees::Tree;
 use crate::base::Note;
 use crate::lod::{Level, Measured};
 use crate::preset::Plan;
-use crate::preset::plan::Lod;
+use crate::preset::plan::{ANY, Lod};
 
 /// Overlap of outlines below which a level is another tree, and how far what it covers may be off.
 const ALIKE: f32 = 0.7;
@@ -24,7 +24,8 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
             levels().map(|(n, pair)| (n, &pair[1])).filter(|(_, level)| is_unlike(level)).collect();
         if let Some((n, worst)) = unlike.iter().min_by(|a, b| a.1.measured.iou.total_cmp(&b.1.measured.iou)) {
             let help = match lod.lod {
-                Lod::Thinned { .. } => "raise its `triangles`",
+                Lod::Thinned { most: ANY, .. } => "raise its `triangles`",
+                Lod::Thinned { .. } => "raise its `most`",
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
                 _ => "give it a smaller `screen`, or put a level before it",
             };
