@@ -77,7 +77,7 @@ fn mesh_a_dressed_oak(bencher: Bencher<'_, '_>) {
 
 fn pictures(plan: &Plan) -> (Vec<bake::Maps>, bake::Maps) {
     let seed = Seed::new(1);
-    let LeafArt::Made { shape, color, variation, size } = plan.leaf_art else { panic!("the leaf is a made one") };
+    let LeafArt::Made { shape, color, variation, size, .. } = plan.leaf_art else { panic!("the leaf is a made one") };
     let leaves = (0..4).map(|i| bake::leaf_maps(shape, color, variation, size, i, seed)).collect();
     let BarkArt::Made { pattern, color, size } = plan.bark_art else { panic!("the bark is a made one") };
     (leaves, bake::bark_maps(pattern, color, size, seed))

@@ -51,7 +51,7 @@ pub(crate) fn print() {
 /// A dressed oak of about 60,000 triangles: its ladder, its atlas of 2048² with three maps, and its GLB.
 fn asset(plan: &Plan, threads: usize) {
     let seed = Seed::new(1);
-    let (LeafArt::Made { shape, color, variation, size }, BarkArt::Made { pattern, color: brown, size: edge }) =
+    let (LeafArt::Made { shape, color, variation, size, .. }, BarkArt::Made { pattern, color: brown, size: edge }) =
         (&plan.leaf_art, &plan.bark_art)
     else {
         return;

@@ -285,7 +285,7 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
     cache.remember(PICTURES, key.finish(), || {
         let seed = Seed::new(plan.seed).child("leaves");
         Ok(LeafPictures(match &plan.leaf_art {
-            LeafArt::Made { shape, color, variation, size } => (0..u32::from(plan.dress.pictures))
+            art @ LeafArt::Made { shape, variation, size, .. } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
                 .map(|picture| {
                     // A new tint dyes what is drawn already.
@@ -294,7 +294,7 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
                     let drawn = cache.remember_here(key, LeafPicture::weight, || {
                         Ok(LeafPicture::new(*shape, *variation, *size, picture, seed))
                     })?;
-                    Ok(drawn.dyed(*color))
+                    Ok(drawn.dyed(art.tint(picture)))
                 })
                 .collect::<Result<_, Vec<Diagnostic>>>()?,
             LeafArt::Files { color, normal, transmission } => {
@@ -544,7 +544,7 @@ impl Wardrobe {
         let plant = self.plants[index].clone();
         let (art, dress) = match leaf {
             TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
-                let LeafArt::Made { shape, color, variation, size: edge } = art else { return plant };
+                let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
                 let picture =
                     |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
                 let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();

@@ -24,9 +24,15 @@ struct LeafKind {
     /// Length of a twig, metres.
     twig: f32,
     color: &'static str,
-    /// Colour before it falls; empty for what stays green.
-    autumn: &'static str,
+    /// Colours before it falls, of the leaves that turn first and last; empty for what stays green.
+    autumn: [&'static str; 2],
     bark: BarkPattern,
+}
+
+impl LeafKind {
+    const fn is_evergreen(&self) -> bool {
+        self.autumn[0].is_empty()
+    }
 }
 
 pub(super) const LEAF_NAMES: &[&str] =
@@ -35,18 +41,18 @@ pub(super) const LEAF_NAMES: &[&str] =
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
 static LEAVES: [LeafKind; 12] = [
-    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: "#8a5a22", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: "#c9a02c", bark: BarkPattern::Papery },
-    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: "#a8622a", bark: BarkPattern::Smooth },
-    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: "#b8451f", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: "#b3a03a", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: "#b09a35", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: "", bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Linden, size: 0.12, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: "#c2a030", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Poplar, size: 0.10, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: "#cda52e", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Elm,    size: 0.11, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: "#b08c2c", bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Olive,  size: 0.07, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: "", bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Palm,   size: 0.75, angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: "", bark: BarkPattern::Ringed },
+    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Linden, size: 0.12, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Poplar, size: 0.10, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Elm,    size: 0.11, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Olive,  size: 0.07, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Palm,   size: 0.75, angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
@@ -152,7 +158,11 @@ static SEASONS: Choice = Choice {
     kinds: &[
         KindOf { name: "Spring", form: Form::Plain, about: "light green, four fifths of the leaves" },
         KindOf { name: "Summer", form: Form::Plain, about: "as the leaf" },
-        KindOf { name: "Autumn", form: Form::Plain, about: "the leaf's autumn colour, three fifths of the leaves" },
+        KindOf {
+            name: "Autumn",
+            form: Form::Plain,
+            about: "the leaf's autumn colours, another in each picture, three fifths of the leaves",
+        },
         KindOf { name: "Winter", form: Form::Plain, about: "no leaves but those of evergreens" },
     ],
 };
@@ -210,14 +220,15 @@ impl Season {
         }
     }
 
-    /// The colour of a leaf, linear.
-    fn color(self, leaf: &LeafKind) -> Option<[f32; 3]> {
+    /// The colours of leaves that turn first and last, linear.
+    fn colors(self, leaf: &LeafKind) -> Option<[[f32; 3]; 2]> {
         let summer = linear(leaf.color)?;
+        let [first, last] = leaf.autumn;
         Some(match self {
-            Self::Autumn if !leaf.autumn.is_empty() => linear(leaf.autumn)?,
+            Self::Autumn if !leaf.is_evergreen() => [linear(first)?, linear(last)?],
             // Young leaves are lighter and yellower.
-            Self::Spring => [summer[0] * 1.5, summer[1] * 1.35, summer[2] * 1.1].map(|c| c.min(1.0)),
-            _ => summer,
+            Self::Spring => [[summer[0] * 1.5, summer[1] * 1.35, summer[2] * 1.1].map(|c| c.min(1.0)); 2],
+            _ => [summer; 2],
         })
     }
 }
@@ -340,7 +351,13 @@ pub(super) fn describe_leaves() -> String {
 pub(super) fn named_leaf(index: usize) -> Option<TargetLeaf> {
     let leaf = LEAVES.get(index)?;
     Some(TargetLeaf::Made {
-        art: LeafArt::Made { shape: leaf.shape, color: linear(leaf.color)?, variation: 0.3, size: 256 },
+        art: LeafArt::Made {
+            shape: leaf.shape,
+            color: linear(leaf.color)?,
+            late: linear(leaf.color)?,
+            variation: 0.3,
+            size: 256,
+        },
         size: leaf.size,
         angle: leaf.angle.to_radians(),
         droop: leaf.droop,
@@ -364,9 +381,12 @@ pub(super) struct Foliage {
 pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<Foliage> {
     let season = Season::of(fields);
     let made = |leaf: &LeafKind| {
+        let told = fields.color("color").map(|color| [color; 2]);
+        let [color, late] = told.or(season.colors(leaf))?;
         Some(LeafArt::Made {
             shape: leaf.shape,
-            color: fields.color("color").or(season.color(leaf))?,
+            color,
+            late,
             variation: fields.number("variation"),
             size: fields.count("resolution"),
         })
@@ -392,7 +412,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
     };
     let is_made = matches!(art, LeafArt::Made { .. });
     let dress = DressParams {
-        density: fields.number("density") * season.share(is_made && leaf.autumn.is_empty()),
+        density: fields.number("density") * season.share(is_made && leaf.is_evergreen()),
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_share: if fields.has("size") { 0.0 } else { USUAL_LEAF_SHARE },

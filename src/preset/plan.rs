@@ -367,6 +367,8 @@ pub enum LeafArt {
         shape: LeafShape,
         /// Colour, linear-light sRGB primaries 0..=1.
         color: [f32; 3],
+        /// The colour that other pictures come near to: that of leaves which turn last. The same but in autumn.
+        late: [f32; 3],
         /// Hue, brightness variation between pictures and over a blade, 0..=1.
         variation: f32,
         /// Pixels along an edge of a picture.
@@ -381,6 +383,18 @@ pub enum LeafArt {
         /// Light that is let through, or empty.
         transmission: String,
     },
+}
+
+impl LeafArt {
+    /// The colour of a made leaf's picture, linear: the first one's is `color`, and any number of others are spread evenly
+    /// on the way to `late`. White where leaves are not made.
+    #[must_use]
+    pub fn tint(&self, picture: u32) -> [f32; 3] {
+        let Self::Made { color, late, .. } = self else { return [1.0; 3] };
+        // Halves, quarters, eighths (van der Corput 1935).
+        let way = picture.reverse_bits() as f32 / 4_294_967_296.0;
+        std::array::from_fn(|i| color[i] + (late[i] - color[i]) * way)
+    }
 }
 
 /// Outlines of made leaves; each has its own margin, veins and petiole.

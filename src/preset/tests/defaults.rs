@@ -114,6 +114,23 @@ fn levels_take_over_where_the_preset_tells_and_else_where_it_is_measured() {
 }
 
 #[test]
+fn autumn_has_many_colours_unless_one_is_told() {
+    let art = |foliage: &str| {
+        load_with_oak(&SHORT.replace("count: 3)]", &format!("count: 3)], foliage: ({foliage})")))
+            .expect("loads")
+            .leaf_art
+    };
+    let tints = |foliage: &str| [0, 1, 2, 3].map(|picture| art(foliage).tint(picture));
+    let [first, second, third, fourth] = tints("leaf: \"maple\", season: Autumn");
+    // Red first, then ever yellower.
+    let yellow = |c: [f32; 3]| c[1] / c[0];
+    assert!(yellow(first) < yellow(third) && yellow(third) < yellow(second) && yellow(second) < yellow(fourth));
+    let is_one = |tints: [[f32; 3]; 4]| tints.iter().all(|tint| *tint == tints[0]);
+    assert!(is_one(tints("leaf: \"maple\"")) && is_one(tints("leaf: \"pine\", season: Autumn")));
+    assert!(is_one(tints("leaf: \"maple\", season: Autumn, color: \"#aa3311\"")));
+}
+
+#[test]
 fn budgets_are_shares_or_numbers_of_triangles() {
     let with = |more: &str| load_with_oak(&SHORT.replace("count: 3)]", &format!("count: 3)], {more}")));
     let lods = |text: &str| with(&format!("lods: [Full, {text}]")).map(|plan| plan.lods[1..].to_vec());
