@@ -13,6 +13,7 @@ mod cache;
 mod clips;
 mod depfile;
 mod entries;
+mod fewer;
 mod find;
 mod gallery;
 mod index;

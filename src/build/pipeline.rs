@@ -13,7 +13,7 @@ use super::selections::Selected;
 use super::sheet::Sheet;
 use super::sketches::Drawn;
 pub use super::stages::dress_params;
-use super::stages::{SourcePlant, Wardrobe};
+use super::stages::{SourcePlant, Wanted, Wardrobe};
 use super::trees::{Tree, Trees};
 use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};
 use crate::base::{Diagnostic, Key, Note};
@@ -228,10 +228,11 @@ pub(super) fn prepared(
     plan: &Plan,
     inputs: &Inputs,
     cache: &Cache,
+    wanted: Wanted,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Prepared, Vec<Diagnostic>> {
     let (sources, pictures) =
-        rayon::join(|| stages::sources(plan, inputs, cache, step), || stages::pictures(plan, inputs, cache));
+        rayon::join(|| stages::sources(plan, inputs, cache, wanted, step), || stages::pictures(plan, inputs, cache));
     let (sources, pictures) = both(sources, pictures)?;
     let sketches = sketches::sketches(plan, inputs)?;
     step("leaves and bark");
@@ -269,7 +270,8 @@ fn trees(
 
 /// What was mended in the sources, rejected and removed, and what an atlas has no room for.
 fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
-    let mut notes = stages::source_notes(plan, &prepared.sources);
+    let mut notes = plan.notes.clone();
+    notes.extend(stages::source_notes(plan, &prepared.sources));
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());
     notes.extend(prepared.morphs.note.clone());
@@ -291,7 +293,7 @@ pub fn make_set(
     cache: &Cache,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<SetFiles, Vec<Diagnostic>> {
-    let prepared = prepared(plan, inputs, cache, step)?;
+    let prepared = prepared(plan, inputs, cache, Wanted::Used, step)?;
     let selected = selections::selected(plan, &prepared.blended)?;
     step("picking");
     let places: Vec<usize> = (0..plan.variants.len()).collect();
@@ -307,6 +309,7 @@ pub fn make_set(
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let mut notes = notes(plan, inputs, &prepared, &selected);
     notes.extend(super::unlike::notes(plan, &trees));
+    notes.extend(super::fewer::notes(plan, &prepared.wardrobe, &trees));
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
     let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;
@@ -337,7 +340,7 @@ pub fn make_share(
     share: Share,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<(usize, Vec<Note>), Vec<Diagnostic>> {
-    let prepared = prepared(plan, inputs, cache, step)?;
+    let prepared = prepared(plan, inputs, cache, Wanted::Used, step)?;
     let all = 0..plan.variants.len();
     let places: Vec<usize> = match share {
         Share::Sources => return Ok((0, stages::source_notes(plan, &prepared.sources))),

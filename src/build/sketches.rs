@@ -100,6 +100,7 @@ impl Drawn {
     pub(super) fn sketched(&self, plant: &Plant) -> Option<Sketched> {
         let kind = match self.params.depth {
             _ if self.side.is_some() => ViewKind::FrontAndSide,
+            SketchDepth::Revolved if self.front.trunk.area() > 0.0 => ViewKind::RevolvedAboutFoot,
             SketchDepth::Revolved => ViewKind::Revolved,
             SketchDepth::Kept => ViewKind::Front,
         };

@@ -13,8 +13,8 @@ use crate::dress;
 use crate::plant::{LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, Source, SourceRecipe,
-    TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear,
+    BarkArt, Company, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MorphKind, Source,
+    SourceRecipe, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
@@ -73,18 +73,52 @@ pub(super) struct Pictures {
     pub(super) bark: Maps,
 }
 
-/// Grows or imports every source.
+/// Which sources are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// Those that some variant, or what leaves and bark wear, needs.
+    Used,
+    /// All of them, for who tries things out.
+    All,
+}
+
+/// For each source whether anything of the set hangs on it.
+fn used(plan: &Plan) -> Vec<bool> {
+    let mut used = vec![false; plan.sources.len()];
+    let of_variants = plan.variants.iter().flat_map(|variant| ingredients(plan, variant));
+    let of_frames = plan.morphs.iter().flat_map(|morph| match morph.kind {
+        MorphKind::Between(a, b) => vec![a, b],
+        MorphKind::Growth { of, .. } | MorphKind::Sketch { of, .. } => vec![of],
+    });
+    let worn = [plan.leaf_wear, plan.bark_wear].into_iter().filter_map(|wear| match wear {
+        Wear::Source(index) => Some(index),
+        Wear::All | Wear::Rest => None,
+    });
+    for index in of_variants.chain(of_frames).chain(worn) {
+        if let Some(used) = used.get_mut(index) {
+            *used = true;
+        }
+    }
+    used
+}
+
+/// Grows or imports the sources; one that is not wanted is a plant without anything.
 pub(super) fn sources(
     plan: &Plan,
     inputs: &Inputs,
     cache: &Cache,
+    wanted: Wanted,
     step: &(dyn Fn(&str) + Sync),
 ) -> Result<Vec<Arc<SourcePlant>>, Vec<Diagnostic>> {
+    let used = used(plan);
     let made: Vec<Result<Arc<SourcePlant>, Vec<Diagnostic>>> = plan
         .sources
         .par_iter()
-        .map(|source| {
-            let result = one_source(source, inputs, cache);
+        .zip(used)
+        .map(|(source, used)| {
+            let is_wanted = used || wanted == Wanted::All;
+            let none = || Ok(Arc::new(SourcePlant::grown(Plant::default(), Vec::new())));
+            let result = if is_wanted { one_source(source, inputs, cache) } else { none() };
             step("source");
             result
         })
@@ -243,13 +277,23 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
         grow::GrowError::NoMesh(_) | grow::GrowError::BadMesh | grow::GrowError::OtherGraph => {
             "the source's `obstacles` name it"
         }
+        grow::GrowError::Crowded { .. } => {
+            "move it farther from the others, or raise `nodes` in its species file, which brings ways closer together"
+        }
         grow::GrowError::Shape(_) => "the species file that the source names names it in turn",
         grow::GrowError::Nothing | grow::GrowError::Plant(_) => {
             "in the species file, widen the shapes that endpoints are taken from or raise `nodes`; obstacles and neighbours \
              of the source may stand in the way of its root"
         }
     };
-    Diagnostic::new("", error.to_string()).with_field(format!("sources[\"{}\"]", source.name)).with_hint(hint)
+    let mut field = format!("sources[\"{}\"]", source.name);
+    // The first of a stand is a row like all others; one beside which others stand is the source itself.
+    if let (grow::GrowError::Crowded { number, .. }, SourceRecipe::Grow(params)) = (error, &source.recipe)
+        && params.space.company == Company::Kept
+    {
+        field += &format!(".trees[{}]", number - 1);
+    }
+    Diagnostic::new("", error.to_string()).with_field(field).with_hint(hint)
 }
 
 /// What was mended in the sources, each under its source's name.
@@ -260,7 +304,13 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
             .map(|message| Note { about: source.name.clone(), message: message.clone() })
             .collect::<Vec<_>>()
     };
-    plan.sources.iter().zip(sources).flat_map(of).collect()
+    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).flat_map(of).collect();
+    let unused = plan.sources.iter().zip(used(plan)).filter(|(_, used)| !used);
+    notes.extend(unused.map(|(source, _)| Note {
+        about: format!("sources[\"{}\"]", source.name),
+        message: "no variant is made of it, nor does anything wear its leaves or bark: it was left out".to_owned(),
+    }));
+    notes
 }
 
 /// Makes or reads the pictures of leaves and bark, each by its own parameters: a new tint of leaves makes no bark.
@@ -415,21 +465,23 @@ pub(super) fn wardrobe(
                 .with_hint(format!("name a source that is imported from a mesh with {what}")),
         ]
     };
+    // Those that were left out wear nothing.
+    let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
     let bark = match plan.bark_wear {
         Wear::All => None,
         Wear::Source(index) => {
             let bark = sources[index].bark.as_ref();
             Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
         }
-        Wear::Rest if sources.iter().all(|s| s.bark.is_some()) => {
-            let best = sources.iter().find(|s| s.pictured).or(sources.first());
+        Wear::Rest if made().all(|s| s.bark.is_some()) => {
+            let best = made().find(|s| s.pictured).or(made().next());
             best.and_then(|s| s.bark.as_ref())
         }
         Wear::Rest => None,
     };
     let bark = bark.unwrap_or(&pictures.bark).clone();
     // Only what somebody wears takes room in the atlas.
-    let bare = sources.iter().any(|s| !s.is_leafy());
+    let bare = made().any(|s| !s.is_leafy());
     let mut leaves: Vec<Maps> = Vec::new();
     let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
     let mut leaf_size = dress_params(plan).leaf_size;
@@ -591,5 +643,29 @@ fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
             let first = plan.selections.get(*selection).and_then(|selection| selection.candidates.first());
             first.map_or_else(Vec::new, |candidate| ingredients(plan, candidate))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_source_that_nothing_is_made_of_is_told_and_left_out_unless_all_are_wanted() {
+        const OAK: &str = "(height: 12.0, nodes: 4000, iterations: [(endpoints: Surface(k: 4, count: 30))])";
+        let text = "(sources: {\"a\": Grow(species: \"oak.ron\"), \"b\": Grow(species: \"oak.ron\", seed: 2),
+            \"c\": Grow(species: \"oak.ron\", seed: 3)}, variants: [Grow(of: \"a\", frames: 2), Source(\"c\")])";
+        let loaded = crate::preset::load("set.ron", text, &mut |_| Ok(OAK.to_owned()));
+        let plan = loaded.unwrap_or_else(|found| panic!("{found:?}"));
+        let made = |wanted| {
+            let made = sources(&plan, &Inputs::new(), &Cache::default(), wanted, &|_| {}).unwrap();
+            let told = source_notes(&plan, &made).into_iter().filter(|note| note.message.contains("left out"));
+            (
+                made.iter().map(|source| !source.plant.chains().is_empty()).collect::<Vec<_>>(),
+                told.map(|note| note.about).collect::<Vec<_>>(),
+            )
+        };
+        assert_eq!(made(Wanted::Used), (vec![true, false, true], vec!["sources[\"b\"]".to_owned()]));
+        assert_eq!(made(Wanted::All).0, [true; 3]);
     }
 }

@@ -11,6 +11,7 @@ use super::cache::Cache;
 use super::find::Loaded;
 use super::pipeline::{self, Prepared};
 use super::selections::{self, Selected};
+use super::stages::Wanted;
 use super::trees::Trees;
 use crate::bake::Maps;
 use crate::base::{Diagnostic, Seed, once};
@@ -81,7 +82,8 @@ impl Studio {
             }
         }
         let inputs = pipeline::read_inputs(loaded)?;
-        let prepared = pipeline::prepared(&plan, &inputs, &cache, &|_| {}).map_err(|errors| loaded.placed(errors))?;
+        let prepared =
+            pipeline::prepared(&plan, &inputs, &cache, Wanted::All, &|_| {}).map_err(|errors| loaded.placed(errors))?;
         Ok(Self {
             plan,
             prepared,

@@ -16,7 +16,7 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
-const SKETCH: Stage = Stage("sketch", 4);
+const SKETCH: Stage = Stage("sketch", 5);
 const LADDER: Stage = Stage("ladder", 38);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 32);

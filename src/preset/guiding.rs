@@ -128,7 +128,7 @@ static UNIFORM: Record = Record {
     about: "A direction by two angles.",
     fields: &[
         degrees("lean", Default::Is("0.0"), "from upright"),
-        degrees("turn", Default::Is("0.0"), "to which side, from x towards z"),
+        degrees("turn", Default::Is("0.0"), "to which side: 0 is +x, 90 is +z, as the `turn` of light"),
     ],
 };
 static HELICAL: Record = Record {

@@ -12,6 +12,7 @@ use super::plan::{
 };
 use super::reader::{Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use crate::base::Note;
 
 /// What a leaf's name stands for.
 struct LeafKind {
@@ -163,7 +164,11 @@ static SEASONS: Choice = Choice {
             form: Form::Plain,
             about: "the leaf's autumn colours, another in each picture, three fifths of the leaves",
         },
-        KindOf { name: "Winter", form: Form::Plain, about: "no leaves but those of evergreens" },
+        KindOf {
+            name: "Winter",
+            form: Form::Plain,
+            about: "no leaves but those of made evergreens; pictures of your own and sources' leaves fall",
+        },
     ],
 };
 
@@ -375,6 +380,8 @@ pub(super) struct Foliage {
     pub(super) wear: Wear,
     /// The bark that goes with the leaf.
     pub(super) bark: BarkPattern,
+    /// What is told of it.
+    pub(super) note: Option<Note>,
 }
 
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf. `names` are the sources'.
@@ -423,7 +430,17 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
         droop: fields.number_or("droop", leaf.droop),
         pictures: if is_made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
     };
-    Some(Foliage { dress, art, wear, bark: leaf.bark })
+    // Who asks for winter and no leaves at all knows.
+    let unknown = !is_made || matches!(wear, Wear::Source(_));
+    let falls = season == Season::Winter && unknown && fields.number("density") > 0.0;
+    let note = falls.then(|| Note {
+        about: "foliage.season".to_owned(),
+        message:
+            "in winter trees are bare, also of pictures of your own and of a source's leaves, which don't tell whether \
+                  they are evergreen: leave `season` out to keep them"
+                .to_owned(),
+    });
+    Some(Foliage { dress, art, wear, bark: leaf.bark, note })
 }
 
 /// The source that a `From` names.

@@ -10,6 +10,8 @@ mod variants;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::Note;
+
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
@@ -51,6 +53,9 @@ pub struct Plan {
     /// Sketches that variants follow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sketches: Vec<SketchParams>,
+    /// What is told of what the preset asks for, since it may not be what was meant.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// The pictures of a leaf.

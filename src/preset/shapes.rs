@@ -217,7 +217,7 @@ static AT: Record = Record {
         name: "azimuth",
         kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
         default: Default::Required,
-        about: "where the plane runs to: 0 is the front (+z), 90 is +x",
+        about: "where the plane runs to: 0 is the front (+z), 90 is +x; `turn` of light counts from +x",
     }],
 };
 

@@ -11,8 +11,8 @@ const CROWN: Field = Field {
     name: "crown",
     kind: Kind::Text("an SVG file"),
     default: Default::Required,
-    about: "the crown from the front: the union of all that it draws; what has the id `trunk` marks the trunk. A single \
-            open line replaces the part of the silhouette that it runs along, over a canvas that is the tree's height",
+    about: "the crown from the front: the union of all that it draws. What has the id `trunk` is the trunk, on whose middle \
+            line the tree's stem then stands, foot on foot. A single open line replaces the part of the silhouette that it runs along, over a canvas that is the tree's height",
 };
 
 const SIDE: Field = Field {
@@ -33,7 +33,7 @@ const VIEW: Field = Field {
     name: "view",
     kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
     default: Default::Is("0.0"),
-    about: "where the front is: 0 looks from +z, 90 from +x",
+    about: "where the front is: 0 looks from +z, 90 from +x; `turn` of light counts from +x",
 };
 
 const SIZE: Field =
@@ -92,7 +92,11 @@ static DEPTHS: Choice = Choice {
     title: "Depth of a sketch",
     kinds: &[
         KindOf { name: "Kept", form: Form::Plain, about: "the tree's own" },
-        KindOf { name: "Revolved", form: Form::Plain, about: "the outline is revolved about the crown's axis" },
+        KindOf {
+            name: "Revolved",
+            form: Form::Plain,
+            about: "the outline is revolved about the crown's axis, or about a drawn trunk, which stands upright",
+        },
     ],
 };
 
@@ -104,7 +108,11 @@ static SIZES: Choice = Choice {
             form: Form::Plain,
             about: "as much area as the crown has, at its foot; with a trunk the tree's height",
         },
-        KindOf { name: "Stretched", form: Form::Plain, about: "the box of the crown" },
+        KindOf {
+            name: "Stretched",
+            form: Form::Plain,
+            about: "as wide and high as the crown, at its foot; with a trunk beside that",
+        },
         KindOf {
             name: "Metres",
             form: Form::One(&METRES),
@@ -121,7 +129,8 @@ static METRES: Record = Record {
         kind: Kind::Number { low: 0.01, high: 1000.0, unit: "m" },
         default: Default::Required,
         about: "of all that is drawn; a crown without a trunk stays at the height where the tree's begins, and the tree is as much \
-                higher",
+                higher. Wood gets as much thicker as the tree gets higher, leaves as much larger as the crown; for leaves \
+                of their own size, give the source that `height`",
     }],
 };
 

@@ -90,7 +90,9 @@ pub(super) static SPECIES: Record = Record {
             name: "bole",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "heights" },
             default: Default::Is("0.0"),
-            about: "clear bole: nothing forks below this height; what would are stems of their own",
+            about: "clear bole: no branch of a later iteration leaves below this height. Paths of the first that part below it \
+                    are stems of their own, or low branches where they bear little; give it one endpoint for one clear \
+                    trunk. What leaves above may hang into it, where endpoints lie below",
         },
         Field {
             name: "slenderness",

@@ -35,7 +35,8 @@ pub(super) static LIGHT: Record = Record {
             name: "turn",
             kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
             default: Default::Is("0.0"),
-            about: "side that it comes from: 0 is x, 90 is z",
+            about: "side that it comes from: 0 is +x, 90 is +z. `azimuth` and `view` count from the other axis (0 is +z, 90 is +x): \
+                    an azimuth of a is a turn of 90 - a",
         },
     ],
 };

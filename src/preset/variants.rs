@@ -10,6 +10,7 @@ use super::reader::{Item, Reader};
 use super::set::VARIANT;
 use super::shapes::{self, Shaped};
 use super::sketches::{self, Drawn};
+use super::syntax::Value;
 
 /// Most variants of a set.
 pub(super) const MOST_VARIANTS: usize = 4096;
@@ -71,8 +72,8 @@ pub(super) fn variants(
         morphs: Vec::new(),
         sketches: Vec::new(),
     };
-    // Where each tree was made first.
-    let mut firsts: BTreeMap<String, String> = BTreeMap::new();
+    // Where each tree was made first, and by which kind of entry.
+    let mut firsts: BTreeMap<String, (String, String)> = BTreeMap::new();
     for (entry, item) in set.list("variants").into_iter().enumerate() {
         if set.report().is_full() {
             break;
@@ -140,14 +141,12 @@ pub(super) fn variants(
             break;
         }
         for (key, _) in &trees {
-            if let Some(first) = firsts.insert(key.clone(), item.path.clone()) {
+            let own = (item.path.clone(), kind_of(&item).to_owned());
+            if let Some((first, kind)) = firsts.insert(key.clone(), own) {
                 let (message, hint) = if first == item.path {
                     ("makes the same tree twice".to_string(), "leave `batches` out, or part `from` and `to`")
                 } else {
-                    (
-                        format!("makes a tree that {first} makes too"),
-                        "raise a Blend's `count`, or give it another `seed`",
-                    )
+                    (format!("makes a tree that {first} makes too"), told_apart([kind_of(&item), &kind]))
                 };
                 set.report().at(item.span(), &item.path, message, hint);
                 break;
@@ -167,6 +166,32 @@ pub(super) fn variants(
         }
     }
     made
+}
+
+/// The kind of an entry, as its author wrote it.
+fn kind_of<'i>(item: &'i Item<'_>) -> &'i str {
+    match &item.node.value {
+        Value::Record(Some(name), _) | Value::Tuple(Some(name), _) => &name.text,
+        _ => "",
+    }
+}
+
+/// What makes two entries differ that make the same tree; a geodesic's middle is the mean of its ends.
+fn told_apart(kinds: [&str; 2]) -> &'static str {
+    let either = |kind: &str| kinds.contains(&kind);
+    if either("Geodesic") {
+        "leave one of the two out, or take another number of `steps`: an odd one has the mean of both ends among them"
+    } else if either("Mean") {
+        "leave one of the two out, or give other `weights`"
+    } else if either("Symmetrize") {
+        "leave one of the two out, or give another `amount`"
+    } else if either("Between") {
+        "raise its `count`, or give it another `seed`"
+    } else if either("Blend") || either("Mix") || either("Explore") {
+        "raise a Blend's `count`, or give it another `seed`"
+    } else {
+        "leave one of the two out"
+    }
 }
 
 /// The index of the source that `item` names.

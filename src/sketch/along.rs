@@ -17,6 +17,8 @@ use super::draw::Sketched;
 use super::outline::{discrete_frechet, resampled};
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
+use super::spine::Guided;
+use super::stem::Leads;
 use super::trim::{Depths, between, give_way};
 use crate::plant::Plant;
 
@@ -94,8 +96,10 @@ fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], sh
     let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach;
     let grid = Grid::over(bounds, CELLS, margin);
     let drawn = Depths::of(&Mask::of_region(&target, grid));
+    // Stems go straight to where they are led.
+    let guided = Guided { leads: Leads::NONE, scale: sketched.guided.scale };
     let mut wish: Vec<Vec3> = told.iter().map(|told| *told * t).collect();
-    let straight = sketcher.spines.moved(&sketcher.positions, &wish);
+    let straight = sketcher.spines.moved(&sketcher.positions, &wish, &guided);
     let mut aside = vec![Vec3::ZERO; sketcher.positions.len()];
     let mut best = (f32::INFINITY, aside.clone());
     for round in 0..=ROUNDS {
@@ -115,7 +119,7 @@ fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], sh
             let place = handle.position + between(&sketched.shift, *point, *f) * t + between(&aside, *point, *f);
             *wish += give_way(sketcher, chart, grid, [&covered, &drawn], place, share);
         }
-        let moved = sketcher.spines.moved(&sketcher.positions, &wish);
+        let moved = sketcher.spines.moved(&sketcher.positions, &wish, &guided);
         aside.iter_mut().zip(moved.iter().zip(&straight)).for_each(|(aside, (a, b))| *aside = *a - *b);
     }
     best.1

@@ -41,8 +41,10 @@ pub enum ViewKind {
     Front,
     /// The front, and the side at a right angle, from the azimuth plus 90 degrees.
     FrontAndSide,
-    /// All round: the outline's halves are revolved about the trunk's axis.
+    /// All round: the outline's halves are revolved about the crown's axis.
     Revolved,
+    /// The same about the foot of the thickest stem, which is the axis of an outline that is drawn with its trunk.
+    RevolvedAboutFoot,
 }
 
 /// A crown as one view sees it.
@@ -67,6 +69,13 @@ pub(super) struct Chart {
     pub(super) rim: Vec<f32>,
 }
 
+impl ViewKind {
+    /// Whether an outline is revolved.
+    pub(super) fn is_round(self) -> bool {
+        matches!(self, Self::Revolved | Self::RevolvedAboutFoot)
+    }
+}
+
 /// A plant bound to the cages of its lobes: [`draw`](Self::draw) on it.
 #[derive(Clone, Debug)]
 pub struct Sketcher {
@@ -79,6 +88,8 @@ pub struct Sketcher {
     pub(super) reach: f32,
     pub(super) size: f32,
     pub(super) height: f32,
+    /// The foot of the thickest stem.
+    pub(super) foot: Vec3,
     /// The point of its branch before each leaf, and the share of the way to the next.
     pub(super) leaves: Vec<(u32, f32)>,
     /// The same for each handle.
@@ -96,14 +107,16 @@ impl Sketcher {
     pub fn bind(plant: Arc<Plant>, views: SketchViews) -> Result<Self, SketchError> {
         let posed = plant.pose();
         let crown = Crown::of(&plant, &posed).ok_or(SketchError::NoCrown)?;
-        let axis = Vec3::new(crown.middle.x, 0.0, crown.middle.z);
+        let foot = thickest_stem(&plant).map_or(Vec3::ZERO, |id| plant.chain(id).origin);
+        let above = if views.kind == ViewKind::RevolvedAboutFoot { foot } else { crown.middle };
+        let axis = Vec3::new(above.x, 0.0, above.z);
         let front = ViewPlane::from_azimuth(views.azimuth);
         let planes = match views.kind {
             ViewKind::Front => vec![front],
             ViewKind::FrontAndSide => {
                 vec![front, ViewPlane::from_azimuth(views.azimuth + std::f32::consts::FRAC_PI_2)]
             }
-            ViewKind::Revolved => vec![ViewPlane::Round { axis }],
+            ViewKind::Revolved | ViewKind::RevolvedAboutFoot => vec![ViewPlane::Round { axis }],
         };
         let outlines: Vec<Vec<Vec2>> = planes.iter().map(|plane| crown.silhouette(plane)).collect();
         if outlines.iter().any(|o| o.len() < 3 || twice_signed_area(o) <= 0.0) {
@@ -144,7 +157,7 @@ impl Sketcher {
         let discs = if crown.discs.len() == plant.leaves().len() { crown.discs } else { Vec::new() };
         let (positions, height) = (posed.positions().to_vec(), plant.height());
         let (reach, size) = (crown.reach, crown.size);
-        Ok(Self { plant, positions, handles, spines, charts, views, reach, size, height, leaves, on, discs })
+        Ok(Self { plant, positions, handles, spines, charts, views, reach, size, height, foot, leaves, on, discs })
     }
 
     /// The plant as it was bound.
@@ -213,6 +226,13 @@ impl Chart {
         let by = self.in_root.chunks_exact(root.len()).map(|weights| super::cages::sum(weights, &shift));
         self.seen.iter().zip(by).map(|(p, s)| *p + s).collect()
     }
+}
+
+/// The stem that is thickest at its foot, the first of equals.
+pub(super) fn thickest_stem(plant: &Plant) -> Option<ChainId> {
+    let stems = plant.chain_ids().filter(|id| plant.chain(*id).parent.is_none());
+    let thick = |id: &ChainId| plant.radii(*id).first().copied().unwrap_or(0.0);
+    stems.max_by(|a, b| thick(a).total_cmp(&thick(b)).then(b.cmp(a)))
 }
 
 /// The handles of a plant, chain after chain, along each.

@@ -11,13 +11,15 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::along::Along;
-use super::bound::{Chart, Sketcher, ViewKind};
+use super::bound::{Chart, Sketcher};
 use super::fill::{Basin, Freedom};
-use super::fit::{Fitted, SketchSize, placed, placed_beside};
+use super::fit::{Fitted, Placing, SketchSize, grown, placed, placed_beside};
 use super::frame::ViewPlane;
 use super::outline::{hull, replaced, resampled};
 use super::prune;
 use super::region::{Fill, Region};
+use super::spine::Guided;
+use super::stem::Leads;
 use super::svg::{Drawing, SketchError};
 use super::trim::trimmed;
 use crate::base::{Frame, math};
@@ -63,6 +65,11 @@ pub struct Sketched {
     told: Vec<Vec3>,
     share: f32,
     along: Along,
+    /// Where a drawn trunk leads the stem, and how much larger the tree gets as a whole.
+    pub(super) guided: Guided,
+    /// How much thicker wood gets, and how much larger leaves.
+    wood: f32,
+    leaf: f32,
     /// What is drawn, in the plane of each view, metres.
     pub targets: Vec<Region>,
     /// For each view the outline of the crown as it was, and what becomes of each of its places.
@@ -76,16 +83,28 @@ impl Sketcher {
     ///
     /// When an open line is drawn where closed shapes are needed, or nothing is.
     pub fn draw(self: &Arc<Self>, sketch: &Sketch<'_>) -> Result<Sketched, SketchError> {
-        let round = self.views.kind == ViewKind::Revolved;
-        let (target, ring) = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
+        let round = self.views.kind.is_round();
+        let (target, ring, placing) = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
+        let [wood, leaf] = grown(sketch.front, sketch.size, &self.fitted(&self.charts[0], round), round);
+        let mut leads = Leads::NONE;
+        let mut lead = |drawing: &Drawing, placing: &Placing, chart: &Chart| {
+            leads.add(drawing, placing, &chart.plane, chart.plane.seen(self.foot));
+        };
+        if sketch.method == Method::Adaptive {
+            lead(sketch.front, &placing, &self.charts[0]);
+        }
         let mut targets = vec![target];
         let mut rings = vec![ring];
         if let (Some(chart), Some(side)) = (self.charts.get(1), sketch.side) {
             let front = targets[0].bounds();
-            let (target, ring) = self.target(chart, side, sketch.size, Some(front), false)?;
+            let (target, ring, placing) = self.target(chart, side, sketch.size, Some(front), false)?;
+            if sketch.method == Method::Adaptive {
+                lead(side, &placing, chart);
+            }
             targets.push(target);
             rings.push(ring);
         }
+        let guided = Guided { leads, scale: wood.max(leaf) };
         let chart = &self.charts[0];
         let adaptive = sketch.method == Method::Adaptive;
         let vertices = chart.cages.moved(&rings[0]);
@@ -96,9 +115,9 @@ impl Sketcher {
         let weights: Vec<f32> = self.spread(chart);
         if adaptive {
             matched(chart, &rings[0], &mut seen);
-            self.fill(chart, &rings[0], &targets[0], &mut seen, &weights, Freedom::Plane);
+            self.fill((chart, leaf), &rings[0], &targets[0], &mut seen, &weights, Freedom::Plane);
         }
-        let depth = self.depth(chart, &targets[0], targets.len());
+        let depth = self.depth(chart, &targets[0], targets.len(), leaf);
         let mut told: Vec<Vec3> = self
             .handles
             .iter()
@@ -119,7 +138,7 @@ impl Sketcher {
                 let heights: Vec<f32> = seen.iter().map(|p| p.y).collect();
                 matched(chart, ring, &mut seen);
                 seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
-                self.fill(chart, ring, target, &mut seen, &weights, Freedom::Level);
+                self.fill((chart, leaf), ring, target, &mut seen, &weights, Freedom::Level);
                 let outside = prune::pruned(self, chart, &vertices, target);
                 wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
             }
@@ -128,12 +147,19 @@ impl Sketcher {
             }
         }
         let share = if adaptive { self.changed(&self.charts[0], &rings[0]) } else { 0.0 };
-        let shift = trimmed(self, &self.charts[0], &targets[0], &wilts, &mut told, share);
+        let shift = trimmed((self, &guided, leaf), &self.charts[0], &targets[0], &wilts, &mut told, share);
         let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
-        Ok(Sketched { sketcher: self.clone(), shift, wilts, told, share, along: Along::default(), targets, outlines })
+        let (sketcher, along) = (self.clone(), Along::default());
+        Ok(Sketched { sketcher, shift, wilts, told, share, along, guided, wood, leaf, targets, outlines })
     }
 
-    /// What is drawn in a view's plane, and the root cage for it.
+    /// The crown that drawings of a view are fitted to.
+    fn fitted<'c>(&self, chart: &'c Chart, round: bool) -> Fitted<'c> {
+        let foot = Vec2::new(if round { 0.0 } else { chart.plane.seen(self.foot).x }, self.foot.y);
+        Fitted { outline: &chart.outline, area: chart.area, foot, height: self.height }
+    }
+
+    /// What is drawn in a view's plane, the root cage for it, and where the drawing stands.
     fn target(
         &self,
         chart: &Chart,
@@ -141,23 +167,22 @@ impl Sketcher {
         size: SketchSize,
         front: Option<[Vec2; 2]>,
         round: bool,
-    ) -> Result<(Region, Vec<Vec2>), SketchError> {
-        let stem = self.plant.chains().first().map_or(Vec3::ZERO, |c| c.origin);
-        let foot = Vec2::new(if round { 0.0 } else { chart.plane.seen(stem).x }, stem.y);
-        let fitted = Fitted { outline: &chart.outline, area: chart.area, foot, height: self.height };
+    ) -> Result<(Region, Vec<Vec2>, Placing), SketchError> {
+        let fitted = self.fitted(chart, round);
         let count = chart.root.len();
         if drawing.is_open() {
             if round || front.is_some() {
                 return Err(SketchError::Open);
             }
-            let line = placed(drawing, size, &fitted, false).line(&drawing.open);
+            let placing = placed(drawing, size, &fitted, false);
+            let line = placing.line(&drawing.open);
             let ring = replaced(&chart.outline, &line);
             let region = Region::of(std::slice::from_ref(&ring), Fill::NonZero);
             if region.area() <= chart.area * 1e-3 {
                 return Err(SketchError::Empty);
             }
             let ring = resampled(region.outline(), count);
-            return Ok((region, ring));
+            return Ok((region, ring, placing));
         }
         let placing = match front {
             Some(front) => placed_beside(drawing, front, size, &fitted),
@@ -174,7 +199,7 @@ impl Sketcher {
         } else {
             region.outline().to_vec()
         };
-        Ok((region, resampled(&outline, count)))
+        Ok((region, resampled(&outline, count), placing))
     }
 
     /// How much each handle covers.
@@ -190,7 +215,7 @@ impl Sketcher {
 
     fn fill(
         &self,
-        chart: &Chart,
+        (chart, leaf): (&Chart, f32),
         ring: &[Vec2],
         target: &Region,
         seen: &mut [Vec2],
@@ -202,7 +227,7 @@ impl Sketcher {
             return;
         }
         let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
-        let basin = Basin::new(target, self.reach, cells as usize);
+        let basin = Basin::new(target, self.reach * leaf, cells as usize);
         let mut spread = seen.to_vec();
         basin.fill(&mut spread, weights, freedom);
         let round = matches!(chart.plane, ViewPlane::Round { .. });
@@ -219,8 +244,8 @@ impl Sketcher {
     }
 
     /// How depth follows a single view: as much as the crown grows in it.
-    fn depth(&self, chart: &Chart, target: &Region, views: usize) -> impl Fn(Vec3) -> Vec3 + use<> {
-        let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2, 4.0);
+    fn depth(&self, chart: &Chart, target: &Region, views: usize, leaf: f32) -> impl Fn(Vec3) -> Vec3 + use<> {
+        let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2 * leaf, 4.0 * leaf);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
         let plane = chart.plane;
         move |p| match plane {
@@ -293,6 +318,7 @@ impl Sketched {
         let places: Vec<Vec3> =
             positions.par_iter().enumerate().with_min_len(4096).map(|(i, p)| *p + moved(i)).collect();
         let left = (1.0 - t).max(1e-4);
+        let [wood, leafy] = [self.wood, self.leaf].map(|scale| 1.0 + (scale - 1.0) * t);
         let mut bears = vec![false; plant.chains().len()];
         plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
         // Where on the bent axis each point lies, 0..=1; base and whole length for each chain.
@@ -327,14 +353,14 @@ impl Sketched {
             local.clear();
             local.extend(own.iter().map(|p| frame.to_local(*p - own[0]) * size));
             radii.clear();
-            radii.extend(plant.radii(id).iter().map(|r| r * size));
+            radii.extend(plant.radii(id).iter().map(|r| r * (size * wood)));
             frames.push(if bears[i] { Curve::new(&local).frames(frame) } else { nothing });
             let parent = parent.and_then(|p| named[p.index()]);
             named.push(Some(builder.chain(parent, location, origin, &local, &radii)));
         }
         for (leaf, place) in plant.leaves().iter().zip(leaves) {
             if let Some(chain) = named[leaf.chain.index()] {
-                let size = if self.wilts[leaf.chain.index()] { left } else { 1.0 };
+                let size = if self.wilts[leaf.chain.index()] { left * leafy } else { leafy };
                 builder.leaf(Leaf {
                     chain,
                     location: on(*place),

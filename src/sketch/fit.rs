@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use super::region::Region;
+use super::stem::midline;
 use super::svg::Drawing;
 
 /// How large a sketch is.
@@ -51,21 +52,22 @@ pub(super) fn placed(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, ro
     let [low, high] = ends(crown.outline);
     let height = crown.height.max(1e-3);
     if drawing.is_open() {
-        // The canvas is a picture of the tree: from the ground to its top, the foot in the middle.
+        // The canvas is a picture of the tree: from the ground to its top, the foot in the middle, or at the trunk's.
         let [from, to] = drawing.canvas;
         let tall = match size {
             SketchSize::Metres(metres) => metres,
             _ => height,
         };
         let scale = tall / (to.y - from.y).max(1e-6);
-        let shift = crown.foot - Vec2::new((from.x + to.x) * 0.5, from.y) * scale;
+        let middle = midline(&drawing.trunk).first().map_or((from.x + to.x) * 0.5, |foot| foot.x);
+        let shift = crown.foot - Vec2::new(middle, from.y) * scale;
         return Placing { scale: Vec2::splat(scale), shift };
     }
     let [drawn_low, drawn_high] = drawing.crown.bounds();
     let drawn = (drawn_high - drawn_low).max(Vec2::splat(1e-6));
     let trunk = drawing.trunk.area() > 0.0;
-    let [trunk_low, trunk_high] = drawing.trunk.bounds();
-    let bottom = if trunk { drawn_low.y.min(trunk_low.y) } else { drawn_low.y };
+    let bottom = if trunk { drawn_low.y.min(drawing.trunk.bounds()[0].y) } else { drawn_low.y };
+    let foot = midline(&drawing.trunk).first().map_or((drawn_low.x + drawn_high.x) * 0.5, |foot| foot.x);
     let scale = match size {
         SketchSize::Stretched => (high - low).max(Vec2::splat(1e-4)) / drawn,
         SketchSize::Metres(metres) => Vec2::splat(metres / (drawn_high.y - bottom).max(1e-6)),
@@ -81,9 +83,9 @@ pub(super) fn placed(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, ro
     };
     let centre = if round { 0.0 } else { (low.x + high.x) * 0.5 };
     let by_trunk = trunk && size != SketchSize::Stretched;
-    // The trunk stands on the foot; a crown alone hangs where the crown did.
-    let from = if by_trunk && !round { (trunk_low.x + trunk_high.x) * 0.5 } else { (drawn_low.x + drawn_high.x) * 0.5 };
-    let to = if by_trunk && !round { crown.foot.x } else { centre };
+    // The trunk stands on the foot; a crown alone hangs where the crown did, and a stretched one as high up as that.
+    let from = if trunk { foot } else { (drawn_low.x + drawn_high.x) * 0.5 };
+    let to = if trunk && !round { crown.foot.x } else { centre };
     let floor = if by_trunk { crown.foot.y } else { low.y };
     let from_y = if by_trunk { bottom } else { drawn_low.y };
     Placing { scale, shift: Vec2::new(to - from * scale.x, floor - from_y * scale.y) }
@@ -100,9 +102,25 @@ pub(super) fn placed_beside(drawing: &Drawing, front: [Vec2; 2], size: SketchSiz
     let drawn = (drawn_high - drawn_low).max(Vec2::splat(1e-6));
     let up = (front[1].y - front[0].y).max(1e-4) / drawn.y;
     let across = if size == SketchSize::Stretched { (high.x - low.x).max(1e-4) / drawn.x } else { up };
-    let shift =
-        Vec2::new((low.x + high.x) * 0.5 - (drawn_low.x + drawn_high.x) * 0.5 * across, front[0].y - drawn_low.y * up);
-    Placing { scale: Vec2::new(across, up), shift }
+    // A trunk stands on the foot, from this side too.
+    let trunk = midline(&drawing.trunk).first().map(|p| p.x);
+    let (from, to) =
+        trunk.map_or(((drawn_low.x + drawn_high.x) * 0.5, (low.x + high.x) * 0.5), |foot| (foot, crown.foot.x));
+    Placing { scale: Vec2::new(across, up), shift: Vec2::new(to - from * across, front[0].y - drawn_low.y * up) }
+}
+
+/// How much larger a sketch makes a tree than the same sketch would that is as large as its crown: its height, and its
+/// crown. Both are 1 unless a size in metres is told.
+pub(super) fn grown(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, round: bool) -> [f32; 2] {
+    let SketchSize::Metres(metres) = size else { return [1.0; 2] };
+    let both = if drawing.is_open() {
+        [metres / crown.height.max(1e-3); 2]
+    } else {
+        let [own, usual] = [size, SketchSize::Crown].map(|size| placed(drawing, size, crown, round));
+        let top = |placing: &Placing| drawing.crown.bounds()[1].y * placing.scale.y + placing.shift.y - crown.foot.y;
+        [top(&own) / top(&usual), own.scale.y / usual.scale.y]
+    };
+    both.map(|share| if share.is_finite() { share.clamp(1e-3, 1e3) } else { 1.0 })
 }
 
 /// Lower left and upper right corner of a ring.

@@ -3,7 +3,8 @@
 //!
 //! [`Drawing`] reads an SVG; [`Sketcher::bind`] binds a plant to the cages of its lobes, once; [`Sketcher::draw`] finds the
 //! deformation for a sketch, and [`Sketched::at`] gives the tree at any time on the way there. Past the paper: front and
-//! side at once, outlines that are revolved, a setting for detail, and lobes that fill all of a sketch, with its holes.
+//! side at once, outlines that are revolved, a setting for detail, lobes that fill all of a sketch, with its
+//! holes, and drawn trunks that stems stand on.
 
 mod along;
 mod bound;
@@ -20,6 +21,7 @@ mod prune;
 mod raster;
 mod region;
 mod spine;
+mod stem;
 mod svg;
 #[cfg(test)]
 mod tests;

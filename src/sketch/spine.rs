@@ -5,15 +5,17 @@
 //!
 //! Two bounds keep branches natural. No branch gets longer than [`STRETCH`] times, and none turns further than its
 //! neighbours: beyond [`TURN`] more than the most of parent and next siblings. A branch that would only follows its
-//! handles so far.
+//! handles so far. Where a trunk is drawn, stems stand on it (`sketch/stem.rs`) whatever handles do.
 
 use glam::Vec3;
 
+use super::bound::thickest_stem;
 use super::laplace;
+use super::stem::Leads;
 use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
 
-/// How much longer a branch may get.
+/// How much longer a branch may get, beyond what the whole tree does.
 const STRETCH: f32 = 2.3;
 /// What a branch may turn more than its neighbours, radians.
 const TURN: f32 = 0.2;
@@ -52,10 +54,21 @@ struct Spine {
     weights: u32,
 }
 
+/// What branches follow beside their handles.
+#[derive(Clone, Debug)]
+pub(super) struct Guided {
+    /// Where stems are led.
+    pub(super) leads: Leads,
+    /// How much larger the tree gets as a whole.
+    pub(super) scale: f32,
+}
+
 /// All branches of a plant, bound to handles.
 #[derive(Clone, Debug)]
 pub(super) struct Spines {
     spines: Vec<Spine>,
+    /// The thickest stem.
+    stem: usize,
     weights: Vec<f32>,
     /// The neighbours of each branch: `neighbours[first[i]..first[i + 1]]`.
     first: Vec<u32>,
@@ -65,7 +78,9 @@ pub(super) struct Spines {
 impl Spines {
     /// Binds a plant's branches to handles, which stand in order of their chains and along them.
     pub(super) fn bind(plant: &Plant, posed: &Posed, handles: &[Handle]) -> Self {
-        let mut made = Self { spines: Vec::new(), weights: Vec::new(), first: Vec::new(), neighbours: Vec::new() };
+        let stem = thickest_stem(plant).map_or(0, ChainId::index);
+        let mut made =
+            Self { spines: Vec::new(), stem, weights: Vec::new(), first: Vec::new(), neighbours: Vec::new() };
         let mut next = 0;
         for id in plant.chain_ids() {
             let first = next;
@@ -117,9 +132,9 @@ impl Spines {
     }
 
     /// How every point moves when handles move by `handles`; `positions` is where points are.
-    pub(super) fn moved(&self, positions: &[Vec3], handles: &[Vec3]) -> Vec<Vec3> {
+    pub(super) fn moved(&self, positions: &[Vec3], handles: &[Vec3], guided: &Guided) -> Vec<Vec3> {
         let none = vec![f32::INFINITY; self.spines.len()];
-        let free = self.passed(positions, handles, &none);
+        let free = self.passed(positions, handles, &none, guided);
         let turns: Vec<f32> = self.spines.iter().map(|s| s.turn(positions, &free)).collect();
         // Turns fall to what neighbours allow; neighbours' fall in turn.
         let mut bounds: Vec<f32> = turns.iter().map(|t| t.min(MOST_TURN)).collect();
@@ -133,7 +148,7 @@ impl Spines {
                 }
             }
         }
-        let mut shift = self.passed(positions, handles, &bounds);
+        let mut shift = self.passed(positions, handles, &bounds, guided);
         // Where a neighbour is held back by its length, its turn is less than its bound.
         for _ in 0..6 {
             let turns: Vec<f32> = self.spines.iter().map(|s| s.turn(positions, &shift)).collect();
@@ -146,16 +161,23 @@ impl Spines {
             if !tighter {
                 break;
             }
-            shift = self.passed(positions, handles, &bounds);
+            shift = self.passed(positions, handles, &bounds, guided);
         }
         shift
     }
 
     /// From stems to twigs, each within its bound of turning.
-    fn passed(&self, positions: &[Vec3], handles: &[Vec3], bounds: &[f32]) -> Vec<Vec3> {
+    fn passed(&self, positions: &[Vec3], handles: &[Vec3], bounds: &[f32], guided: &Guided) -> Vec<Vec3> {
         let mut shift = vec![Vec3::ZERO; positions.len()];
         let mut own: Vec<Vec3> = Vec::new();
-        for (spine, bound) in self.spines.iter().zip(bounds) {
+        let is_led = !guided.leads.is_empty() && self.stem < self.spines.len();
+        // Where its points are, and how they move once that is known.
+        let led = if is_led { &positions[self.spines[self.stem].span()] } else { &[] };
+        let mut led_by: Vec<Vec3> = Vec::new();
+        // The stem that is led comes first, since others go along with it.
+        let order = std::iter::once(self.stem).filter(|_| is_led);
+        for s in order.chain((0..self.spines.len()).filter(|&s| !is_led || s != self.stem)) {
+            let spine = &self.spines[s];
             let base = spine.base.map_or(Vec3::ZERO, |(i, f)| {
                 let (a, b) = (shift[i as usize], shift.get(i as usize + 1).copied().unwrap_or_default());
                 if f == 0.0 { a } else { a + (b - a) * f }
@@ -170,13 +192,25 @@ impl Spines {
                 w[1..].iter().zip(told).fold(Vec3::ZERO, |sum, (w, d)| sum + (*d - base) * *w)
             }));
             let at = &positions[first..first + len];
-            let share = SHARES.into_iter().find(|&share| share == 0.0 || is_natural(at, &own, share, *bound));
+            let leads = |place: Vec3, moved: Vec3| match &guided.leads {
+                _ if !is_led || spine.base.is_some() => Vec3::ZERO,
+                leads if s == self.stem => leads.onto(place + moved),
+                leads => leads.along((place + moved).y, moved, with(led, &led_by, place.y)),
+            };
+            own.iter_mut().zip(at).for_each(|(own, at)| *own += leads(*at, *own));
+            let share = SHARES.into_iter().find(|&share| {
+                share == 0.0 || is_natural(at, &own, share, *bounds.get(s).unwrap_or(&0.0), guided.scale)
+            });
             let share = share.unwrap_or(0.0);
-            for (s, d) in shift[first..first + len].iter_mut().zip(&own) {
-                *s = base + *d * share;
+            for (k, d) in own.iter().enumerate() {
+                let moved = base + *d * share;
+                shift[first + k] = moved + leads(at[k], moved);
             }
             // Its base stays on its parent.
             shift[first] = base;
+            if is_led && s == self.stem {
+                led_by = shift[first..first + len].to_vec();
+            }
         }
         shift
     }
@@ -221,7 +255,7 @@ impl Spine {
 }
 
 /// Whether a branch that follows its handles by a share is within its bounds.
-fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32) -> bool {
+fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32, scale: f32) -> bool {
     let last = points.len() - 1;
     let was = points[last] - points[0];
     let is = was + own[last] * share;
@@ -236,7 +270,18 @@ fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32) -> bool {
         let d = if i == 1 { own[1] } else { own[i] - own[i - 1] };
         after += (step + d * share).length();
     }
-    after <= before * STRETCH
+    after <= before * STRETCH * scale.max(1.0)
+}
+
+/// How a stem moves at the height at which another has a point.
+fn with(points: &[Vec3], shift: &[Vec3], height: f32) -> Vec3 {
+    let Some(above) = points.iter().position(|p| p.y >= height) else {
+        return shift.last().copied().unwrap_or_default();
+    };
+    let below = above.saturating_sub(1);
+    let rise = points[above].y - points[below].y;
+    let f = if rise > 0.0 { ((height - points[below].y) / rise).clamp(0.0, 1.0) } else { 0.0 };
+    shift[below].lerp(shift[above], f)
 }
 
 /// Arc length at each point of a polyline.
@@ -257,6 +302,8 @@ mod tests {
     use crate::base::Seed;
     use crate::relate::random_plant::{Oddity, random_plant};
 
+    const FREE: Guided = Guided { leads: Leads::NONE, scale: 1.0 };
+
     fn bound(seed: u64) -> (Plant, Posed, Vec<Handle>, Spines) {
         let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);
         let posed = plant.pose();
@@ -276,7 +323,7 @@ mod tests {
     fn tips_go_where_they_are_told_when_all_of_the_tree_is_widened_a_little() {
         let (plant, posed, handles, spines) = bound(1);
         let told: Vec<Vec3> = handles.iter().map(|h| h.position * 0.1).collect();
-        let shift = spines.moved(posed.positions(), &told);
+        let shift = spines.moved(posed.positions(), &told, &FREE);
         for (handle, told) in handles.iter().zip(&told) {
             let tip = plant.span(handle.chain).end - 1;
             assert!(shift[tip].distance(*told) < 1e-3);
@@ -289,7 +336,7 @@ mod tests {
             let (plant, posed, handles, spines) = bound(seed);
             let told: Vec<Vec3> =
                 handles.iter().enumerate().map(|(i, _)| Seed::new(seed).at(i as u64).direction() * 5.0).collect();
-            let shift = spines.moved(posed.positions(), &told);
+            let shift = spines.moved(posed.positions(), &told, &FREE);
             let strains = spines.strains(posed.positions(), &shift);
             let turns: Vec<f32> = strains.iter().map(|s| s.1).collect();
             for (i, (stretch, turn)) in strains.into_iter().enumerate() {

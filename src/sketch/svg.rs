@@ -6,6 +6,7 @@
 //!   is closed by a straight line if they are near each other ([`NEAR`]) or if the file encloses something elsewhere.
 //!   Otherwise the file is an *open sketch*, which replaces the part of the crown that it runs along.
 //! - What has the id `trunk`, or lies in a group of that id, is no part of the crown (`trunk-2` and the like are too).
+//!   An open line there is as wide as its stroke.
 //!
 //! Coordinates are the SVG's canvas with y turned up. Pictures and texts are not read, nor is anything beside the given
 //! bytes. Limits: [`MOST_SVG`] bytes, [`MOST_POINTS`] points; more is an error, so that no file takes unbounded time.
@@ -185,7 +186,10 @@ impl Reading {
         for (i, (points, band, trunk)) in std::mem::take(&mut self.open).into_iter().enumerate() {
             if sketch == Some(i) {
                 open = points;
-            } else if !lone || trunk {
+            } else if trunk {
+                // A trunk's line is as wide as its stroke: closed, it would be what the line bends round.
+                self.add(trunk, band);
+            } else if !lone {
                 closed += 1;
                 let area = Region::of(&[points], Fill::NonZero).union(&band);
                 self.add(trunk, area);

@@ -126,6 +126,104 @@ fn in_betweens_that_follow_are_nearer_to_the_interpolated_silhouette() {
     assert!(near < 0.9 * far, "{near} {far}");
 }
 
+/// How far the stem is from where a drawing has it, over the tree's height, below a height.
+fn off_line(plant: &Plant, x: impl Fn(f32) -> f32, until: f32, across: Vec3) -> f32 {
+    let posed = plant.pose();
+    let stem = posed.chain(plant, crate::plant::ChainId(0));
+    stem.iter().filter(|p| p.y <= until).map(|p| (across.dot(*p) - x(p.y)).abs()).fold(0.0, f32::max) / plant.height()
+}
+
+/// As [`ball`], but of a stem that leans and bends by a fifth of its height.
+fn bent_ball() -> Plant {
+    let plant = ball(3);
+    let mut builder = PlantBuilder::new();
+    let mut named = Vec::new();
+    for id in plant.chain_ids() {
+        let chain = *plant.chain(id);
+        let points: Vec<Vec3> = plant.points(id).to_vec();
+        let (points, radii) = (points, plant.radii(id).to_vec());
+        let bent: Vec<Vec3> = match chain.parent {
+            None => points.iter().map(|p| *p + Vec3::new(0.04 * p.y * p.y - 0.05 * p.y, 0.0, 0.1 * p.y)).collect(),
+            Some(_) => points,
+        };
+        let parent = chain.parent.map(|p: crate::plant::ChainId| named[p.index()]);
+        named.push(builder.chain(parent, chain.location, chain.origin, &bent, &radii));
+    }
+    for leaf in plant.leaves() {
+        builder.leaf(Leaf { chain: named[leaf.chain.index()], ..*leaf });
+    }
+    builder.finish().unwrap()
+}
+
+#[test]
+fn a_drawn_trunk_is_where_the_stem_stands_whatever_the_tree_and_the_size() {
+    let crown = "<ellipse cx='5' cy='3' rx='3.5' ry='3'/>";
+    let straight = drawing(&format!("{crown}<rect id='trunk' x='4.7' y='5' width='0.6' height='5'/>"));
+    let line = drawing(&format!("{crown}<line id='trunk' x1='5' y1='10' x2='5' y2='5' stroke='#000'/>"));
+    let left = drawing(&format!("{crown}<rect id='trunk' x='2.7' y='5' width='0.6' height='5'/>"));
+    for plant in [ball(3), bent_ball()] {
+        let tall = plant.height();
+        let plant = Arc::new(plant);
+        for (azimuth, across) in [(0.0, Vec3::X), (std::f32::consts::FRAC_PI_2, Vec3::NEG_Z)] {
+            let sketcher = bound(plant.clone(), SketchViews { azimuth, ..FRONT }).unwrap();
+            for size in [SketchSize::Crown, SketchSize::Metres(tall * 3.0), SketchSize::Metres(tall * 0.5)] {
+                for drawn in [&straight, &line, &left] {
+                    let made = sketcher.draw(&Sketch { size, ..sketch(drawn) }).unwrap().at(1.0);
+                    let off = off_line(&made, |_| 0.0, made.height() * 0.45, across);
+                    assert!(off < 0.005, "{azimuth} {size:?}: {off}");
+                    assert_eq!(PlantStats::of(&made).topology_continuity, 1.0);
+                }
+            }
+            // As wide as the crown was, beside its trunk.
+            for drawn in [&straight, &left] {
+                let stretched = Sketch { size: SketchSize::Stretched, ..sketch(drawn) };
+                let sketched = sketcher.draw(&stretched).unwrap();
+                let made = sketched.at(1.0);
+                assert!(off_line(&made, |_| 0.0, made.height() * 0.4, across) < 0.005);
+                let [was, is] = [&sketcher.charts[0].outline[..], sketched.targets[0].outline()].map(super::fit::ends);
+                assert!(((was[1] - was[0]) - (is[1] - is[0])).abs().max_element() < 0.01 * tall);
+            }
+        }
+        // Revolved, it is the axis, and the side's trunk is followed beside the front's.
+        let round = SketchViews { kind: ViewKind::RevolvedAboutFoot, ..FRONT };
+        let made = bound(plant.clone(), round).unwrap().draw(&sketch(&straight)).unwrap().at(1.0);
+        assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::X) < 0.005);
+        assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::Z) < 0.005);
+        let both = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
+        let leaning = drawing(&format!("{crown}<path id='trunk' d='M2.7 10L4.7 5H5.3L3.3 10Z'/>"));
+        let beside = Sketch { side: Some(&leaning), ..sketch(&straight) };
+        let made = bound(plant.clone(), both).unwrap().draw(&beside).unwrap().at(1.0);
+        assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::X) < 0.005);
+        assert!(off_line(&made, |y| y * 0.4, made.height() * 0.45, Vec3::NEG_Z) < 0.01);
+    }
+}
+
+#[test]
+fn a_tree_that_is_drawn_larger_has_thicker_wood_and_larger_leaves_on_the_way_as_well() {
+    let plant = ball(3);
+    let drawn = drawing("<ellipse cx='5' cy='3' rx='3.5' ry='3'/><rect id='trunk' x='4' y='5' width='2' height='5'/>");
+    let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
+    let of = |size| sketcher.draw(&Sketch { size, ..sketch(&drawn) }).unwrap();
+    let (thick, leaf) = (|p: &Plant| p.all_radii()[0], |p: &Plant| p.leaves()[0].size);
+    for times in [4.0_f32, 0.5] {
+        let sketched = of(SketchSize::Metres(plant.height() * times));
+        let made = sketched.at(1.0);
+        assert!((made.height() / plant.height() - times).abs() < 0.1 * times, "{}", made.height());
+        assert!((thick(&made) / thick(&plant) - times).abs() < 1e-3 * times);
+        assert!((leaf(&made) / leaf(&plant) - times).abs() < 1e-3 * times);
+        let halfway = sketched.at(0.5);
+        assert!((thick(&halfway) / thick(&plant) - (1.0 + times) * 0.5).abs() < 1e-3 * times);
+        // As full as it is when drawn at its own size.
+        let near = |sketched: &Sketched| likeness(&sketched.at(1.0), 0.0, &sketched.targets[0]);
+        let (own, other) = (near(&of(SketchSize::Crown)), near(&sketched));
+        assert!(other > own - 0.02, "{times}: {own} {other}");
+    }
+    for size in [SketchSize::Crown, SketchSize::Stretched] {
+        let made = of(size).at(1.0);
+        assert_eq!((thick(&made), leaf(&made)), (thick(&plant), leaf(&plant)));
+    }
+}
+
 #[test]
 fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let plant = Arc::new(ball(4));

@@ -12,6 +12,7 @@ use super::crown::CLOSE;
 use super::frame::ViewPlane;
 use super::raster::{Grid, Mask};
 use super::region::Region;
+use super::spine::Guided;
 use crate::base::math;
 
 /// Rounds at most.
@@ -25,25 +26,26 @@ const DEEP: (f32, f32) = (0.04, 0.22);
 /// Farthest that a lobe moves in a round, over the crown's size.
 const FARTHEST: f32 = 0.05;
 
-/// Improves what handles are told in a view, `share` of the way; gives back how points move.
+/// Improves what handles are told in a view, `share` of the way; gives back how points move. Leaves get `leaf` times as
+/// large.
 pub(super) fn trimmed(
-    sketcher: &Sketcher,
+    (sketcher, guided, leaf): (&Sketcher, &Guided, f32),
     chart: &Chart,
     target: &Region,
     wilts: &[bool],
     told: &mut Vec<Vec3>,
     share: f32,
 ) -> Vec<Vec3> {
-    let mut shift = sketcher.spines.moved(&sketcher.positions, told);
+    let mut shift = sketcher.spines.moved(&sketcher.positions, told, guided);
     if share <= 0.0 || sketcher.leaves.is_empty() {
         return shift;
     }
     let bounds = target.bounds();
-    let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach;
+    let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach * leaf;
     let grid = Grid::over(bounds, CELLS, margin);
     let drawn = Depths::of(&Mask::of_region(target, grid));
     let inside: Vec<bool> = drawn.0.iter().map(|d| *d > 0.0).collect();
-    let mut covered = cover(sketcher, chart, grid, wilts, &shift);
+    let mut covered = cover((sketcher, leaf), chart, grid, wilts, &shift);
     let mut best = likeness(&covered, &inside);
     let mut next = told.clone();
     for _ in 0..ROUNDS {
@@ -51,8 +53,8 @@ pub(super) fn trimmed(
             let place = handle.position + between(&shift, *point, *f);
             *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, share);
         }
-        let moved = sketcher.spines.moved(&sketcher.positions, &next);
-        let now = cover(sketcher, chart, grid, wilts, &moved);
+        let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
+        let now = cover((sketcher, leaf), chart, grid, wilts, &moved);
         let near = likeness(&now, &inside);
         if near <= best {
             break;
@@ -89,21 +91,21 @@ pub(super) fn between(shift: &[Vec3], point: u32, f: f32) -> Vec3 {
 }
 
 /// What leaves cover when points have moved: gaps are closed as in the crown's own silhouette.
-fn cover(sketcher: &Sketcher, chart: &Chart, grid: Grid, wilts: &[bool], shift: &[Vec3]) -> Depths {
+fn cover((sketcher, leaf): (&Sketcher, f32), chart: &Chart, grid: Grid, wilts: &[bool], shift: &[Vec3]) -> Depths {
     let round = matches!(chart.plane, ViewPlane::Round { .. });
     let mut discs: Vec<(Vec2, f32)> = Vec::with_capacity(sketcher.discs.len() * (1 + usize::from(round)));
-    for ((place, radius), (leaf, (point, f))) in
+    for ((place, radius), (of, (point, f))) in
         sketcher.discs.iter().zip(sketcher.plant.leaves().iter().zip(&sketcher.leaves))
     {
-        if !wilts[leaf.chain.index()] {
+        if !wilts[of.chain.index()] {
             let seen = chart.plane.seen(*place + between(shift, *point, *f));
-            discs.push((seen, *radius));
+            discs.push((seen, radius * leaf));
             if round {
-                discs.push((Vec2::new(-seen.x, seen.y), *radius));
+                discs.push((Vec2::new(-seen.x, seen.y), radius * leaf));
             }
         }
     }
-    Depths::covered(&discs, grid, sketcher.size * CLOSE)
+    Depths::covered(&discs, grid, sketcher.size * leaf * CLOSE)
 }
 
 /// Cells of both over cells of either.

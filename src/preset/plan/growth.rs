@@ -29,8 +29,8 @@ pub struct GrowParams {
     pub flare_height: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
-    /// Clear bole, plant heights, 0..=1: below it no branch leaves the structure, and what the first iteration's paths
-    /// share becomes separate stems.
+    /// Clear bole, plant heights, 0..=1: below it no branch of a later iteration leaves, and paths of the first that
+    /// part there are separate stems, those that bear little apart.
     pub bole: f32,
     /// Longest a branch may be in radii of its base, 50..=10000; slimmer ones are shed.
     pub slenderness: f32,

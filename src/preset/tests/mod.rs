@@ -49,3 +49,33 @@ fn degrees_become_radians() {
     let plan::Guide::Random { low, high, .. } = oak.iterations[2].guide else { panic!("{oak:?}") };
     assert!((low - std::f32::consts::FRAC_PI_6).abs() < 1e-6 && (high - 2.094_395).abs() < 1e-6);
 }
+
+#[test]
+fn winter_tells_of_leaves_that_may_be_evergreen() {
+    let notes = |foliage: &str| {
+        let text = format!(
+            "(sources: {{\"a\": Grow(species: \"species/oak.ron\")}}, variants: [Source(\"a\")], foliage: ({foliage}))"
+        );
+        let plan = load_with_oak(&text).expect("loads");
+        (plan.dress.density, plan.notes.iter().map(|note| note.about.clone()).collect::<Vec<_>>())
+    };
+    let own = "leaf: Files(color: \"holly.png\")";
+    assert_eq!(notes(&format!("{own}, season: Winter")), (0.0, vec!["foliage.season".to_owned()]));
+    let quiet = [own, "season: Winter", "leaf: \"pine\", season: Winter"].map(|foliage| notes(foliage).1.len());
+    assert_eq!((quiet, notes(&format!("{own}, season: Winter, density: 0")).1.len()), ([0; 3], 0));
+}
+
+#[test]
+fn twins_are_told_with_what_would_part_them() {
+    let hint = |variants: &str| {
+        let text = format!(
+            "(sources: {{\"a\": Grow(species: \"species/oak.ron\"), \"b\": Grow(species: \"species/oak.ron\", seed: 2)}}, \
+             variants: [{variants}])"
+        );
+        load_with_oak(&text).expect_err("the same tree twice").remove(0).hint
+    };
+    assert!(hint("Mean(of: [\"a\", \"b\"]), Geodesic(from: \"a\", to: \"b\", steps: 3)").contains("`steps`"));
+    assert!(hint("Mean(of: [\"a\", \"b\"]), Mean(of: [\"a\", \"b\"])").contains("`weights`"));
+    assert!(hint("Source(\"a\"), Source(\"a\")").contains("leave one"));
+    assert!(hint("Blend(of: [\"a\", \"b\"], count: 2), Blend(of: [\"a\", \"b\"], count: 2)").contains("`seed`"));
+}

@@ -50,7 +50,7 @@ use space::Space;
 
 use std::collections::BTreeSet;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 pub use detail::{Detail, detail};
 use growth::Tree;
@@ -90,6 +90,23 @@ pub enum GrowError {
     /// The graph was made from other parameters.
     #[error("the graph was made for other parameters: number of nodes, width, graph seed, neighbours or obstacles")]
     OtherGraph,
+    /// A plant of several, which others leave no room.
+    #[error(
+        "plant {number} of {of} found no room to grow: {away:.2} m from it stands plant {nearest}, and the ways that wood \
+         may take are {hop:.2} m apart"
+    )]
+    Crowded {
+        /// Which plant, from 1.
+        number: usize,
+        /// How many there are.
+        of: usize,
+        /// The nearest to it, from 1.
+        nearest: usize,
+        /// How far away that stands, metres.
+        away: f32,
+        /// About how long the edges of the graph are, metres.
+        hop: f32,
+    },
     /// No iteration added a branch.
     #[error("no branch was reached: every iteration's endpoints lie outside the region or at the root")]
     Nothing,
@@ -179,7 +196,13 @@ pub fn grow_on(
         let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
         let Some(mut skeleton) = skeleton::skeleton(&ways[i], tree.params, scale, &barred) else {
             if i == 0 {
-                return Err(GrowError::Nothing);
+                return Err(match nearest(params, 0) {
+                    Some((nearest, away)) => {
+                        let hop = graph.space().nodes.hop() * first;
+                        GrowError::Crowded { number: 1, of: trees.len(), nearest: nearest + 1, away, hop }
+                    }
+                    None => GrowError::Nothing,
+                });
             }
             stunted.push(i + 1);
             continue;
@@ -205,13 +228,7 @@ pub fn grow_on(
         plants.push(plant);
     }
     if !stunted.is_empty() {
-        let (many, all) = (stunted.len(), trees.len());
-        let numbers: Vec<String> = stunted.iter().take(TOLD).map(ToString::to_string).collect();
-        let more = if many > TOLD { format!(" and {} more", many - TOLD) } else { String::new() };
-        let numbers = numbers.join(", ");
-        notes.insert(0, format!(
-            "{many} of {all} plants found no room to grow (number {numbers}{more}): move them apart, or away from obstacles"
-        ));
+        notes.insert(0, crowded(params, &stunted, graph.space().nodes.hop() * first));
     }
     let plant = joined(plants)?;
     // Obstacles stand in heights of the first plant.
@@ -223,6 +240,41 @@ pub fn grow_on(
     let plant = if bound || overlap.found == 0 { mended } else { shed::as_high_as(heights, mended) };
     notes.extend(told(overlap));
     Ok((plant, notes))
+}
+
+/// Where a plant of several stands, metres from the first.
+fn stands(params: &GrowParams, i: usize) -> [f32; 2] {
+    i.checked_sub(1).and_then(|i| params.space.beside.get(i)).map_or([0.0; 2], |beside| beside.at)
+}
+
+/// The plant that stands nearest to one of several, and how far away; none where it stands alone.
+fn nearest(params: &GrowParams, i: usize) -> Option<(usize, f32)> {
+    let away = |j: usize| Vec2::from(stands(params, i)).distance(Vec2::from(stands(params, j)));
+    let others = (0..=params.space.beside.len()).filter(|j| *j != i).map(|j| (j, away(j)));
+    others.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Which plants found no room, by number from 1 and place, and what helps.
+fn crowded(params: &GrowParams, stunted: &[usize], hop: f32) -> String {
+    let (many, all) = (stunted.len(), params.space.beside.len() + 1);
+    let one = |&number: &usize| {
+        let [x, z] = stands(params, number - 1);
+        let from = nearest(params, number - 1);
+        let from = from.map_or_else(String::new, |(other, away)| format!(", {away:.2} m from number {}", other + 1));
+        format!("number {number} of {:.1} m at ({x}, {z}){from}", height(params, number - 1))
+    };
+    let told: Vec<String> = stunted.iter().take(TOLD).map(one).collect();
+    let more = if many > TOLD { format!("; and {} more", many - TOLD) } else { String::new() };
+    format!(
+        "{many} of {all} plants found no room to grow: {}{more}; the ways that wood may take are {hop:.2} m apart: move \
+         them farther apart or away from obstacles, or raise their species' `nodes`, which brings ways closer together",
+        told.join("; ")
+    )
+}
+
+/// How tall a plant of several is to be, metres.
+fn height(params: &GrowParams, i: usize) -> f32 {
+    i.checked_sub(1).and_then(|i| params.space.beside.get(i)).map_or(params.height, |beside| beside.params.height)
 }
 
 /// The files whose shapes a species and its neighbours need, in order and each once.

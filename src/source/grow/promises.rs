@@ -129,6 +129,21 @@ fn pair(company: Company) -> GrowParams {
 }
 
 #[test]
+fn a_first_plant_without_room_is_named_with_the_one_beside_it() {
+    // A trunk each, of which there is room for one.
+    let mut params = small(1.0);
+    params.iterations.truncate(1);
+    params.space.beside = vec![Beside { params: GrowParams { seed: 2, ..params.clone() }, at: [0.0, 0.0] }];
+    params.space.company = Company::Kept;
+    match grow(&params, Seed::new(7)) {
+        Err(GrowError::Crowded { number, of, nearest, away, .. }) => {
+            assert_eq!((number, of, nearest, away), (1, 2, 2, 0.0))
+        }
+        other => panic!("{:?}", other.map(|grown| grown.1)),
+    }
+}
+
+#[test]
 fn plants_that_find_no_room_are_told_in_one_note() {
     let mut params = small(1.0);
     let close = |i: u64| Beside { params: GrowParams { seed: i, ..small(1.0) }, at: [0.05 * (i + 1) as f32, 0.04] };
@@ -136,7 +151,12 @@ fn plants_that_find_no_room_are_told_in_one_note() {
     params.space.company = Company::Kept;
     let (plant, notes) = grow(&params, Seed::new(7)).unwrap();
     let told: Vec<&String> = notes.iter().filter(|note| note.contains("found no room to grow")).collect();
-    assert!(told.len() == 1 && told[0].contains("of 13 plants") && told[0].contains("move them apart"), "{notes:?}");
+    assert!(
+        told.len() == 1 && told[0].contains("of 13 plants") && told[0].contains("move them farther apart"),
+        "{notes:?}"
+    );
+    // The nearest to number 3 stands beside it, where the second does.
+    assert!(told[0].contains("number 3 of 8.0 m at (0.1, 0.04), 0.05 m from number"), "{notes:?}");
     // Those that are not there, and those that are low.
     let posed = plant.pose();
     let mut tops: Vec<f32> = vec![0.0; plant.chains().len()];
@@ -148,7 +168,7 @@ fn plants_that_find_no_room_are_told_in_one_note() {
     }
     let tall = tops.iter().filter(|top| **top > 8.0 * 0.35).count();
     assert!(told[0].starts_with(&format!("{} of 13", 13 - tall)), "{tall}: {notes:?}");
-    let named = told[0].split_once("(number ").and_then(|(_, rest)| rest.split_once(',')).unwrap().0;
+    let named = told[0].split_once("number ").and_then(|(_, rest)| rest.split_once(' ')).unwrap().0;
     assert!(notes.iter().all(|note| !note.starts_with(&format!("plant {named}:"))), "{notes:?}");
     let roomy = grow(&pair(Company::Kept), Seed::new(7)).unwrap().1;
     assert!(roomy.iter().all(|note| !note.contains("no room")), "{roomy:?}");
