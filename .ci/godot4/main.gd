@@ -198,7 +198,9 @@ func as_this_renderer_takes(node: MeshInstance3D) -> void:
 			var open := pow(colors[k].r, 1.0 / 2.06)
 			colors[k] = Color(open, open, open)
 		arrays[Mesh.ARRAY_COLOR] = colors
-		mesh.add_surface_from_arrays(Mesh.PRIMITIVE_TRIANGLES, arrays)
+		# Of what type the wind's sets are, which the arrays alone do not tell: three bits each of the four.
+		var customs: int = node.mesh.surface_get_format(i) & (0xfff << Mesh.ARRAY_FORMAT_CUSTOM_BASE)
+		mesh.add_surface_from_arrays(Mesh.PRIMITIVE_TRIANGLES, arrays, [], {}, customs)
 		mesh.surface_set_material(i, node.mesh.surface_get_material(i))
 	node.mesh = mesh
 
