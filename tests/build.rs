@@ -311,6 +311,28 @@ fn budgets_in_triangles_are_kept() {
 }
 
 #[test]
+fn leaves_that_are_too_few_and_sources_that_nothing_is_made_of_are_told() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let told = |foliage: &str, sources: &str| {
+        let text = SMALL.replace("density: 0.3, most: 300", foliage).replace("\n    },\n    variants", sources);
+        fs::write(&preset, text).unwrap();
+        let made = treewright(&[&"build", &preset, &"--out", &project.path().join("out")]);
+        assert!(made.status.success(), "{}", errors(&made));
+        errors(&made)
+    };
+    let (one, two) =
+        ("\n    },\n    variants", "\n \"b\": Grow(species: \"species/shrub.ron\", seed: 2),\n    },\n    variants");
+    let said = told("density: 0.3, most: 20000", one);
+    assert!(!said.contains("foliage.most") && !said.contains("no variant"), "{said}");
+    let said = told("density: 2, most: 200", one);
+    let note = said.lines().find(|line| line.contains("foliage.most")).expect("200 are few");
+    assert!(note.contains("1 of 1 trees") && note.contains("raise `most`"), "{note}");
+    let said = told("density: 0.3, most: 20000", two);
+    assert!(said.contains("sources[\"b\"]: no variant is made of it"), "{said}");
+}
+
+#[test]
 fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
     let project = small_project();
     let preset = project.path().join("small.ron");
