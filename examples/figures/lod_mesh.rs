@@ -4,7 +4,7 @@ use glam::Vec3;
 use treewright::bake::{card_cut, leaf_maps};
 use treewright::base::{Rotation, Seed};
 use treewright::mesh::{
-    CardShape, Cards, TubeDetail, add_tangents, all_cards, closure, leaf_cards, meshed_radii, problems, tubes,
+    CardShape, Cards, TubeDetail, add_tangents, all_cards, closure, fork_gaps, leaf_cards, problems, tubes,
 };
 use treewright::plant::{ChainId, Leaf, Plant, PlantBuilder};
 use treewright::preset::plan::{Forks, LeafShape, MeshParams};
@@ -50,8 +50,8 @@ pub(crate) fn print() {
     let cuts: Vec<_> = [LeafShape::Oak, LeafShape::Willow, LeafShape::Maple]
         .map(|shape| card_cut(&leaf_maps(shape, [0.2; 3], 0.0, 64, 0, Seed::new(1)), 16))
         .to_vec();
-    let (mut broken, mut open, mut faulty, mut inside_out, mut triangles) = (0, 0, 0, 0, 0);
-    // How far a branch's base ring sticks out of its parent's wood.
+    let (mut broken, mut open, mut closed, mut faulty, mut inside_out, mut triangles) = (0, 0, 0, 0, 0, 0);
+    // How far a branch's open base sticks out of its bearers' triangles.
     let mut gap = 0.0_f32;
     for i in 0..PLANTS {
         let plant = plant(Seed::new(i));
@@ -66,23 +66,15 @@ pub(crate) fn print() {
                 broken += usize::from(add_tangents(&mut leaf).is_err() || !problems(&leaf).is_empty());
             }
             let found = closure(&bark);
-            open += found.openings.abs_diff(plant.chains().len());
             faulty += found.faulty_edges;
             inside_out += found.inside_out;
             triangles += bark.indices.len() / 3;
-            for id in plant.chain_ids() {
-                let chain = plant.chain(id);
-                let Some(parent) = chain.parent else { continue };
-                let radii = meshed_radii(&plant, &posed, parent);
-                let wood = posed.curve(&plant, parent).value(&radii, f64::from(chain.location));
-                let (at, axis) = (posed.chain(&plant, id)[0], posed.frame(parent, chain.location).y);
-                let first = bark.chains.iter().position(|&c| c == id.0).unwrap_or(0);
-                for p in bark.positions[first..].iter().zip(&bark.chains[first..]).take_while(|v| *v.1 == id.0).take(3)
-                {
-                    let d = *p.0 - at;
-                    gap = gap.max((d - axis * d.dot(axis)).length() - wood.max(plant.radii(id)[0].min(wood)));
-                }
-            }
+            let parents: Vec<Option<u32>> = plant.chains().iter().map(|c| c.parent.map(|p| p.0)).collect();
+            let gaps = fork_gaps(&bark, &parents);
+            let stems = parents.iter().filter(|parent| parent.is_none()).count();
+            open += found.openings.abs_diff(stems + gaps.iter().flatten().count());
+            closed += gaps.iter().filter(|gap| gap.is_none()).count() - stems;
+            gap = gaps.into_iter().flatten().fold(gap, f32::max);
         }
     }
     let how = |what: &str| {
@@ -92,12 +84,12 @@ pub(crate) fn print() {
     };
     let what = "meshes with a NaN, an index out of range, a triangle without area, or a tangent that leans";
     Figure::new("lod.mesh.broken", broken as f64, "meshes", how(what)).goal("0").print();
-    let what = "openings more or less than one a chain, its base";
-    Figure::new("lod.mesh.openings_off", open as f64, "openings", how(what)).goal("0").print();
+    let what = format!("openings more or less than one a chain, its base, {closed} of which a cap closes");
+    Figure::new("lod.mesh.openings_off", open as f64, "openings", how(&what)).goal("0").print();
     let what = "edges of more than two triangles, or wound against each other";
     Figure::new("lod.mesh.faulty_edges", faulty as f64, "edges", how(what)).goal("0").print();
     let what = "triangles that face away from all their normals";
     Figure::new("lod.mesh.inside_out", inside_out as f64, "triangles", how(what)).goal("0").print();
-    let what = "how far a branch's base ring sticks out of its parent's wood, at most";
+    let what = "how far the open base of a branch sticks out of the triangles of what bears it, at most";
     Figure::new("lod.mesh.fork_gap", f64::from(gap.max(0.0)), "m", how(what)).goal("<= 1e-5").print();
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec3;
+
 use super::Mesh;
 
 /// Everything that is wrong with a mesh, one line a kind of problem with the first place that has it; empty when it is
@@ -63,7 +65,7 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
 /// How a mesh closes, its vertices joined where they are in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Closure {
-    /// Loops of open edges: one for each tube's base, which lies in its parent's wood or on the ground.
+    /// Loops of open edges: one for each tube's base that lies in its parent's wood ([`fork_gaps`]) or on the ground.
     pub openings: usize,
     /// Edges of more than two triangles, or of two that are wound against each other.
     pub faulty_edges: usize,
@@ -122,4 +124,72 @@ pub fn closure(mesh: &Mesh) -> Closure {
     loops.dedup();
     found.openings = loops.len();
     found
+}
+
+/// How far the base of each branch, where it is open, lies outside of the wood that bears it, metres: 0 where that encloses all of
+/// it; none for stems and for branches that are closed. `mesh` is of a plant's wood, chains included, and `parents` are that plant's.
+/// Each branch is looked at against all skins below it, stems going on into the ground.
+#[must_use]
+pub fn fork_gaps(mesh: &Mesh, parents: &[Option<u32>]) -> Vec<Option<f32>> {
+    let mut skins: Vec<Vec<[Vec3; 3]>> = vec![Vec::new(); parents.len()];
+    let mut rims: Vec<BTreeMap<[[u32; 3]; 2], [Vec3; 2]>> = vec![BTreeMap::new(); parents.len()];
+    let bits = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
+    for t in mesh.indices.as_chunks::<3>().0 {
+        let chain = mesh.chains[t[0] as usize] as usize;
+        let corners = t.map(|i| mesh.positions[i as usize]);
+        skins[chain].push(corners);
+        for [i, j] in [[0, 1], [1, 2], [2, 0]] {
+            let (a, b) = (bits(corners[i]), bits(corners[j]));
+            // An edge that is passed both ways is closed.
+            if rims[chain].remove(&[b, a]).is_none() {
+                rims[chain].insert([a, b], [corners[i], corners[j]]);
+            }
+        }
+    }
+    for ((skin, rim), parent) in skins.iter_mut().zip(&rims).zip(parents) {
+        let down = if parent.is_none() { Vec3::NEG_Y } else { Vec3::ZERO };
+        let centre = rim.values().map(|edge| edge[0]).sum::<Vec3>() / rim.len().max(1) as f32 + down;
+        for &[a, b] in rim.values() {
+            skin.push([b + down, a + down, centre]);
+            if parent.is_none() {
+                skin.extend([[b, a, a + down], [b, a + down, b + down]]);
+            }
+        }
+    }
+    let above = |chain: u32| parents[chain as usize];
+    let gap = |(parent, rim): (&Option<u32>, &BTreeMap<_, [Vec3; 2]>)| {
+        let out = |[place, _]: &[Vec3; 2]| {
+            let skins = std::iter::successors(*parent, |&chain| above(chain)).map(|chain| &skins[chain as usize]);
+            skins.map(|skin| outside(*place, skin)).fold(f32::INFINITY, f32::min)
+        };
+        (parent.is_some() && !rim.is_empty()).then(|| rim.values().map(out).fold(0.0, f32::max))
+    };
+    parents.iter().zip(&rims).map(gap).collect()
+}
+
+/// How far a place lies outside of a closed skin, metres: 0 inside.
+fn outside(place: Vec3, skin: &[[Vec3; 3]]) -> f32 {
+    // The solid angle of what is around it (Van Oosterom and Strackee 1983).
+    let mut angle = 0.0;
+    let mut near = f32::INFINITY;
+    for &[a, b, c] in skin {
+        let [u, v, w] = [a, b, c].map(|p| (p - place).as_dvec3());
+        let (x, y, z) = (u.length(), v.length(), w.length());
+        let volume = u.dot(v.cross(w));
+        angle += 2.0 * volume.atan2(x * y * z + u.dot(v) * z + v.dot(w) * x + w.dot(u) * y);
+        near = near.min(to_triangle(place, [a, b, c]));
+    }
+    if angle > std::f64::consts::TAU { 0.0 } else { near }
+}
+
+/// Distance to a triangle (Ericson 2004, ch. 5).
+fn to_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
+    let edge = |a: Vec3, b: Vec3| {
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        p.distance(a.lerp(b, t))
+    };
+    let normal = (b - a).cross(c - a);
+    let inside = [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| (to - from).cross(p - from).dot(normal) >= 0.0);
+    let rim = edge(a, b).min(edge(b, c)).min(edge(c, a));
+    if inside { rim.min((p - a).dot(normal.normalize_or_zero()).abs()) } else { rim }
 }

@@ -2,6 +2,7 @@
 
 mod bareness;
 mod bark_uv;
+mod bearer;
 mod canopy;
 mod card;
 mod check;
@@ -14,7 +15,9 @@ mod keyed;
 #[cfg(feature = "lightmap")]
 mod lightmap;
 mod rings;
+mod shapes;
 mod sides;
+mod sweep;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -27,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::bulk;
 
 pub use card::{CardShape, Cards, LeafCard, all_cards, leaf_cards, leaf_cards_in};
-pub use check::{Closure, closure, problems};
+pub use check::{Closure, closure, fork_gaps, problems};
 pub use crown_light::CrownLight;
 pub use cut::CardCut;
 pub use gate::{MeshError, check_indices, optimize};
@@ -35,7 +38,7 @@ pub use keyed::{Key, KeyPlant, card_key, card_mesh, keyed_tubes, picked_leaves};
 #[cfg(feature = "lightmap")]
 pub use lightmap::{LightmapError, unwrap_lightmap};
 pub use tangent::add_tangents;
-pub use tube::{TubeDetail, Wood, meshed_radii, tubes, tubes_in};
+pub use tube::{TubeDetail, Wood, tubes, tubes_in};
 pub use wind::{Limbs, NO_CHAIN, Wind};
 
 /// An indexed triangle mesh, counter-clockwise from outside; all vertex arrays are of equal length.

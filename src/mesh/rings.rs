@@ -89,7 +89,7 @@ impl Base {
 }
 
 /// Makes a plant's radii of a chain those that it is meshed with: as they are, but thinning no faster than [`TAPER`] where a branch has
-/// left. Whoever asks where a branch leaves its parent's wood asks for these.
+/// left.
 pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool) {
     // A stem's own flare is as steep as it is.
     let flared = if is_stem { FLARED * tapered.first().copied().unwrap_or(0.0) } else { 0.0 };
@@ -185,6 +185,34 @@ pub(super) fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
         let mut gone = gone.into_iter();
         rings.retain(|_| !gone.next().unwrap_or(false));
     }
+}
+
+/// Moves the first ring to `foot`. Rings that it would fold with go, the next to it first, and how many did is returned: those that
+/// are left lie at the end. Two are left at least; where these fold, the first stays where it was.
+pub(super) fn stand(rings: &mut [Ring], foot: Vec3) -> usize {
+    let first = rings[0];
+    if first.centre.distance_squared(foot) < 1e-14 {
+        return 0;
+    }
+    for gone in 0..rings.len() - 1 {
+        let left = &mut rings[gone..];
+        let next = left[1];
+        let way = (next.centre - foot).normalize_or_zero();
+        left[0] = Ring { centre: foot, tangent: way, ..first };
+        if let Some(after) = left.get(2) {
+            let on = (after.centre - next.centre).normalize_or_zero();
+            left[1].tangent = (way + on).try_normalize().unwrap_or(next.tangent);
+        } else {
+            left[1].tangent = way;
+        }
+        let clear = next.centre.distance(foot) > first.radius.min(next.radius) * 0.05;
+        if way != Vec3::ZERO && clear && !folds(&left[0], &left[1]) && left.get(2).is_none_or(|c| !folds(&left[1], c)) {
+            return gone;
+        }
+        left[1] = next;
+        left[0] = first;
+    }
+    0
 }
 
 /// Whether one of two rings in a row reaches through the plane of the other.

@@ -1,23 +1,23 @@
 //! Wood: tubes swept along the chains by rotation-minimizing frames.
 //!
-//! Each chain is one skin of welded rings with a doubled column where the texture closes. A branch starts on its
-//! parent's axis and leaves the parent's surface through a collar a bit wider than itself, so that no gap shows and no
-//! vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground, and flares.
+//! Each chain is one skin of welded rings with a doubled column where the texture closes. A branch starts in its parent's
+//! wood as that is meshed (`bearer.rs`) and leaves the parent's surface through a collar a bit wider than itself, so that no
+//! gap shows and no vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground,
+//! and flares.
 //! Bark is as fine on a twig as on the trunk, within a fifth: how it closes round them is told in `bark_uv.rs`.
 
-use std::ops::Range;
-
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bareness::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
-use super::fit::fit;
-use super::rings::{Base, Ring, Scratch, add_rings, taper, unfold};
+use super::bearer::NARROW;
+use super::rings::{Base, Ring, Scratch, add_rings, taper};
+use super::shapes::Shapes;
 use super::sides::sides;
-use super::tangent::tangent_of;
+use super::sweep::{append, flat};
 use super::{CrownLight, Mesh};
-use crate::base::{Frame, Seed, math};
+use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::plan::{Forks, MeshParams};
 
@@ -28,12 +28,8 @@ const FLARE: f32 = 0.38;
 const SLACK: f32 = 2.5;
 /// Share of its error that the end of a coarse tube may be thick to close in a point.
 const BLUNT: f32 = 0.4;
-/// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
-const LEANS: f32 = 0.15;
 /// Chains that a thread takes at once.
-const PART: usize = 64;
-/// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
-const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
+pub(super) const PART: usize = 64;
 
 /// How finely wood is meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,66 +79,18 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
     Wood::of(plant, posed, detail).mesh(light, detail)
 }
 
-/// The radii that a chain is meshed with, one a point, metres: as the plant has them, but where a branch has left the wood
-/// does not thin at once.
-#[must_use]
-pub fn meshed_radii(plant: &Plant, posed: &Posed, id: ChainId) -> Vec<f32> {
-    let mut radii = plant.radii(id).to_vec();
-    taper(posed.chain(plant, id), &mut radii, plant.chain(id).parent.is_none());
-    radii
-}
-
-/// Adds all of `part` to `mesh`.
-fn append(mesh: &mut Mesh, part: &Mesh) {
-    let first = mesh.positions.len() as u32;
-    mesh.positions.extend_from_slice(&part.positions);
-    mesh.normals.extend_from_slice(&part.normals);
-    mesh.tangents.extend_from_slice(&part.tangents);
-    mesh.uvs.extend_from_slice(&part.uvs);
-    mesh.occlusion.extend_from_slice(&part.occlusion);
-    mesh.chains.extend_from_slice(&part.chains);
-    mesh.indices.extend(part.indices.iter().map(|i| i + first));
-}
-
-/// Sines and cosines of the corners of polygons, and of the middles of their sides.
-struct Circles {
-    /// By sides, from three on, twice around: from whichever corner, those of once around lie in a row.
-    all: Vec<Circle>,
-}
-
-struct Circle {
-    corners: Vec<(f32, f32)>,
-    middles: Vec<(f32, f32)>,
-}
-
-impl Circles {
-    fn up_to(sides: u32) -> Self {
-        let at = |k: f32, n: u32| math::sin_cos(std::f32::consts::TAU * k / n as f32);
-        let one = |n: u32| {
-            let corners: Vec<(f32, f32)> = (0..n).map(|k| at(k as f32, n)).collect();
-            let middles: Vec<(f32, f32)> = (0..n).map(|k| at(k as f32 + 0.5, n)).collect();
-            Circle { corners: corners.repeat(2), middles: middles.repeat(2) }
-        };
-        Self { all: (3..=sides.clamp(3, 64)).map(one).collect() }
-    }
-
-    fn of(&self, sides: u32) -> &Circle {
-        &self.all[sides as usize - 3]
-    }
-}
-
 /// A plant's wood, ready to be meshed at any detail: where rings may go is found once, for the finest.
 #[derive(Clone, Debug)]
 pub struct Wood<'a> {
-    plant: &'a Plant,
-    posed: &'a Posed,
+    pub(super) plant: &'a Plant,
+    pub(super) posed: &'a Posed,
     /// As wood is meshed ([`taper`]).
     radii: Vec<f32>,
-    limbs: Vec<Limb>,
+    pub(super) limbs: Vec<Limb>,
     rings: Vec<Ring>,
-    bark: BarkScale,
+    pub(super) bark: BarkScale,
     thickest: f32,
-    thinnest: f32,
+    pub(super) thinnest: f32,
     /// See [`bareness`].
     pub(crate) bare: f32,
     /// The finest detail's error, metres.
@@ -151,13 +99,15 @@ pub struct Wood<'a> {
 
 /// What is known of a chain's skin before it is made.
 #[derive(Clone, Copy, Debug)]
-struct Limb {
+pub(super) struct Limb {
     /// Where its rings lie; two or more, or none for a chain without length.
     rings: (u32, u32),
-    base: Base,
+    pub(super) base: Base,
     /// Largest radius, as the plant has it and as it is meshed, metres.
     own: f32,
-    widest: f32,
+    pub(super) widest: f32,
+    /// Whether its bearer has no room for its base, which is closed then.
+    is_exposed: bool,
 }
 
 impl<'a> Wood<'a> {
@@ -194,7 +144,7 @@ impl<'a> Wood<'a> {
         let ids: Vec<ChainId> = plant.chain_ids().collect();
         if rayon::current_num_threads() == 1 {
             let (limbs, rings) = read(&ids);
-            return Self { limbs, rings, ..wood };
+            return Self { limbs, rings, ..wood }.with_exposed_bases(finest);
         }
         let parts: Vec<(Vec<Limb>, Vec<Ring>)> = ids.par_chunks(PART).map(read).collect();
         wood.limbs.reserve_exact(ids.len());
@@ -204,7 +154,14 @@ impl<'a> Wood<'a> {
             wood.limbs.extend(limbs.into_iter().map(|limb| limb.moved(first)));
             wood.rings.extend(rings);
         }
-        wood
+        wood.with_exposed_bases(finest)
+    }
+
+    fn with_exposed_bases(mut self, finest: &TubeDetail) -> Self {
+        for id in self.plant.chain_ids() {
+            self.limbs[id.index()].is_exposed = self.is_exposed(id, finest);
+        }
+        self
     }
 
     /// Reads one chain.
@@ -228,11 +185,44 @@ impl<'a> Wood<'a> {
         let first = rings.len() as u32;
         add_rings(rings, (points, radii), base, (self.error(widest, finest), self.thinnest), scratch);
         let own = self.plant.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
-        Limb { rings: (first, rings.len() as u32), base, own, widest }
+        Limb { rings: (first, rings.len() as u32), base, own, widest, is_exposed: false }
+    }
+
+    /// Whether the wood that bears a chain is too thin there, or ends too near, for its first ring to lie within.
+    fn is_exposed(&self, id: ChainId, finest: &TubeDetail) -> bool {
+        let chain = self.plant.chain(id);
+        let Some(parent) = chain.parent else { return false };
+        let (limb, bearer) = (&self.limbs[id.index()], &self.limbs[parent.index()]);
+        let (own, rings) = (self.rings_of(limb), self.rings_of(bearer));
+        let [first, second, ..] = *own else { return false };
+        let (Base::Fork { axis, .. }, [.., last]) = (limb.base, rings) else { return true };
+        let arc = last.arc * chain.location;
+        let span = rings.partition_point(|ring| ring.arc <= arc).clamp(1, rings.len() - 1) - 1;
+        let (a, b) = (&rings[span], &rings[span + 1]);
+        let skin = self.skin(bearer, finest);
+        let end = if skin.is_pointed && span + 2 == rings.len() { 0.0 } else { b.radius };
+        let wood = (a.radius + (end - a.radius) * ((arc - a.arc) / (b.arc - a.arc))) * flat(skin.sides);
+        // How far its ring reaches along the bearer.
+        let way = (second.centre - first.centre).normalize_or_zero();
+        let needed = first.radius * NARROW;
+        let along = needed * (1.0 - way.dot(axis) * way.dot(axis)).max(0.0).sqrt();
+        wood < needed || last.arc - arc < along
+    }
+
+    /// How far the base of a branch may stick out of its bearer, metres: not at all at the finest detail, and on coarser ones by the
+    /// error, which is too little to be seen. Drawn in there, too, branches would cover up to 15 % less.
+    pub(super) fn may_stick_out(&self, detail: &TubeDetail) -> f32 {
+        if detail.error <= self.finest { 0.0 } else { detail.error }
+    }
+
+    /// Whether a chain's base is closed by a cap: what would be seen of it where it is open is more than the error.
+    pub(super) fn is_capped(&self, id: ChainId, detail: &TubeDetail) -> bool {
+        let limb = &self.limbs[id.index()];
+        limb.is_exposed && self.rings[limb.rings.0 as usize].radius > self.may_stick_out(detail)
     }
 
     /// How far a chain may stray, metres.
-    fn error(&self, widest: f32, detail: &TubeDetail) -> f32 {
+    pub(super) fn error(&self, widest: f32, detail: &TubeDetail) -> f32 {
         let share = (widest / self.thickest.max(1e-9)).clamp(0.0, 1.0).sqrt();
         let slack = (SLACK - 1.0) * (1.0 - self.bare);
         detail.error * (1.0 + slack * (1.0 - math::smoothstep(0.15, 0.45, share)))
@@ -257,12 +247,10 @@ impl<'a> Wood<'a> {
     #[must_use]
     pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
         let kept = self.kept(detail);
-        let sides = |id: &ChainId| self.skin(&self.limbs[id.index()], detail).sides;
-        let with_rings = kept.iter().filter(|id| !self.rings_of(&self.limbs[id.index()]).is_empty());
-        let circles = Circles::up_to(with_rings.map(sides).max().unwrap_or(3));
+        let shapes = Shapes::of(self, &kept, detail);
         let sweep = |ids: &[ChainId]| {
-            let (mut mesh, mut rings) = (Mesh::default(), Vec::new());
-            ids.iter().for_each(|&id| self.sweep(id, (light, detail, &circles), &mut rings, &mut mesh));
+            let (mut mesh, mut own) = (Mesh::default(), Vec::new());
+            ids.iter().for_each(|&id| self.sweep(id, (light, detail, &shapes), &mut own, &mut mesh));
             mesh
         };
         if rayon::current_num_threads() == 1 {
@@ -291,7 +279,7 @@ impl<'a> Wood<'a> {
             let limb = &self.limbs[id.index()];
             let error = self.error(limb.widest, detail);
             let kept = self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)).count();
-            if kept == 0 { 0 } else { self.skin(limb, detail).triangles(kept) }
+            if kept == 0 { 0 } else { self.skin(limb, detail).triangles(kept, self.is_capped(*id, detail)) }
         };
         self.kept(detail).iter().map(of).sum()
     }
@@ -309,12 +297,12 @@ impl<'a> Wood<'a> {
         if length > 0.0 { area / length } else { 0.0 }
     }
 
-    fn rings_of(&self, limb: &Limb) -> &[Ring] {
+    pub(super) fn rings_of(&self, limb: &Limb) -> &[Ring] {
         &self.rings[limb.rings.0 as usize..limb.rings.1 as usize]
     }
 
     /// How a chain that has rings is skinned.
-    fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
+    pub(super) fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
         Skin {
             sides: sides(limb.widest, self.thickest, detail, self.error(limb.widest, detail)),
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
@@ -331,7 +319,7 @@ impl<'a> Wood<'a> {
 
     /// By how much the rings that a coarse tube keeps are to be wider, to cover what all of them do: a twig that has lost the
     /// ring before its point would be a cone from its base on.
-    fn fuller(&self, limb: &Limb, kept: &[Ring], is_pointed: bool) -> f32 {
+    pub(super) fn fuller(&self, limb: &Limb, kept: &[Ring], is_pointed: bool) -> f32 {
         let (all, was_pointed) = (self.rings_of(limb), self.is_pointed(limb, self.finest));
         if all.len() == kept.len() && is_pointed == was_pointed {
             return 1.0;
@@ -347,173 +335,25 @@ impl<'a> Wood<'a> {
         if kept > 0.0 { (all / kept).clamp(0.5, 2.0) } else { 1.0 }
     }
 
-    /// How bright wood of a radius is at a place: twigs have no bark yet, and are darker than the pale bark of some stems.
-    fn shade(light: &CrownLight, place: Vec3, radius: f32) -> u8 {
-        let (young, thin, thick) = YOUNG;
-        let age = young + (1.0 - young) * math::smoothstep(thin, thick, radius);
-        (f32::from(light.shade(place)) * age + 0.5) as u8
-    }
-
     /// The radius of a stem above its flare, metres.
-    fn above_flare(&self, id: ChainId) -> f32 {
+    pub(super) fn above_flare(&self, id: ChainId) -> f32 {
         let radii = &self.radii[self.plant.span(id)];
         self.posed.curve(self.plant, id).value(radii, ABOVE).min(radii[0])
-    }
-
-    /// Adds one chain's skin; `rings` are used again.
-    fn sweep(
-        &self,
-        id: ChainId,
-        (light, detail, circles): (&CrownLight, &TubeDetail, &Circles),
-        rings: &mut Vec<Ring>,
-        mesh: &mut Mesh,
-    ) {
-        let limb = &self.limbs[id.index()];
-        let (base, error) = (limb.base, self.error(limb.widest, detail));
-        rings.clear();
-        rings.extend(self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)));
-        if rings.is_empty() {
-            return;
-        }
-        let skin = self.skin(limb, detail);
-        let Skin { sides, is_pointed } = skin;
-        fit(rings, self.rings_of(limb), error);
-        let fuller = self.fuller(limb, rings, is_pointed);
-        unfold(rings, matches!(base, Base::Ground { .. }));
-        // Those that have vertices all round.
-        let body = &rings[..rings.len() - usize::from(is_pointed)];
-        let (first, tip) = (rings[0], rings[rings.len() - 1]);
-        let foot = self.posed.chain(self.plant, id)[0];
-        let columns = sides as usize + 1;
-        let circle = circles.of(sides);
-        // As wide in the mean of all views as what is round: the corners of a prism of three sides stand 21 % out. With
-        // corners on the circle it would cover 17 % too little, and twigs of coarse levels would fade. `sides` counts on it.
-        let widened = std::f32::consts::PI / (sides as f32 * circle.middles[0].0);
-        let girth = |radius: f32| std::f32::consts::TAU * radius;
-        // A stem's flare goes round as often as the wood above it.
-        let most = match base {
-            Base::Ground { .. } => self.bark.around(girth(self.above_flare(id))).ceil(),
-            Base::Fork { .. } => f32::MAX,
-        };
-        let around = |radius: f32| self.bark.around(girth(radius)).min(most);
-        let mut v = Seed::new(0).child("bark").at(u64::from(id.0)).unit();
-        let mut frame = if self.plant.chain(id).parent.is_some() { self.posed.frame(id, 0.0) } else { Frame::WORLD };
-        frame = frame.transported(first.tangent);
-        let once = &circle.corners[..sides as usize];
-        let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
-        let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
-        let mut density_before = None;
-        let mut last = first;
-        let start = mesh.positions.len() as u32;
-        let vertices = body.len() * columns + sides as usize;
-        mesh.positions.reserve(vertices);
-        mesh.normals.reserve(vertices);
-        mesh.tangents.reserve(vertices);
-        mesh.uvs.reserve(vertices);
-        mesh.occlusion.reserve(vertices);
-        mesh.indices.reserve(skin.triangles(rings.len()) * 3);
-        // The wood's own normals, before they lean on the parent's, up to the last ring that does.
-        let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
-        let mut own: Vec<Vec3> = Vec::with_capacity((leaning + 1).min(body.len()) * columns);
-        for (j, ring) in body.iter().enumerate() {
-            frame = frame.transported(ring.tangent);
-            let (here, girth) = (around(ring.radius), girth(ring.radius));
-            let density = here / girth.max(1e-6);
-            v -= last.centre.distance(ring.centre) * 0.5 * (density + density_before.unwrap_or(density));
-            density_before = Some(density);
-            let shade = Self::shade(light, ring.centre, ring.radius);
-            let slope = ring.slope.clamp(-2.0, 2.0);
-            // Normals stand at one angle to the axis all round.
-            let (across, along) = (1.0 / (1.0 + slope * slope).sqrt(), frame.y * -slope);
-            for (k, &(sin, cos)) in corners.iter().enumerate() {
-                let radial = frame.x * cos - frame.z * sin;
-                // From the side that lies opposite the seam, so that changes of the number shear the least.
-                let u = here * (k as f32 / sides as f32 - 0.5);
-                let normal = (radial + along) * across;
-                let place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
-                // Round the wood u grows, against its way v does.
-                let around = frame.x * -sin - frame.z * cos;
-                let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
-                if j <= leaning {
-                    own.push(normal);
-                }
-                if j < leaning {
-                    let leant = base.blended(foot, place, normal, ring.radius);
-                    seen = (leant, tangent_of(leant, around, -frame.y));
-                }
-                push(mesh, place, seen, Vec2::new(u, v), shade);
-            }
-            last = *ring;
-        }
-        if matches!(base, Base::Ground { .. }) {
-            let density = around(first.radius) / girth(first.radius).max(1e-6);
-            set_down(mesh, start as usize..start as usize + columns, (foot.y, first.tangent), density);
-        }
-        let columns = columns as u32;
-        for j in 0..body.len() as u32 - 1 {
-            for k in 0..sides {
-                let a = start + j * columns + k;
-                let (b, c, d) = (a + 1, a + columns, a + columns + 1);
-                mesh.indices.extend([a, b, d, a, d, c]);
-                if (j as usize) < leaning {
-                    for t in [[a, b, d], [a, d, c]] {
-                        if is_lit_from_behind(mesh, t) {
-                            for i in t.map(|i| i as usize) {
-                                let [x, y, z, _] = mesh.tangents[i];
-                                let growing = Vec3::new(x, y, z);
-                                mesh.normals[i] = own[i - start as usize];
-                                mesh.tangents[i] = tangent_of(mesh.normals[i], growing, growing.cross(mesh.normals[i]));
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        let apex = if is_pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
-        let height = apex.distance(last.centre).max(self.thinnest);
-        v -= height * density_before.unwrap_or(0.0);
-        let shade = Self::shade(light, apex, last.radius);
-        let rim = start + (body.len() as u32 - 1) * columns;
-        let apexes = mesh.positions.len() as u32;
-        for (k, &(sin, cos)) in (0..).zip(middles) {
-            // Each side of the cone has a tip of its own, so that its texture is not pinched to one column.
-            let radial = frame.x * cos + frame.z * -sin;
-            let normal = (radial + frame.y * (last.radius / height).min(2.0)).normalize_or(radial);
-            let u = around(last.radius) * ((k as f32 + 0.5) / sides as f32 - 0.5);
-            let tangent = tangent_of(normal, frame.x * -sin - frame.z * cos, -frame.y);
-            push(mesh, apex, (normal, tangent), Vec2::new(u, v), shade);
-            mesh.indices.extend([rim + k, rim + k + 1, apexes + k]);
-        }
-        mesh.chains.resize(mesh.positions.len(), id.0);
-    }
-}
-
-/// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,
-/// and straight down flat. `density` is of bark, repeats a metre.
-fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3), density: f32) {
-    if tangent.y <= LEANS {
-        return;
-    }
-    let way = (tangent + Vec3::Y).normalize_or(Vec3::Y);
-    for (place, uv) in mesh.positions[ring.clone()].iter_mut().zip(&mut mesh.uvs[ring]) {
-        let down = ((place.y - ground) / way.y).max(0.0);
-        *place -= way * down;
-        uv.y += down * density;
     }
 }
 
 /// What a chain's skin is like.
 #[derive(Clone, Copy, Debug)]
-struct Skin {
-    sides: u32,
+pub(super) struct Skin {
+    pub(super) sides: u32,
     /// Whether its end closes in one point.
-    is_pointed: bool,
+    pub(super) is_pointed: bool,
 }
 
 impl Skin {
-    /// Of so many rings.
-    fn triangles(&self, rings: usize) -> usize {
-        (2 * (rings - usize::from(self.is_pointed)) - 1) * self.sides as usize
+    /// Of so many rings, with a cap on its base or without.
+    pub(super) fn triangles(&self, rings: usize, is_capped: bool) -> usize {
+        (2 * (rings - usize::from(self.is_pointed)) - 1 + usize::from(is_capped)) * self.sides as usize
     }
 }
 
@@ -525,29 +365,8 @@ impl Limb {
 }
 
 /// Whether a ring is needed under a bound.
-fn is_kept(ring: &Ring, error: f32) -> bool {
+pub(super) fn is_kept(ring: &Ring, error: f32) -> bool {
     error <= 0.0 || ring.worth > error
-}
-
-/// Whether a triangle faces away from the normals of all its corners.
-fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
-    let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-    let face = (b - a).cross(c - a);
-    triangle.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
-}
-
-fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv: Vec2, shade: u8) {
-    mesh.positions.push(position);
-    mesh.normals.push(normal);
-    mesh.tangents.push(tangent);
-    mesh.uvs.push(uv);
-    mesh.occlusion.push(shade);
-}
-
-/// The corner of a ring that lies uppermost.
-fn uppermost(circle: &[(f32, f32)], frame: Frame) -> usize {
-    let up = |&k: &usize| circle[k].1 * frame.x.y - circle[k].0 * frame.z.y;
-    (0..circle.len()).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0)
 }
 
 /// The flare that a stem still needs: none when its own radii widen at the ground, as a scan's do.
