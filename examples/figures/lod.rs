@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-use treewright::bake::{self, View};
+use treewright::bake::View;
 use treewright::build::pipeline::{make_set, read_inputs, set_key};
 use treewright::build::{Cache, find_presets, load_preset};
 use treewright::lod::{Asked, Measured, Reference};
@@ -312,8 +312,10 @@ fn atlas(name: &str, set: &Set) {
     let value = |field: &str| told[field].as_f64().unwrap_or(0.0);
     let how = format!("{} pictures at scale {:.2}", value("pictures"), value("scale"));
     Figure::new(format!("lod.{name}.atlas_utilisation"), value("utilisation"), "share", how).goal(">= 0.75").print();
-    let coverage = bake::coverage(&set.leaf, 6);
-    let off = coverage.iter().map(|c| f64::from((c / coverage[0].max(1e-6) - 1.0).abs())).fold(0.0, f64::max);
+    // Of the atlas as it was written; the manifest knows which pictures are mixed with others before alpha is cut.
+    let coverage: Vec<f64> = told["coverage"].as_array().into_iter().flatten().filter_map(|c| c.as_f64()).collect();
+    let first = coverage.first().map_or(1e-6, |c| c.max(1e-6));
+    let off = coverage.iter().map(|c| (c / first - 1.0).abs()).fold(0.0, f64::max);
     Figure::new(
         format!("lod.{name}.alpha_per_mip"),
         off,

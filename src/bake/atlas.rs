@@ -1,8 +1,9 @@
 //! The set's atlas: many pictures in one, with gutters that survive the mips.
 //!
-//! Each picture lies in a cell of its own, its sides and corner multiples of 8 texels, so that no texel of the first
-//! three mips mixes two pictures. The rest of the cell repeats the picture's edge. Pictures that don't fit at full size
-//! are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
+//! Each picture begins at a multiple of 8 texels, in a cell of its own whose sides are multiples of that, so that no texel of
+//! the first three mips mixes two pictures (of the third, gutters of eight may meet), and those of a picture are the same in every atlas:
+//! alpha is made for them, and levels are settled by it before there is an atlas. The rest of the cell repeats the picture's edge. Pictures that don't fit at full
+//! size are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
 //! sides stay powers of two.
 //!
 //! A [`Layout`] is made from sizes alone, and normals and material are drawn apart from colours: a new tint draws the
@@ -22,8 +23,16 @@ use crate::preset::plan::AtlasParams;
 
 /// Cells begin and end at multiples of this many texels.
 const ALIGN: u32 = 8;
+/// The same of pictures with sides of so many texels and more, which come first: they are seen in two mips more.
+const ALIGN_LARGE: u32 = 32;
+const LARGE: u32 = 128;
 /// Scales are whole multiples of one over this.
 const SCALES: u32 = 1024;
+
+/// How far before a multiple of [`ALIGN`] cells with such a margin begin less a whole one, texels: so that pictures begin at one.
+const fn before(margin: u32) -> u32 {
+    (ALIGN - margin % ALIGN) % ALIGN
+}
 
 /// A picture's place in an atlas, texels, without its gutter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -159,15 +168,20 @@ impl Layout {
             sizes.iter().map(|t| (side(t.0) as u32, side(t.1) as u32)).collect()
         };
         let fit = |k: u32, group: &dyn Fn(usize) -> usize| -> Option<Vec<(u32, u32)>> {
-            let cell = |n: u32| n.saturating_add(2 * margin).checked_next_multiple_of(ALIGN).unwrap_or(u32::MAX);
-            let cells: Vec<(u32, u32)> = sizes_at(k).iter().map(|&(w, h)| (cell(w), cell(h))).collect();
+            let cell = |n: u32, of: u32| n.saturating_add(2 * margin).checked_next_multiple_of(of).unwrap_or(u32::MAX);
+            let cells = sizes_at(k).into_iter().map(|(w, h)| {
+                let of = if w.min(h) >= LARGE { ALIGN_LARGE } else { ALIGN };
+                (cell(w, of), cell(h, of))
+            });
+            let cells: Vec<(u32, u32)> = cells.collect();
             let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
             if area > u64::from(size) * u64::from(size) {
                 return None;
             }
             let mut order: Vec<usize> = (0..cells.len()).collect();
             order.sort_by_key(|&i| (group(i), std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
-            skyline::place(&cells, &order, size)
+            // Cells begin between multiples, pictures at them.
+            skyline::place(&cells, &order, size - if before(margin) > 0 { ALIGN } else { 0 })
         };
         let ends: Vec<usize> = groups
             .iter()
@@ -179,7 +193,8 @@ impl Layout {
         let own = |i: usize| ends.partition_point(|&end| end <= i);
         let one = |_: usize| 0;
         let height = |corners: &[(u32, u32)], sizes: &[(u32, u32)]| {
-            let bottom = corners.iter().zip(sizes).map(|(&(_, y), s)| y + s.1 + 2 * margin).max().unwrap_or(1);
+            let bottom =
+                corners.iter().zip(sizes).map(|(&(_, y), s)| y + before(margin) + s.1 + 2 * margin).max().unwrap_or(1);
             bottom.next_power_of_two().min(size)
         };
         // Half the texels are worth more than places that stay.
@@ -206,7 +221,10 @@ impl Layout {
         let sizes = sizes_at(k);
         let height = height(&corners, &sizes);
         let rects: Vec<Rect> = (corners.iter().zip(sizes))
-            .map(|(&(x, y), (width, height))| Rect { x: x + margin, y: y + margin, width, height })
+            .map(|(&(x, y), (width, height))| {
+                let first = before(margin) + margin;
+                Rect { x: x + first, y: y + first, width, height }
+            })
             .collect();
         let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
         let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
@@ -323,7 +341,8 @@ impl Layout {
     /// First column and row of a picture's cell, and those behind it.
     fn cell(&self, rect: &Rect) -> (u32, u32, u32, u32) {
         let margin = self.gutter.div_ceil(2);
-        let end = |v: u32, most: u32| (v + margin).next_multiple_of(ALIGN).min(most);
+        let before = before(margin);
+        let end = |v: u32, most: u32| ((v + margin - before).next_multiple_of(ALIGN) + before).min(most);
         let (right, below) = (rect.x + rect.width, rect.y + rect.height);
         (rect.x - margin, rect.y - margin, end(right, self.width), end(below, self.height))
     }
@@ -349,24 +368,26 @@ impl Layout {
 
     /// Squares that no cell holds take the colour of those around them.
     fn fill_between(&self, color: &mut [[u8; 4]]) {
-        let (columns, rows) = (self.width / ALIGN, self.height / ALIGN);
+        // The largest that cells consist of.
+        let side = 1 << (ALIGN | before(self.gutter.div_ceil(2))).trailing_zeros();
+        let (columns, rows) = (self.width / side, self.height / side);
         if columns == 0 || rows == 0 {
             return;
         }
         let mut squares = vec![[0_u8; 4]; (columns * rows) as usize];
         for rect in &self.rects {
             let (x0, y0, x1, y1) = self.cell(rect);
-            for (y, x) in (y0 / ALIGN..y1 / ALIGN).flat_map(|y| (x0 / ALIGN..x1 / ALIGN).map(move |x| (y, x))) {
-                let middle = (y * ALIGN + ALIGN / 2) * self.width + x * ALIGN + ALIGN / 2;
+            for (y, x) in (y0 / side..y1 / side).flat_map(|y| (x0 / side..x1 / side).map(move |x| (y, x))) {
+                let middle = (y * side + side / 2) * self.width + x * side + side / 2;
                 let [r, g, b, _] = color[middle as usize];
                 squares[(y * columns + x) as usize] = [r, g, b, 255];
             }
         }
         dilate_color(&mut squares, columns, rows);
         for (i, square) in squares.iter().enumerate().filter(|(_, s)| s[3] == 0) {
-            let (x, y) = (i as u32 % columns * ALIGN, i as u32 / columns * ALIGN);
-            for row in y..y + ALIGN {
-                color[(row * self.width + x) as usize..][..ALIGN as usize].fill([square[0], square[1], square[2], 0]);
+            let (x, y) = (i as u32 % columns * side, i as u32 / columns * side);
+            for row in y..y + side {
+                color[(row * self.width + x) as usize..][..side as usize].fill([square[0], square[1], square[2], 0]);
             }
         }
     }
@@ -397,17 +418,17 @@ mod tests {
         let atlas = pack(&[&b, &a], &AtlasParams { size: 64, gutter: 4 }).unwrap();
         assert_eq!(
             atlas.layout.rects,
-            [Rect { x: 18, y: 2, width: 4, height: 4 }, Rect { x: 2, y: 2, width: 12, height: 12 }]
+            [Rect { x: 24, y: 8, width: 4, height: 4 }, Rect { x: 8, y: 8, width: 12, height: 12 }]
         );
-        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.layout.scale), (64, 16, 1.0));
+        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.layout.scale), (64, 32, 1.0));
         let at = |x: usize, y: usize| atlas.maps.color[y * 64 + x];
-        assert_eq!([at(0, 0), at(15, 15), at(16, 0), at(23, 7)].map(|c| c[0]), [10, 10, 200, 200]);
-        assert_eq!(at(24, 0)[3], 0);
+        assert_eq!([at(6, 6), at(21, 21), at(22, 6), at(29, 13)].map(|c| c[0]), [10, 10, 200, 200]);
+        assert_eq!([at(30, 6), at(5, 8), at(0, 0)].map(|c| c[3]), [0; 3]);
         // What no picture holds goes on in their colours.
-        assert!((10..=200).contains(&at(24, 0)[0]) && at(60, 12)[0] > 0);
+        assert!([at(30, 6), at(5, 8), at(0, 0)].iter().all(|c| (10..=200).contains(&c[0])) && at(60, 12)[0] > 0);
         let mut mesh = Mesh { uvs: vec![Vec2::ZERO, Vec2::ONE], tiles: vec![0, 1], ..Mesh::default() };
         atlas.layout.place(&mut mesh).unwrap();
-        assert_eq!(mesh.uvs, [Vec2::new(18.0 / 64.0, 2.0 / 16.0), Vec2::new(14.0 / 64.0, 14.0 / 16.0)]);
+        assert_eq!(mesh.uvs, [Vec2::new(24.0 / 64.0, 8.0 / 32.0), Vec2::new(20.0 / 64.0, 20.0 / 32.0)]);
         assert!(mesh.tiles.is_empty());
         let mut wrong = Mesh { uvs: vec![Vec2::ZERO], tiles: vec![2], ..Mesh::default() };
         assert_eq!(atlas.layout.place(&mut wrong), Err(AtlasError::Tiles));
@@ -424,7 +445,7 @@ mod tests {
             let (margin, width) = (gutter.div_ceil(2), atlas.maps.width);
             let mut taken = vec![false; (width * atlas.maps.height) as usize];
             for r in &atlas.layout.rects {
-                assert_eq!(((r.x - margin) % ALIGN, (r.y - margin) % ALIGN), (0, 0));
+                assert_eq!((r.x % ALIGN, r.y % ALIGN), (0, 0));
                 for y in r.y - margin..r.y + r.height + margin {
                     for x in r.x - margin..r.x + r.width + margin {
                         assert!(!std::mem::replace(&mut taken[(y * width + x) as usize], true));

@@ -17,12 +17,18 @@ const SMALLEST_EDGE: u32 = 32;
 /// another. Texels that are smaller than samples are points, and points keep what is covered.
 const MOST_LEVELS: usize = 6;
 
+/// Where the first picture of an atlas begins.
+const AROUND: u32 = 8;
+
 /// One mip.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
     width: u32,
     height: u32,
     alpha: Vec<u8>,
+    /// Where the picture lies in it and how far it goes, texels: all of it, but for what an atlas has around it.
+    corner: Vec2,
+    extent: Vec2,
     /// Smallest alpha that is kept.
     threshold: u8,
     /// Whether it is seen between texels at any size, and not only where they are magnified.
@@ -75,7 +81,8 @@ impl Run {
 impl Level {
     /// Tested at a half.
     fn new(width: u32, height: u32, alpha: Vec<u8>) -> Self {
-        Self { width, height, alpha, threshold: 128, filtered: false, between: OnceLock::new() }
+        let (corner, extent) = (Vec2::ZERO, Vec2::new(width as f32, height as f32));
+        Self { width, height, alpha, corner, extent, threshold: 128, filtered: false, between: OnceLock::new() }
     }
 
     fn between(&self) -> &[u16] {
@@ -92,16 +99,16 @@ impl Level {
         })
     }
 
-    /// Texels.
-    pub(super) fn size(&self) -> Vec2 {
-        Vec2::new(self.width as f32, self.height as f32)
+    /// A place of the picture, 0..=1, in texels.
+    pub(super) fn place(&self, uv: Vec2) -> Vec2 {
+        self.corner + uv * self.extent
     }
 
     /// Whether the picture covers a point of it, 0..=1: alpha test with edges clamped, of the nearest texel or, where texels
     /// are large, of the four around it.
     #[inline]
     pub(super) fn shows(&self, magnified: bool, uv: Vec2) -> bool {
-        let at = uv * self.size();
+        let at = self.place(uv);
         if magnified || self.filtered { self.covers_between(at.x, at.y) } else { self.covers(at.x, at.y) }
     }
 
@@ -222,10 +229,38 @@ impl Cutout {
     /// As [`new`](Self::new), of alpha that is made for its mips (`mip_coverage.rs`), as engines show it: filtered between texels
     /// and cut at a half at every level.
     #[must_use]
-    pub fn as_made(width: u32, height: u32, alpha: Vec<u8>) -> Self {
-        let mut cutout = Self::new(width, height, alpha);
-        for level in &mut cutout.levels {
-            (level.threshold, level.filtered) = (128, true);
+    pub fn as_made(width: u32, height: u32, mut alpha: Vec<u8>) -> Self {
+        let count = width as usize * height as usize;
+        if count == 0 || alpha.len() < count {
+            return Self::new(0, 0, Vec::new());
+        }
+        alpha.truncate(count);
+        let mut levels = vec![Level { filtered: true, ..Level::new(width, height, alpha) }];
+        while let Some(last) = levels.last().filter(|l| l.width.max(l.height) > 1 && levels.len() < MOST_LEVELS) {
+            levels.push(Level { filtered: true, ..half(last) });
+        }
+        Self { levels }
+    }
+
+    /// As [`as_made`](Self::as_made), of a picture that an atlas keeps at such multiples of texels, with a gutter around it: mips of the
+    /// same squares as its.
+    pub(crate) fn as_packed(width: u32, height: u32, alpha: &[u8]) -> Self {
+        if width == 0 || height == 0 || alpha.len() < width as usize * height as usize {
+            return Self::new(0, 0, Vec::new());
+        }
+        let all = |side: u32| (side + 2 * AROUND).next_multiple_of(1 << (MOST_LEVELS - 1));
+        let (wide, high) = (all(width), all(height));
+        let within = |i: u32, side: u32| (i.saturating_sub(AROUND)).min(side - 1);
+        let row = |y: u32| {
+            let line = &alpha[(within(y, height) * width) as usize..][..width as usize];
+            (0..wide).map(move |x| line[within(x, width) as usize])
+        };
+        let padded = (0..high).flat_map(row).collect();
+        let mut cutout = Self::as_made(wide, high, padded);
+        for (k, level) in cutout.levels.iter_mut().enumerate() {
+            let texel = 1.0 / (1_u32 << k) as f32;
+            level.corner = Vec2::splat(AROUND as f32) * texel;
+            level.extent = Vec2::new(width as f32, height as f32) * texel;
         }
         cutout
     }
@@ -238,7 +273,7 @@ impl Cutout {
 
     /// Texels of the full picture.
     pub(super) fn texels(&self) -> f32 {
-        self.levels[0].width as f32 * self.levels[0].height as f32
+        self.levels[0].extent.x * self.levels[0].extent.y
     }
 
     /// The level at which `area` texels of the full picture become one.

@@ -30,6 +30,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Maps, Rect};
+use crate::base::math;
 
 /// Alpha at which a leaf's texel is solid: the cut-off of the `MASK` material, as a share of full alpha.
 pub const ALPHA_CUTOFF: f32 = 0.5;
@@ -55,8 +56,16 @@ const SPARSE: f32 = 0.15;
 const MARGIN: f32 = 1.5;
 /// How far from the cut-off squares are left alone, beyond those that change sides.
 const FAR: f32 = 15.0;
-/// How often all is designed.
-const ROUNDS: usize = 4;
+/// How each time that all is designed the next is asked for what is short: at first for more than that, as each mip answers to its
+/// own with less.
+const EAGER: [f32; 6] = [1.5, 1.5, 1.2, 1.0, 1.0, 1.0];
+/// By how much of what it shows a mip is taken to be short or over at most, and what is asked for at most.
+const LEAST_MORE: f32 = 0.4;
+const MOST_ASKED: f32 = 8.0;
+/// How much the mips count, level 1 first, and how many squares of a picture they hold at least to be designed: fewer are moved by what
+/// lies beside them.
+const WEIGHTS: [f32; MIPS] = [2.0, 2.0, 1.5, 1.0, 1.0, 0.5, 0.3, 0.1];
+const FEW: f64 = 4.0;
 /// Of what a mip shows, how much it is asked for at first, where pictures are sparse and where not: the settling of coarser
 /// mips brings finer ones nearer to the cut-off.
 const ASKED: [f32; 2] = [0.55, 0.95];
@@ -74,7 +83,7 @@ pub fn coverage(maps: &Maps, levels: usize) -> Vec<f32> {
 /// Coverage before and after a correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoverageReport {
-    /// Share of the pictures that shows, level 0 to 5, as they were.
+    /// Share of the pictures that shows, of sheets of frames what is solid, level 0 to 5, as they were.
     pub before: Vec<f32>,
     /// The same as it is now.
     pub after: Vec<f32>,
@@ -100,20 +109,55 @@ pub enum Blending {
 /// Changes alpha so that in each of the given pictures, or all over where none are given, the first eight box-filtered mips show as
 /// much as level 0 does, as far as their texels are a picture's own. What is solid at level 0 stays so, and no more.
 pub fn preserve_alpha(alpha: &mut [u8], size: (u32, u32), pictures: &[(Rect, Blending)]) -> CoverageReport {
+    preserved(alpha, size, pictures, &mut Design::default())
+}
+
+/// As [`preserve_alpha`], by what was found of the same pictures before.
+pub(crate) fn preserved(
+    alpha: &mut [u8],
+    size: (u32, u32),
+    pictures: &[(Rect, Blending)],
+    design: &mut Design,
+) -> CoverageReport {
     let before = coverage_of(alpha, size, pictures, TOLD + 1);
-    Design::default().move_alpha(alpha, size, pictures);
+    design.move_alpha(alpha, size, pictures);
     let after = coverage_of(alpha, size, pictures, TOLD + 1);
     CoverageReport { before, after }
+}
+
+/// What the mips of a picture are asked for, level 1 first, as shares of what it covers, so that they show as much: what one atlas found
+/// holds in others.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Asked([f32; MIPS]);
+
+impl Default for Asked {
+    fn default() -> Self {
+        Self::SHEET
+    }
+}
+
+impl Asked {
+    /// Of a sheet of frames, in which squares are counted.
+    pub(crate) const SHEET: Self = Self([1.0; MIPS]);
 }
 
 /// What mips are asked for, found by moving alpha: who moves pictures that are nearly those from before need not find it again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Design {
-    /// A factor for each picture and mip, in place of 1.
-    asked: Vec<[f32; MIPS]>,
+    asked: Vec<Asked>,
 }
 
 impl Design {
+    /// Of pictures that were designed before.
+    pub(crate) fn of(asked: Vec<Asked>) -> Self {
+        Self { asked }
+    }
+
+    /// By picture; none before alpha was moved.
+    pub(crate) fn asked(&self) -> &[Asked] {
+        &self.asked
+    }
+
     /// As [`preserve_alpha`]. Does nothing where `alpha` is not of the size.
     pub(crate) fn move_alpha(&mut self, alpha: &mut [u8], (width, height): (u32, u32), pictures: &[(Rect, Blending)]) {
         let (wide, high) = (width as usize, height as usize);
@@ -123,26 +167,36 @@ impl Design {
         let pictures = Picture::all(alpha, (width, height), pictures);
         let is_known = self.asked.len() == pictures.len();
         if !is_known {
-            self.asked = pictures.iter().map(|p| [p.asked_at_first(); MIPS]).collect();
+            self.asked = pictures.iter().map(|p| Asked([p.asked_at_first(); MIPS])).collect();
         }
         let asks = !is_known && pictures.iter().any(|p| p.blending == Blending::Alone);
-        let rounds = if asks { ROUNDS } else { 1 };
         if !wide.is_multiple_of(2) || !high.is_multiple_of(2) {
             return;
         }
         let (free, gaps) = (free(alpha, wide), gaps(&pictures, (wide, high)));
         let texel = |square: usize, i: usize| Square::texel(alpha[i], free[i], gaps[square]);
         let first = Level::of(wide / 2, high / 2, texel);
-        for round in 1..=rounds {
-            let levels = self.designed(&first, &pictures);
+        let moved = |design: &Self| {
             let mut moved = alpha.to_vec();
-            settle(&mut moved, (&free, &gaps), &levels);
-            if round == rounds {
-                alpha.copy_from_slice(&moved);
-            } else {
-                self.ask(moved, (wide, high), &pictures);
+            settle(&mut moved, (&free, &gaps), &design.designed(&first, &pictures));
+            moved
+        };
+        // Mips pull at each other, and what is asked for may come out worse than before: of each picture the best is kept.
+        let mut best = vec![(f32::INFINITY, Asked::SHEET); pictures.len()];
+        for &eager in if asks { &EAGER[..] } else { &[] } {
+            let asked = self.asked.clone();
+            let off = self.ask(moved(self), (wide, high), &pictures, eager);
+            for ((best, off), asked) in best.iter_mut().zip(off).zip(asked) {
+                if off < best.0 {
+                    *best = (off, asked);
+                }
             }
         }
+        if asks {
+            self.asked = best.into_iter().map(|(_, asked)| asked).collect();
+        }
+        let moved = moved(self);
+        alpha.copy_from_slice(&moved);
     }
 
     /// The mips, as they are to be, from the first as it is.
@@ -151,7 +205,7 @@ impl Design {
         let mut next = first.clone();
         loop {
             let k = levels.len() + 1;
-            next.choose(k, pictures, |i| self.asked[i][k - 1]);
+            next.choose(k, pictures, |i| self.asked[i].0[k - 1]);
             let (w, h) = (next.width, next.height);
             levels.push(next);
             if k == MIPS || !w.is_multiple_of(2) || !h.is_multiple_of(2) {
@@ -162,8 +216,16 @@ impl Design {
         }
     }
 
-    /// Asks each mip of each picture that is seen alone for as much more as it shows less than level 0.
-    fn ask(&mut self, mut alpha: Vec<u8>, (mut wide, mut high): (usize, usize), pictures: &[Picture]) {
+    /// Asks each mip of each picture that is seen alone for as much more as it shows less than level 0, and says how far each picture
+    /// is off.
+    fn ask(
+        &mut self,
+        mut alpha: Vec<u8>,
+        (mut wide, mut high): (usize, usize),
+        pictures: &[Picture],
+        eager: f32,
+    ) -> Vec<f32> {
+        let mut off = vec![0.0; pictures.len()];
         let alone: Vec<usize> = (0..pictures.len()).filter(|&i| pictures[i].blending == Blending::Alone).collect();
         let shown = |alpha: &[u8], size: (usize, usize), k: usize| -> Vec<f32> {
             let of = |&i: &usize| pictures[i].shown((|at| f32::from(alpha[at]), size), k);
@@ -174,17 +236,21 @@ impl Design {
         let goals: Vec<f32> = goals.into_iter().zip(&alone).map(|(shown, &i)| shown.max(pictures[i].solid)).collect();
         for k in 1..=MIPS {
             if !wide.is_multiple_of(2) || !high.is_multiple_of(2) {
-                return;
+                break;
             }
             alpha = halved(&alpha, wide, high);
             (wide, high) = (wide / 2, high / 2);
             for ((&i, goal), shown) in alone.iter().zip(&goals).zip(shown(&alpha, (wide, high), k)) {
-                // A little more than that, for each mip answers to its own with less.
-                let more = goal / shown.max(1e-6);
-                let asked = &mut self.asked[i][k - 1];
-                *asked = (*asked * (more * more.sqrt()).clamp(0.4, 2.5)).clamp(0.05, 8.0);
+                let more = (goal / shown.max(1e-6)).clamp(LEAST_MORE, LEAST_MORE.recip());
+                if !pictures[i].has(k) {
+                    continue;
+                }
+                off[i] += math::ln(more).abs() * WEIGHTS[k - 1];
+                let asked = &mut self.asked[i].0[k - 1];
+                *asked = (*asked * math::pow(more, eager)).clamp(MOST_ASKED.recip(), MOST_ASKED);
             }
         }
+        off
     }
 }
 
@@ -226,6 +292,11 @@ impl Picture {
             Blending::Alone => ASKED[usize::from(!self.is_sparse())],
             Blending::Mixed => 1.0,
         }
+    }
+
+    /// Whether its `k`-th mip is more than a few squares.
+    fn has(&self, k: usize) -> bool {
+        self.area() >= FEW * (1_u64 << (2 * k)) as f64
     }
 
     fn area(&self) -> f64 {
@@ -275,6 +346,17 @@ impl Picture {
             all += 1;
         });
         solid as f32 / all.max(1) as f32
+    }
+
+    /// The share that counts: of a picture that is seen alone what shows, of a sheet of frames squares that are solid.
+    fn counted(&self, alpha: &[u8], size: (usize, usize), k: usize) -> f32 {
+        if self.blending == Blending::Alone {
+            return self.shown((|i| f32::from(alpha[i]), size), k);
+        }
+        let [columns, rows] = self.squares(k, size);
+        let count = (columns.len() * rows.len()).max(1);
+        let row = |y: usize| alpha[y * size.0..][columns.clone()].iter().filter(|&&a| f32::from(a) >= SOLID).count();
+        rows.map(row).sum::<usize>() as f32 / count as f32
     }
 
     /// By how much the squares of the `k`-th mip are to be moved for a share of the picture to show.
@@ -410,13 +492,15 @@ impl Level {
         }
         let squares = &self.squares;
         let of = |(i, p): (usize, &Picture)| match p.blending {
-            Blending::Alone => Choice::By(p.shift((|i: usize| squares[i].own, size), k, p.solid * asked(i))),
+            Blending::Alone if p.has(k) => {
+                Choice::By(p.shift((|i: usize| squares[i].own, size), k, p.solid * asked(i)))
+            }
             Blending::Mixed if k <= SHEET_MIPS => {
                 let [columns, rows] = p.squares(k, size);
                 let all = rows.flat_map(|y| columns.clone().map(move |x| y * size.0 + x));
                 Choice::Solid(fullest(squares, all.filter(|&at| owners[at] as usize == i).collect()))
             }
-            Blending::Mixed => Choice::None,
+            Blending::Alone | Blending::Mixed => Choice::None,
         };
         let choices: Vec<Choice> = pictures.par_iter().enumerate().map(of).collect();
         let each = self.squares.par_iter_mut().zip(&owners).enumerate().with_min_len(1 << 13);
@@ -428,7 +512,7 @@ impl Level {
                     square.own >= CUT
                 }
                 Some(Choice::Solid(solid)) => solid.binary_search(&(at as u32)).is_ok(),
-                Some(Choice::None) | None => square.own >= CUT,
+                Some(Choice::None) | None => return,
             };
             square.keep(is_solid);
         });
@@ -545,7 +629,7 @@ fn coverage_of(alpha: &[u8], (width, height): (u32, u32), pictures: &[(Rect, Ble
     let area: f64 = pictures.iter().map(Picture::area).sum();
     let mut alpha = alpha.to_vec();
     while shares.len() < levels {
-        let of = |p: &Picture| p.area() * f64::from(p.shown((|i| f32::from(alpha[i]), (wide, high)), shares.len()));
+        let of = |p: &Picture| p.area() * f64::from(p.counted(&alpha, (wide, high), shares.len()));
         let shown: Vec<f64> = pictures.par_iter().map(of).collect();
         shares.push((shown.iter().sum::<f64>() / area.max(1.0)) as f32);
         if wide == 1 && high == 1 {
@@ -639,6 +723,34 @@ mod tests {
     }
 
     #[test]
+    fn pictures_are_the_same_wherever_they_lie_by_what_was_found_of_them_before() {
+        let picture = strewn(64, 60);
+        let alpha_of = |maps: &Maps| -> Vec<u8> { maps.color.iter().map(|c| c[3]).collect() };
+        let (mut alone, mut design) = (alpha_of(&picture), Design::default());
+        design.move_alpha(&mut alone, (64, 64), &[(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)]);
+        // At a multiple of eight of a larger sheet, beside another one.
+        let mut sheet = alpha_of(&strewn(256, 900));
+        let rects = [(72, 136), (8, 8)].map(|(x, y)| (Rect { x, y, width: 64, height: 64 }, Blending::Alone));
+        let rows = |y: usize| (136 + y) * 256 + 72..(136 + y) * 256 + 136;
+        for y in 0..64 {
+            sheet[rows(y)].copy_from_slice(&alpha_of(&picture)[y * 64..][..64]);
+        }
+        let asked = design.asked()[0];
+        preserved(&mut sheet, (256, 256), &rects, &mut Design::of(vec![asked, Asked::default()]));
+        let there: Vec<u8> = (0..64).flat_map(|y| sheet[rows(y)].to_vec()).collect();
+        let shown = |alpha: &[u8], k: usize| coverage_of(alpha, (64, 64), &[], 4)[k];
+        for k in 0..4 {
+            let off = shown(&there, k) / shown(&alone, k) - 1.0;
+            assert!(off.abs() < 0.03, "mip {k}: {} for {}", shown(&there, k), shown(&alone, k));
+        }
+        // Asked for less it shows less.
+        let mut other = alpha_of(&picture);
+        let all = [(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)];
+        Design::of(vec![Asked([0.4; MIPS])]).move_alpha(&mut other, (64, 64), &all);
+        assert!(shown(&other, 2) < shown(&alone, 2) * 0.9);
+    }
+
+    #[test]
     fn each_picture_keeps_its_own_coverage() {
         // Left dense, right sparse: by rank alone all would go to the left.
         let mut alpha = vec![0_u8; 128 * 64];
@@ -659,14 +771,14 @@ mod tests {
     }
 
     #[test]
-    fn pictures_of_a_single_square_keep_it_among_them() {
+    fn pictures_of_four_squares_keep_them_among_them() {
         // Two in five texels of every picture: none is half full, and none may round to nothing for all.
         let mut alpha = vec![0_u8; 128 * 128];
         for (i, a) in alpha.iter_mut().enumerate() {
             *a = if Seed::new(5).at(i as u64).unit() < 0.4 { 255 } else { 0 };
         }
         let rects: Vec<(Rect, Blending)> =
-            (0..256).map(|i| (Rect { x: i % 16 * 8, y: i / 16 * 8, width: 8, height: 8 }, Blending::Alone)).collect();
+            (0..64).map(|i| (Rect { x: i % 8 * 16, y: i / 8 * 16, width: 16, height: 16 }, Blending::Alone)).collect();
         let after = preserve_alpha(&mut alpha, (128, 128), &rects).after;
         assert!((after[3] / after[0] - 1.0).abs() < 0.15, "{after:?}");
     }

@@ -92,6 +92,15 @@ impl Picture {
         Self { cutout: Arc::new(Cutout::as_made(maps.width, maps.height, alpha)), ..Self::new(maps) }
     }
 
+    /// The same, cut out as an atlas keeps it by alpha that is made for its mips; as it was where that is not of its size.
+    pub(crate) fn cut_by(self, alpha: &[u8]) -> Self {
+        let Level { width, height, .. } = self.levels[0];
+        if alpha.len() != width as usize * height as usize {
+            return self;
+        }
+        Self { cutout: Arc::new(Cutout::as_packed(width, height, alpha)), ..self }
+    }
+
     /// Bytes that it takes, about.
     #[must_use]
     pub fn weight(&self) -> usize {

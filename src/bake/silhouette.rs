@@ -316,7 +316,7 @@ impl<'a> Cut<'a> {
         let area = edge(p[0], p[1], p[2].x, p[2].y) as f32 / (SUBSAMPLE * SUBSAMPLE);
         let share = ((b - a).perp_dot(c - a) * picture.texels() / area).abs();
         let level = picture.at(picture.level(share));
-        let plane = Plane::new(p, [a, b, c].map(|uv| (uv * level.size()).as_dvec2()));
+        let plane = Plane::new(p, [a, b, c].map(|uv| level.place(uv).as_dvec2()));
         let place = units(plane.at(from.0, from.1), FARTHEST);
         let [across, down] = [plane.across, plane.down].map(|step| units(step, STEEPEST));
         Some(Self { level, magnified: share < 1.0, from: [from.0 as i64, from.1 as i64], place, across, down })

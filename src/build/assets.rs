@@ -12,7 +12,7 @@ use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
-use crate::bake::{self, Blending, CoverageReport, Layout, Maps, Palette, Picked, Rect, SheetColors};
+use crate::bake::{self, Blending, CoverageReport, Design, Layout, Maps, Palette, Picked, Rect, SheetColors};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 4);
+const ATLAS: Stage = Stage("atlas", 5);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 3);
@@ -128,7 +128,12 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .iter()
             .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.blending(pictures.leaves.len(), i)));
         let shown: Vec<(Rect, Blending)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
-        let coverage = bake::preserve_alpha(&mut alpha, (layout.width, layout.height), &shown);
+        // Pictures that are made smaller have other mips.
+        let asked = if layout.scale == 1.0 { lod::kept(&pictures.leaves).1 } else { Vec::new() };
+        let is_known = asked.len() == pictures.leaves.len();
+        let asked = asked.into_iter().chain(tiles(trees).map(|tile| tile.asked));
+        let mut design = if is_known { Design::of(asked.collect()) } else { Design::default() };
+        let coverage = bake::preserved(&mut alpha, (layout.width, layout.height), &shown, &mut design);
         Ok(Packed { layout, alpha, normal, orm, coverage })
     })
 }

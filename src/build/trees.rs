@@ -17,9 +17,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 5);
-const LADDER: Stage = Stage("ladder", 39);
+const LADDER: Stage = Stage("ladder", 40);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 33);
+const LEVEL: Stage = Stage("level", 34);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.

@@ -15,7 +15,7 @@ use super::measure::Wardrobe;
 use super::outline::octagon;
 use super::packed::as_packed;
 use super::tile::Tile;
-use crate::bake::{Blending, Cutout, Design, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
+use crate::bake::{Asked, Blending, Cutout, Design, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 
@@ -189,12 +189,12 @@ impl Card {
         let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
         let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
         let packed = as_packed(&alphas, &sizes, |_| Blending::Alone, design);
-        packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::new(size.0, size.1, alpha)).collect()
+        packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::as_packed(size.0, size.1, &alpha)).collect()
     }
 
     /// The card's picture, with `gain` times the area that its content covers passing the alpha test.
-    pub(super) fn finish(&self, gain: f32) -> Tile {
-        Tile::new(self.size, self.alpha(gain), self.normal.clone(), self.orm.clone(), self.recipe.clone())
+    pub(super) fn finish(&self, gain: f32, asked: Asked) -> Tile {
+        Tile::new(self.size, self.alpha(gain), self.normal.clone(), self.orm.clone(), self.recipe.clone(), asked)
     }
 
     /// What coverage is multiplied by so that `gain` times the area that its content covers is a half and more.

@@ -153,7 +153,7 @@ impl<'a> Bench<'a> {
             let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
             let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
             let own = packed(own, |_| Blending::Alone);
-            leaves.par_extend(own.par_iter().map(|tile| Picture::new(&tile.maps(&self.stock.palette))));
+            leaves.par_extend(own.par_iter().map(|tile| Picture::of_atlas(&tile.maps(&self.stock.palette))));
             dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
             &dressed
         };

@@ -86,6 +86,8 @@ pub(super) struct Cloud {
     pub(super) tree: TreeMesh,
     cards: Vec<Card>,
     gain: f32,
+    /// What the mips of its cards are asked for, once it is settled.
+    design: Design,
 }
 
 /// Triangles that a cloud of so many cards has at most.
@@ -122,7 +124,7 @@ impl Cloud {
         for (k, card) in cards.iter().enumerate() {
             append(&mut leaf, &card.mesh, first_tile + k as u32);
         }
-        Self { tree: TreeMesh { bark, leaf }, cards, gain: GAIN }
+        Self { tree: TreeMesh { bark, leaf }, cards, gain: GAIN, design: Design::default() }
     }
 
     /// Of wood that leaves nothing for cards: its triangles over those of the full level.
@@ -173,20 +175,21 @@ impl Cloud {
             before = Some((self.gain, off));
             self.gain = (self.gain - off / slope).clamp(0.3, 4.0);
         }
-        self.gain = best.1;
+        (self.gain, self.design) = (best.1, design);
         best.2
     }
 
     /// Its outlines as it is.
     pub(super) fn draw(&self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = Card::cutouts(&self.cards, self.gain, &mut Design::default());
+        let own = Card::cutouts(&self.cards, self.gain, &mut self.design.clone());
         let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
         outlines.draw(&self.tree, &worn)
     }
 
     /// The finished pictures.
     pub(super) fn tiles(&self) -> Vec<Tile> {
-        self.cards.par_iter().map(|c| c.finish(self.gain)).collect()
+        let asked = |i: usize| self.design.asked().get(i).copied().unwrap_or_default();
+        self.cards.par_iter().enumerate().map(|(i, card)| card.finish(self.gain, asked(i))).collect()
     }
 }
 

@@ -35,7 +35,7 @@ use super::thin::kept;
 use super::tile::Tile;
 use super::trunk::Trunk;
 use crate::bake::{
-    Blending, Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
+    Asked, Blending, Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
 };
 use crate::base::{Frame, Seed};
 use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
@@ -462,7 +462,7 @@ impl Views {
         let recipes: Vec<&Recipe> = self.drawn.iter().map(|drawn| &drawn.recipe).collect();
         let recipe = || Recipe::sheet(&recipes, frames as usize, texels);
         let ((normal, orm), (alpha, recipe)) = rayon::join(relief, || rayon::join(|| self.alpha(gain), recipe));
-        Tile::new((edge, edge), alpha, normal, orm, recipe)
+        Tile::new((edge, edge), alpha, normal, orm, recipe, Asked::SHEET)
     }
 }
 

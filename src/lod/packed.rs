@@ -7,20 +7,31 @@
 //! by itself by 5 to 10 %.
 
 use super::tile::Tile;
-use crate::bake::{Blending, Design, Layout, Rect};
+use crate::bake::{Asked, Blending, Design, Layout, Maps, Rect};
 use crate::preset::plan::AtlasParams;
 
 /// Texels between pictures.
-const GUTTER: u32 = 4;
+const GUTTER: u32 = 8;
 /// Smallest and largest edge of the atlas.
 const EDGES: (u32, u32) = (128, 8192);
 
 /// A tree's pictures, seen as `blending` says, as an atlas keeps them: what is to be seen of them, where there is no atlas yet.
 pub(crate) fn packed(tiles: &[Tile], blending: impl Fn(usize) -> Blending) -> Vec<Tile> {
+    let mut design = Design::of(tiles.iter().map(|tile| tile.asked).collect());
     let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
     let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
     let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
-    tiles.iter().zip(as_packed(&alphas, &sizes, blending, &mut Design::default())).map(with).collect()
+    tiles.iter().zip(as_packed(&alphas, &sizes, blending, &mut design)).map(with).collect()
+}
+
+/// The alphas of leaf pictures as an atlas keeps them, and what their mips are asked for, by picture; of the latter nothing where
+/// no atlas holds them.
+pub(crate) fn kept(leaves: &[Maps]) -> (Vec<Vec<u8>>, Vec<Asked>) {
+    let alphas: Vec<Vec<u8>> = leaves.iter().map(|maps| maps.color.iter().map(|c| c[3]).collect()).collect();
+    let sizes: Vec<(u32, u32)> = leaves.iter().map(|maps| (maps.width, maps.height)).collect();
+    let mut design = Design::default();
+    let alphas = as_packed(&alphas, &sizes, |_| Blending::Alone, &mut design);
+    (alphas, design.asked().to_vec())
 }
 
 /// The alphas of pictures of some sizes as an atlas keeps them, by what was found of nearly the same ones before. Pictures that

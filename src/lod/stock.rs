@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::measure::Wardrobe;
+use super::packed::kept;
 use crate::bake::{Maps, Palette, Picture, card_cuts};
 use crate::mesh::CardCut;
 use crate::preset::plan::LeafCards;
@@ -18,12 +19,15 @@ pub struct Stock {
 }
 
 impl Stock {
-    /// Makes the mips; colours are not looked at.
+    /// Makes the mips; colours are not looked at, and alpha is as an atlas keeps it.
     #[must_use]
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
         let (leaves, brown) = ([96, 118, 58], [112, 98, 84]);
         let (leaf_pictures, bark) = rayon::join(
-            || leaf_art.par_iter().map(|maps| Picture::plain(maps, leaves)).collect(),
+            || {
+                let made = leaf_art.par_iter().zip(kept(leaf_art).0);
+                made.map(|(maps, alpha)| Picture::plain(maps, leaves).cut_by(&alpha)).collect()
+            },
             || Picture::plain(bark, brown),
         );
         let palette = Palette::plain(std::iter::once(brown).chain(leaf_art.iter().map(|_| leaves)));
