@@ -66,6 +66,8 @@ const MOST_ASKED: f32 = 8.0;
 /// lies beside them.
 const WEIGHTS: [f32; MIPS] = [2.0, 2.0, 1.5, 1.0, 1.0, 0.5, 0.3, 0.1];
 const FEW: f64 = 4.0;
+/// Texels of a picture all of whose mips are.
+const LARGE: f64 = 16384.0;
 /// Of what a mip shows, how much it is asked for at first, where pictures are sparse and where not: the settling of coarser
 /// mips brings finer ones nearer to the cut-off.
 const ASKED: [f32; 2] = [0.55, 0.95];
@@ -294,9 +296,10 @@ impl Picture {
         }
     }
 
-    /// Whether its `k`-th mip is more than a few squares.
+    /// Whether its `k`-th mip is designed: of a leaf's picture all, since full crowns are seen as far as to the last, of a card those of
+    /// more than a few squares.
     fn has(&self, k: usize) -> bool {
-        self.area() >= FEW * (1_u64 << (2 * k)) as f64
+        self.area() >= LARGE.min(FEW * (1_u64 << (2 * k)) as f64)
     }
 
     fn area(&self) -> f64 {
@@ -662,138 +665,4 @@ fn halved(alpha: &[u8], width: usize, height: usize) -> Vec<u8> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::base::{Seed, math};
-
-    fn stripes(period: usize) -> Maps {
-        let n = 64 * 64;
-        let color = (0..n).map(|i| [90, 120, 60, if i % 64 % period < 2 { 255 } else { 0 }]).collect();
-        Maps { width: 64, height: 64, color, normal: vec![[128, 128, 255]; n], orm: vec![[255, 200, 0]; n] }
-    }
-
-    #[test]
-    fn coverage_counts_solid_texels_and_halves_the_mips() {
-        assert_eq!(coverage(&stripes(4), 3), [0.5, 0.5, 1.0]);
-        assert_eq!(coverage(&stripes(64), 9).len(), 7);
-    }
-
-    /// Leaves of 14 by 3 texels with soft edges, strewn over `edge` texels.
-    fn strewn(edge: usize, leaves: u64) -> Maps {
-        let mut alpha = vec![0_u8; edge * edge];
-        for i in 0..leaves {
-            let seed = Seed::new(i);
-            let (x, y) = (seed.at(0).range(0.0, edge as f32), seed.at(1).range(0.0, edge as f32));
-            let (sin, cos) = math::sin_cos(seed.at(2).range(0.0, 6.3));
-            for k in 0..14 * 3 * 4 {
-                let (along, across) = (f32::from(k as u8 / 6) / 2.0, f32::from(k as u8 % 6) / 2.0);
-                let (px, py) = (x + along * cos - across * sin, y + along * sin + across * cos);
-                if (0.0..edge as f32).contains(&px) && (0.0..edge as f32).contains(&py) {
-                    let a = &mut alpha[py as usize * edge + px as usize];
-                    *a = (*a).max(60 + (seed.at(k).unit() * 195.0) as u8);
-                }
-            }
-        }
-        let n = edge * edge;
-        let color = alpha.into_iter().map(|a| [90, 120, 60, a]).collect();
-        let size = edge as u32;
-        Maps { width: size, height: size, color, normal: vec![[128, 128, 255]; n], orm: vec![[255, 200, 0]; n] }
-    }
-
-    #[test]
-    fn every_mip_covers_what_level_0_does_and_that_stays() {
-        for leaves in [15, 60, 240, 900] {
-            let mut maps = strewn(256, leaves);
-            let before = maps.color.clone();
-            let solid = |m: &Maps| m.color.iter().map(|c| c[3] >= 128).collect::<Vec<_>>();
-            let was = solid(&maps);
-            let report = preserve_coverage(&mut maps);
-            assert_eq!(solid(&maps), was);
-            // Little is moved to the brink, where compressed blocks would take it to the other side, but of few leaves.
-            let brink = 121..135;
-            let moved = maps.color.iter().zip(&before).filter(|(a, b)| brink.contains(&a[3]) && !brink.contains(&b[3]));
-            let moved = moved.count();
-            assert!(leaves < 100 || moved == 0, "{leaves}: {moved}");
-            // Few leaves are less than a square of the coarser mips.
-            let (mips, bound) = (if leaves < 100 { 1 } else { 5 }, if leaves < 500 { 0.2 } else { 0.08 });
-            let share = |share: &f32| (share / report.after[0] - 1.0).abs();
-            assert!(report.after[1..=mips].iter().all(|after| share(after) < bound), "{leaves}: {report:?}");
-            assert!((report.before[3] / report.before[0] - 1.0).abs() > 0.1, "{report:?}");
-        }
-    }
-
-    #[test]
-    fn pictures_are_the_same_wherever_they_lie_by_what_was_found_of_them_before() {
-        let picture = strewn(64, 60);
-        let alpha_of = |maps: &Maps| -> Vec<u8> { maps.color.iter().map(|c| c[3]).collect() };
-        let (mut alone, mut design) = (alpha_of(&picture), Design::default());
-        design.move_alpha(&mut alone, (64, 64), &[(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)]);
-        // At a multiple of eight of a larger sheet, beside another one.
-        let mut sheet = alpha_of(&strewn(256, 900));
-        let rects = [(72, 136), (8, 8)].map(|(x, y)| (Rect { x, y, width: 64, height: 64 }, Blending::Alone));
-        let rows = |y: usize| (136 + y) * 256 + 72..(136 + y) * 256 + 136;
-        for y in 0..64 {
-            sheet[rows(y)].copy_from_slice(&alpha_of(&picture)[y * 64..][..64]);
-        }
-        let asked = design.asked()[0];
-        preserved(&mut sheet, (256, 256), &rects, &mut Design::of(vec![asked, Asked::default()]));
-        let there: Vec<u8> = (0..64).flat_map(|y| sheet[rows(y)].to_vec()).collect();
-        let shown = |alpha: &[u8], k: usize| coverage_of(alpha, (64, 64), &[], 4)[k];
-        for k in 0..4 {
-            let off = shown(&there, k) / shown(&alone, k) - 1.0;
-            assert!(off.abs() < 0.03, "mip {k}: {} for {}", shown(&there, k), shown(&alone, k));
-        }
-        // Asked for less it shows less.
-        let mut other = alpha_of(&picture);
-        let all = [(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)];
-        Design::of(vec![Asked([0.4; MIPS])]).move_alpha(&mut other, (64, 64), &all);
-        assert!(shown(&other, 2) < shown(&alone, 2) * 0.9);
-    }
-
-    #[test]
-    fn each_picture_keeps_its_own_coverage() {
-        // Left dense, right sparse: by rank alone all would go to the left.
-        let mut alpha = vec![0_u8; 128 * 64];
-        for (i, a) in alpha.iter_mut().enumerate() {
-            let share = if i % 128 < 64 { 0.8 } else { 0.2 };
-            *a = if Seed::new(4).at(i as u64).unit() < share { 255 } else { 0 };
-        }
-        let halves = [0, 64].map(|x| (Rect { x, y: 0, width: 64, height: 64 }, Blending::Alone));
-        preserve_alpha(&mut alpha, (128, 64), &halves);
-        for half in 0..2 {
-            let part: Vec<u8> = (0..64 * 64).map(|i| alpha[i / 64 * 128 + half * 64 + i % 64]).collect();
-            let shares = coverage_of(&part, (64, 64), &[], 4);
-            let solid = part.iter().filter(|&&a| f32::from(a) >= SOLID).count() as f32 / part.len() as f32;
-            let wanted = solid.max(shares[0]);
-            // As they are, mips of the one would be all solid and of the other clear.
-            assert!(shares[1..].iter().all(|s| (s / wanted - 1.0).abs() < 0.25), "{shares:?} for {wanted}");
-        }
-    }
-
-    #[test]
-    fn pictures_of_four_squares_keep_them_among_them() {
-        // Two in five texels of every picture: none is half full, and none may round to nothing for all.
-        let mut alpha = vec![0_u8; 128 * 128];
-        for (i, a) in alpha.iter_mut().enumerate() {
-            *a = if Seed::new(5).at(i as u64).unit() < 0.4 { 255 } else { 0 };
-        }
-        let rects: Vec<(Rect, Blending)> =
-            (0..64).map(|i| (Rect { x: i % 8 * 16, y: i / 8 * 16, width: 16, height: 16 }, Blending::Alone)).collect();
-        let after = preserve_alpha(&mut alpha, (128, 128), &rects).after;
-        assert!((after[3] / after[0] - 1.0).abs() < 0.15, "{after:?}");
-    }
-
-    #[test]
-    fn nothing_stays_nothing_and_odd_sizes_are_answered() {
-        let mut maps = stripes(64);
-        maps.color.iter_mut().for_each(|c| c[3] = 0);
-        assert_eq!(preserve_coverage(&mut maps).after, [0.0; 6]);
-        let mut none = Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] };
-        assert!(preserve_coverage(&mut none).before.is_empty());
-        let mut odd = vec![255; 7 * 3];
-        assert_eq!(
-            preserve_alpha(&mut odd, (7, 3), &[(Rect { x: 5, y: 1, width: 90, height: 90 }, Blending::Alone)]).after[0],
-            1.0
-        );
-    }
-}
+mod tests;
