@@ -40,6 +40,12 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     libm::atan2f(y, x)
 }
 
+/// As [`atan2`].
+#[must_use]
+pub fn atan2_64(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}
+
 /// `base` raised to `exponent`.
 #[must_use]
 pub fn pow(base: f32, exponent: f32) -> f32 {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::Mesh;
+use crate::base::math;
 
 /// Everything that is wrong with a mesh, one line a kind of problem with the first place that has it; empty when it is
 /// sound: arrays of equal length (tangents and tiles may be absent), whole triangles, indices in range, finite numbers,
@@ -176,7 +177,7 @@ fn outside(place: Vec3, skin: &[[Vec3; 3]]) -> f32 {
         let [u, v, w] = [a, b, c].map(|p| (p - place).as_dvec3());
         let (x, y, z) = (u.length(), v.length(), w.length());
         let volume = u.dot(v.cross(w));
-        angle += 2.0 * volume.atan2(x * y * z + u.dot(v) * z + v.dot(w) * x + w.dot(u) * y);
+        angle += 2.0 * math::atan2_64(volume, x * y * z + u.dot(v) * z + v.dot(w) * x + w.dot(u) * y);
         near = near.min(to_triangle(place, [a, b, c]));
     }
     if angle > std::f64::consts::TAU { 0.0 } else { near }
