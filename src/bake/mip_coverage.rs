@@ -94,7 +94,7 @@ pub struct CoverageReport {
 /// As [`preserve_alpha`], of a material's maps that are one picture.
 pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
     let mut alpha: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    let report = preserve_alpha(&mut alpha, (maps.width, maps.height), &[]);
+    let report = preserve_alpha(&mut alpha, (maps.width, maps.height), &[], &[]);
     maps.color.iter_mut().zip(alpha).for_each(|(color, alpha)| color[3] = alpha);
     report
 }
@@ -109,20 +109,16 @@ pub enum Blending {
 }
 
 /// Changes alpha so that in each of the given pictures, or all over where none are given, the first eight box-filtered mips show as
-/// much as level 0 does, as far as their texels are a picture's own. What is solid at level 0 stays so, and no more.
-pub fn preserve_alpha(alpha: &mut [u8], size: (u32, u32), pictures: &[(Rect, Blending)]) -> CoverageReport {
-    preserved(alpha, size, pictures, &mut Design::default())
-}
-
-/// As [`preserve_alpha`], by what was found of the same pictures before.
-pub(crate) fn preserved(
+/// much as level 0 does, as far as their texels are a picture's own. What is solid at level 0 stays so, and no more. `asked` is
+/// what was found of the same pictures before; where it is not of as many, it is found.
+pub fn preserve_alpha(
     alpha: &mut [u8],
     size: (u32, u32),
     pictures: &[(Rect, Blending)],
-    design: &mut Design,
+    asked: &[Asked],
 ) -> CoverageReport {
     let before = coverage_of(alpha, size, pictures, TOLD + 1);
-    design.move_alpha(alpha, size, pictures);
+    Design::of(asked.to_vec()).move_alpha(alpha, size, pictures);
     let after = coverage_of(alpha, size, pictures, TOLD + 1);
     CoverageReport { before, after }
 }

@@ -12,7 +12,7 @@ use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
-use crate::bake::{self, Blending, CoverageReport, Design, Layout, Maps, Palette, Picked, Rect, SheetColors};
+use crate::bake::{self, Blending, CoverageReport, Layout, Maps, Palette, Picked, Rect, SheetColors};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
@@ -129,11 +129,12 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.blending(pictures.leaves.len(), i)));
         let shown: Vec<(Rect, Blending)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
         // Pictures that are made smaller have other mips.
-        let asked = if layout.scale == 1.0 { lod::kept(&pictures.leaves).1 } else { Vec::new() };
-        let is_known = asked.len() == pictures.leaves.len();
-        let asked = asked.into_iter().chain(tiles(trees).map(|tile| tile.asked));
-        let mut design = if is_known { Design::of(asked.collect()) } else { Design::default() };
-        let coverage = bake::preserved(&mut alpha, (layout.width, layout.height), &shown, &mut design);
+        let mut asked = Vec::new();
+        if layout.scale == 1.0 {
+            asked.extend_from_slice(trees::stock(plan, pictures, cache).asked());
+            asked.extend(tiles(trees).map(|tile| tile.asked));
+        }
+        let coverage = bake::preserve_alpha(&mut alpha, layout.size(), &shown, &asked);
         Ok(Packed { layout, alpha, normal, orm, coverage })
     })
 }

@@ -43,7 +43,8 @@ pub struct Ladder {
 
 impl Ladder {
     /// How alpha of one of its tiles is seen, where so many leaf pictures are.
-    pub(crate) fn blending(&self, leaf_pictures: usize, tile: usize) -> Blending {
+    #[must_use]
+    pub fn blending(&self, leaf_pictures: usize, tile: usize) -> Blending {
         let is_worn =
             |level: &Level| level.mesh.leaf.tiles.first().is_some_and(|&worn| worn as usize == leaf_pictures + tile);
         if self.levels.iter().any(|level| level.impostor.is_some() && is_worn(level)) {

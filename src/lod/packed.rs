@@ -2,9 +2,8 @@
 //!
 //! An atlas changes alpha between neighbours so that its mips keep what level 0 covers ([`Design`]), and alpha
 //! between neighbours is where the outline of a magnified card lies: cards cover up to a tenth more or less than before.
-//! The set's atlas is not known here. One of a tree's own pictures shows how they fare, neighbours in one square of a mip
-//! included; each picture by itself, as was tried before, misses by 1 to 4 % for cards, and the frames of an impostor each
-//! by itself by 5 to 10 %.
+//! The set's atlas is not known here, but pictures fare in it as in one of a tree's own: they lie at the same multiples of texels
+//! there, and what their mips are asked for here goes with them ([`Tile::asked`], [`Stock::asked`](super::Stock::asked)).
 
 use super::tile::Tile;
 use crate::bake::{Asked, Blending, Design, Layout, Maps, Rect};
@@ -12,6 +11,8 @@ use crate::preset::plan::AtlasParams;
 
 /// Texels between pictures.
 const GUTTER: u32 = 8;
+/// Texels along the edge of a square of the coarsest mip that is designed.
+const SQUARE: u32 = 256;
 /// Smallest and largest edge of the atlas.
 const EDGES: (u32, u32) = (128, 8192);
 
@@ -26,7 +27,7 @@ pub(crate) fn packed(tiles: &[Tile], blending: impl Fn(usize) -> Blending) -> Ve
 
 /// The alphas of leaf pictures as an atlas keeps them, and what their mips are asked for, by picture; of the latter nothing where
 /// no atlas holds them.
-pub(crate) fn kept(leaves: &[Maps]) -> (Vec<Vec<u8>>, Vec<Asked>) {
+pub(super) fn kept(leaves: &[Maps]) -> (Vec<Vec<u8>>, Vec<Asked>) {
     let alphas: Vec<Vec<u8>> = leaves.iter().map(|maps| maps.color.iter().map(|c| c[3]).collect()).collect();
     let sizes: Vec<(u32, u32)> = leaves.iter().map(|maps| (maps.width, maps.height)).collect();
     let mut design = Design::default();
@@ -54,10 +55,17 @@ pub(super) fn as_packed(
             _ => return pictures.to_vec(),
         }
     };
-    let Ok(mut sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
+    let Ok(sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
     let rects: Vec<(Rect, Blending)> = layout.rects.iter().enumerate().map(|(i, rect)| (*rect, blending(i))).collect();
-    design.move_alpha(&mut sheet, layout.size(), &rects);
-    let wide = layout.width as usize;
+    // No more of the sheet than pictures lie on, in whole squares of the coarsest mip.
+    let end = |of: fn(&Rect) -> u32, all: u32| {
+        layout.rects.iter().map(of).max().unwrap_or(0).next_multiple_of(SQUARE).min(all)
+    };
+    let size = (end(|r| r.x + r.width, layout.width), end(|r| r.y + r.height, layout.height));
+    let wide = size.0 as usize;
+    let rows = sheet.chunks_exact(layout.width as usize).take(size.1 as usize);
+    let mut sheet: Vec<u8> = rows.flat_map(|row| &row[..wide]).copied().collect();
+    design.move_alpha(&mut sheet, size, &rects);
     let picture = |r: &Rect| -> Vec<u8> {
         let rows = (r.y..r.y + r.height).map(|y| y as usize * wide + r.x as usize);
         rows.flat_map(|start| &sheet[start..start + r.width as usize]).copied().collect()

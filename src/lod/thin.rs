@@ -26,15 +26,13 @@ const STEPS: (usize, usize) = (4, 8);
 
 /// Adds all of `part` to `mesh`; its vertices take their coordinates from `tile`.
 pub(super) fn append(mesh: &mut Mesh, part: &Mesh, tile: u32) {
-    let first = mesh.positions.len() as u32;
-    mesh.positions.extend_from_slice(&part.positions);
-    mesh.normals.extend_from_slice(&part.normals);
-    mesh.tangents.extend_from_slice(&part.tangents);
-    mesh.uvs.extend_from_slice(&part.uvs);
-    mesh.occlusion.extend_from_slice(&part.occlusion);
-    mesh.tiles.extend(part.positions.iter().map(|_| tile));
-    mesh.chains.extend(part.positions.iter().map(|_| NO_CHAIN));
-    mesh.indices.extend(part.indices.iter().map(|i| i + first));
+    let first = mesh.positions.len();
+    mesh.append(part);
+    let all = mesh.positions.len();
+    mesh.tiles.truncate(first);
+    mesh.tiles.resize(all, tile);
+    mesh.chains.truncate(first);
+    mesh.chains.resize(all, NO_CHAIN);
 }
 
 /// What a thinned level may have.

@@ -9,7 +9,7 @@
 
 use glam::Vec3;
 
-use super::rings::Ring;
+use super::rings::{Ring, span_at};
 
 /// How near to its foot a vertex is drawn at most, as a share of its way: triangles must not vanish.
 const LEAST: f32 = 0.04;
@@ -36,7 +36,7 @@ pub(super) struct Bearer<'a> {
 impl Bearer<'_> {
     /// The place of its axis that is nearest to `foot`, which lies about `location` of its length.
     pub(super) fn nearest(&self, foot: Vec3, location: f32) -> Vec3 {
-        let span = self.span_at(location);
+        let span = span_at(self.rings, location);
         let on = |span: usize| {
             let (a, b) = (self.rings[span].centre, self.rings[span + 1].centre);
             let t = (foot - a).dot(b - a) / (b - a).length_squared().max(1e-12);
@@ -52,12 +52,6 @@ impl Bearer<'_> {
             there
         };
         if beside.distance_squared(foot) < there.distance_squared(foot) { beside } else { there }
-    }
-
-    /// The span of rings that such a share of its length lies in.
-    pub(super) fn span_at(&self, location: f32) -> usize {
-        let arc = self.rings[self.rings.len() - 1].arc * location;
-        self.rings.partition_point(|ring| ring.arc <= arc).clamp(1, self.rings.len() - 1) - 1
     }
 
     /// How far the middles of a ring's sides are from the axis, metres.

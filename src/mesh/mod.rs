@@ -77,6 +77,22 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
+impl Mesh {
+    /// Adds all of `part`; both have the same arrays.
+    pub(crate) fn append(&mut self, part: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend_from_slice(&part.positions);
+        self.normals.extend_from_slice(&part.normals);
+        self.tangents.extend_from_slice(&part.tangents);
+        self.uvs.extend_from_slice(&part.uvs);
+        self.lightmap.extend_from_slice(&part.lightmap);
+        self.occlusion.extend_from_slice(&part.occlusion);
+        self.tiles.extend_from_slice(&part.tiles);
+        self.chains.extend_from_slice(&part.chains);
+        self.indices.extend(part.indices.iter().map(|i| i + first));
+    }
+}
+
 /// The two primitives of one level of detail.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TreeMesh {

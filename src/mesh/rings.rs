@@ -187,6 +187,13 @@ pub(super) fn unfold(rings: &mut Vec<Ring>, grounded: bool) {
     }
 }
 
+/// Which of two rings and more in a row such a share of their length lies above.
+pub(super) fn span_at(rings: &[Ring], location: f32) -> usize {
+    let last = rings.len() - 1;
+    let arc = rings[last].arc * location;
+    rings.partition_point(|ring| ring.arc <= arc).clamp(1, last) - 1
+}
+
 /// Moves the first ring to `foot`. Rings that it would fold with go, the next to it first, and how many did is returned: those that
 /// are left lie at the end. Two are left at least; where these fold, the first stays where it was.
 pub(super) fn stand(rings: &mut [Ring], foot: Vec3) -> usize {

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::bearer::Bearer;
 use super::fit::fit;
-use super::rings::{Base, Ring, stand, unfold};
+use super::rings::{Base, Ring, span_at, stand, unfold};
+use super::sides::{out_of_corners, out_of_middles};
 use super::sweep::Circles;
 use super::tube::{PART, Skin, TubeDetail, Wood, is_kept};
 use crate::plant::ChainId;
@@ -75,8 +76,8 @@ impl Shapes {
     pub(super) fn bearer(&self, wood: &Wood<'_>, id: ChainId, detail: &TubeDetail) -> Option<Bearer<'_>> {
         let (shape, rings) = self.get(wood.plant.chain(id).parent?)?;
         let Skin { sides, is_pointed } = shape.skin;
-        let flat = self.circles.of(sides).flat();
-        Some(Bearer { rings, is_pointed, girth: (shape.fuller * flat, detail.added * flat), left: shape.left })
+        let out = out_of_middles(sides);
+        Some(Bearer { rings, is_pointed, girth: (shape.fuller * out, detail.added * out), left: shape.left })
     }
 
     /// Moves the first ring of a branch to the axis of its bearer, and says what is left of it there. Bearers come first.
@@ -84,8 +85,8 @@ impl Shapes {
         let (Some(bearer), Some((shape, rings))) = (self.bearer(wood, id, detail), self.get(id)) else { return };
         let location = wood.plant.chain(id).location;
         let foot = bearer.nearest(rings[0].centre, location);
-        let reach = (rings[0].radius * shape.fuller + detail.added) * self.circles.of(shape.skin.sides).widened();
-        let room = bearer.room(foot, bearer.span_at(location)) + wood.may_stick_out(detail);
+        let reach = (rings[0].radius * shape.fuller + detail.added) * out_of_corners(shape.skin.sides);
+        let room = bearer.room(foot, span_at(bearer.rings, location)) + wood.may_stick_out(detail);
         let left = if wood.is_capped(id, detail) { 1.0 } else { (room / reach).min(1.0) };
         let i = self.place[id.index()] as usize;
         let Part { shapes, rings, .. } = &mut self.parts[i / PART];

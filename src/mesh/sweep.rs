@@ -5,8 +5,9 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
-use super::rings::Base;
+use super::rings::{Base, span_at};
 use super::shapes::Shapes;
+use super::sides::out_of_corners;
 use super::tangent::tangent_of;
 use super::tube::{Skin, TubeDetail, Wood};
 use super::{CrownLight, Mesh};
@@ -18,18 +19,6 @@ const LEANS: f32 = 0.15;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
 const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
 
-/// Adds all of `part` to `mesh`.
-pub(super) fn append(mesh: &mut Mesh, part: &Mesh) {
-    let first = mesh.positions.len() as u32;
-    mesh.positions.extend_from_slice(&part.positions);
-    mesh.normals.extend_from_slice(&part.normals);
-    mesh.tangents.extend_from_slice(&part.tangents);
-    mesh.uvs.extend_from_slice(&part.uvs);
-    mesh.occlusion.extend_from_slice(&part.occlusion);
-    mesh.chains.extend_from_slice(&part.chains);
-    mesh.indices.extend(part.indices.iter().map(|i| i + first));
-}
-
 /// Sines and cosines of the corners of polygons, and of the middles of their sides.
 #[derive(Debug)]
 pub(super) struct Circles {
@@ -37,6 +26,7 @@ pub(super) struct Circles {
     all: Vec<Circle>,
 }
 
+/// Of one polygon.
 #[derive(Debug)]
 pub(super) struct Circle {
     corners: Vec<(f32, f32)>,
@@ -59,28 +49,6 @@ impl Circles {
     }
 }
 
-impl Circle {
-    /// How much farther out corners stand than the circle, so that a prism is as wide in the mean of all views as what is round:
-    /// with corners on the circle one of three sides would cover 17 % too little, and twigs of coarse levels would fade.
-    /// [`sides`](super::sides::sides) counts on it.
-    pub(super) fn widened(&self) -> f32 {
-        let sides = self.middles.len() / 2;
-        std::f32::consts::PI / (sides as f32 * self.middles[0].0)
-    }
-
-    /// How far out the middles of its sides are then.
-    pub(super) fn flat(&self) -> f32 {
-        self.widened() * self.middles[0].1
-    }
-}
-
-/// How far out the middles of so many sides are, as a share of the radius.
-pub(super) fn flat(sides: u32) -> f32 {
-    let half = std::f32::consts::PI / sides.max(3) as f32;
-    let (sin, cos) = math::sin_cos(half);
-    half / sin * cos
-}
-
 impl Wood<'_> {
     /// Adds one chain's skin; `own` is used again.
     pub(super) fn sweep(
@@ -100,7 +68,7 @@ impl Wood<'_> {
         let foot = self.posed.chain(self.plant, id)[0];
         let columns = sides as usize + 1;
         let circle = shapes.circles.of(sides);
-        let widened = circle.widened();
+        let widened = out_of_corners(sides);
         let girth = |radius: f32| std::f32::consts::TAU * radius;
         // A stem's flare goes round as often as the wood above it.
         let most = match base {
@@ -167,7 +135,7 @@ impl Wood<'_> {
         if shape.left < 1.0
             && let Some(bearer) = shapes.bearer(self, id, detail)
         {
-            let span = bearer.span_at(self.plant.chain(id).location);
+            let span = span_at(bearer.rings, self.plant.chain(id).location);
             for place in &mut mesh.positions[start as usize..start as usize + columns] {
                 *place = bearer.within(first.centre, *place, span, self.may_stick_out(detail));
             }

@@ -12,10 +12,9 @@ use rayon::prelude::*;
 use super::bareness::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
 use super::bearer::NARROW;
-use super::rings::{Base, Ring, Scratch, add_rings, taper};
+use super::rings::{Base, Ring, Scratch, add_rings, span_at, taper};
 use super::shapes::Shapes;
-use super::sides::sides;
-use super::sweep::{append, flat};
+use super::sides::{out_of_middles, sides};
 use super::{CrownLight, Mesh};
 use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
@@ -197,11 +196,11 @@ impl<'a> Wood<'a> {
         let [first, second, ..] = *own else { return false };
         let (Base::Fork { axis, .. }, [.., last]) = (limb.base, rings) else { return true };
         let arc = last.arc * chain.location;
-        let span = rings.partition_point(|ring| ring.arc <= arc).clamp(1, rings.len() - 1) - 1;
+        let span = span_at(rings, chain.location);
         let (a, b) = (&rings[span], &rings[span + 1]);
         let skin = self.skin(bearer, finest);
         let end = if skin.is_pointed && span + 2 == rings.len() { 0.0 } else { b.radius };
-        let wood = (a.radius + (end - a.radius) * ((arc - a.arc) / (b.arc - a.arc))) * flat(skin.sides);
+        let wood = (a.radius + (end - a.radius) * ((arc - a.arc) / (b.arc - a.arc))) * out_of_middles(skin.sides);
         // How far its ring reaches along the bearer.
         let way = (second.centre - first.centre).normalize_or_zero();
         let needed = first.radius * NARROW;
@@ -267,7 +266,7 @@ impl<'a> Wood<'a> {
         mesh.occlusion.reserve_exact(vertices);
         mesh.chains.reserve_exact(vertices);
         mesh.indices.reserve_exact(indices);
-        parts.iter().for_each(|part| append(&mut mesh, part));
+        parts.iter().for_each(|part| mesh.append(part));
         mesh
     }
 

@@ -73,7 +73,7 @@ fn pictures_are_the_same_wherever_they_lie_by_what_was_found_of_them_before() {
         sheet[rows(y)].copy_from_slice(&alpha_of(&picture)[y * 64..][..64]);
     }
     let asked = design.asked()[0];
-    preserved(&mut sheet, (256, 256), &rects, &mut Design::of(vec![asked, Asked::default()]));
+    preserve_alpha(&mut sheet, (256, 256), &rects, &[asked, Asked::default()]);
     let there: Vec<u8> = (0..64).flat_map(|y| sheet[rows(y)].to_vec()).collect();
     let shown = |alpha: &[u8], k: usize| coverage_of(alpha, (64, 64), &[], 4)[k];
     for k in 0..4 {
@@ -96,7 +96,7 @@ fn each_picture_keeps_its_own_coverage() {
         *a = if Seed::new(4).at(i as u64).unit() < share { 255 } else { 0 };
     }
     let halves = [0, 64].map(|x| (Rect { x, y: 0, width: 64, height: 64 }, Blending::Alone));
-    preserve_alpha(&mut alpha, (128, 64), &halves);
+    preserve_alpha(&mut alpha, (128, 64), &halves, &[]);
     for half in 0..2 {
         let part: Vec<u8> = (0..64 * 64).map(|i| alpha[i / 64 * 128 + half * 64 + i % 64]).collect();
         let shares = coverage_of(&part, (64, 64), &[], 4);
@@ -116,7 +116,7 @@ fn pictures_of_four_squares_keep_them_among_them() {
     }
     let rects: Vec<(Rect, Blending)> =
         (0..64).map(|i| (Rect { x: i % 8 * 16, y: i / 8 * 16, width: 16, height: 16 }, Blending::Alone)).collect();
-    let after = preserve_alpha(&mut alpha, (128, 128), &rects).after;
+    let after = preserve_alpha(&mut alpha, (128, 128), &rects, &[]).after;
     assert!((after[3] / after[0] - 1.0).abs() < 0.15, "{after:?}");
 }
 
@@ -129,7 +129,8 @@ fn nothing_stays_nothing_and_odd_sizes_are_answered() {
     assert!(preserve_coverage(&mut none).before.is_empty());
     let mut odd = vec![255; 7 * 3];
     assert_eq!(
-        preserve_alpha(&mut odd, (7, 3), &[(Rect { x: 5, y: 1, width: 90, height: 90 }, Blending::Alone)]).after[0],
+        preserve_alpha(&mut odd, (7, 3), &[(Rect { x: 5, y: 1, width: 90, height: 90 }, Blending::Alone)], &[]).after
+            [0],
         1.0
     );
 }
