@@ -17,7 +17,7 @@ const SMALLEST_EDGE: u32 = 32;
 /// another. Texels that are smaller than samples are points, and points keep what is covered.
 const MOST_LEVELS: usize = 6;
 
-/// Where the first picture of an atlas begins.
+/// Where pictures begin in an atlas whose gutters are not wider, texels: at a multiple of it (`atlas.rs`), the first at once.
 const AROUND: u32 = 8;
 
 /// One mip.
@@ -242,8 +242,8 @@ impl Cutout {
         Self { levels }
     }
 
-    /// As [`as_made`](Self::as_made), of a picture that an atlas keeps at such multiples of texels, with a gutter around it: mips of the
-    /// same squares as its.
+    /// As [`as_made`](Self::as_made), of one picture as an atlas holds it: its mips are of the same squares there, the edge going on
+    /// around it.
     pub(crate) fn as_packed(width: u32, height: u32, alpha: &[u8]) -> Self {
         if width == 0 || height == 0 || alpha.len() < width as usize * height as usize {
             return Self::new(0, 0, Vec::new());
@@ -401,6 +401,31 @@ mod tests {
             // A part of a square so small that none of its sixteenths is half in it.
             assert!(off < 200, "{off}");
         }
+    }
+
+    #[test]
+    fn a_packed_picture_is_seen_as_the_atlas_that_holds_it_is() {
+        let alpha: Vec<u8> = (0..50 * 41).map(|i| (Seed::new(7).at(i / 3).bits() >> 3) as u8).collect();
+        // Where the first picture of an atlas lies, its edge going on for as far as a gutter does.
+        let within = |i: u32, side: u32| i.saturating_sub(AROUND).min(side - 1);
+        let sheet = (0..128 * 128).map(|i| alpha[(within(i / 128, 41) * 50 + within(i % 128, 50)) as usize]).collect();
+        let (own, atlas) = (Cutout::as_packed(50, 41, &alpha), Cutout::as_made(128, 128, sheet));
+        let mut seen = [0_u32; 2];
+        // Coarser ones look beyond the gutter.
+        for level in 0..4 {
+            for i in 0..4000_u64 {
+                let seed = Seed::new(8).at(i);
+                let uv = Vec2::new(seed.at(0).unit(), seed.at(1).unit());
+                let there = (Vec2::splat(AROUND as f32) + uv * Vec2::new(50.0, 41.0)) / 128.0;
+                let shows = own.at(level).shows(false, uv);
+                seen[usize::from(shows)] += 1;
+                // But for rounding at the cut-off.
+                let near = |by: f32| atlas.at(level).shows(false, there + by) == shows;
+                assert!(near(0.0) || near(1e-5) || near(-1e-5), "{level} {uv}");
+            }
+        }
+        assert!(seen.iter().all(|&count| count > 1000), "{seen:?}");
+        assert!((own.texels() - 50.0 * 41.0).abs() < 0.1);
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub(super) struct Packed {
     /// Where pictures lie.
     pub(super) layout: Layout,
     #[serde(with = "bulk")]
-    alpha: Vec<u8>,
+    pub(super) alpha: Vec<u8>,
     #[serde(with = "bulk")]
     normal: Vec<[u8; 3]>,
     #[serde(with = "bulk")]

@@ -355,3 +355,52 @@ pub fn make_share(
     }
     Ok((places.len(), notes(plan, inputs, &prepared, &selected)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::Rect;
+
+    /// The texels of a mip within a picture that pass the alpha test, as an area of level 0.
+    fn shows(mip: u32, alpha: &[u8], width: u32, rect: Rect) -> u32 {
+        let side = 1 << mip;
+        let squares = |from: u32, extent: u32| (from.div_ceil(side)..(from + extent) / side).map(move |i| i * side);
+        let passes = |x: u32, y: u32| {
+            let row = |y: u32| (x..x + side).map(|x| u32::from(alpha[(y * width + x) as usize])).sum::<u32>();
+            (y..y + side).map(row).sum::<u32>() >= 128 * side * side
+        };
+        let of_row = |y: u32| squares(rect.x, rect.width).filter(|&x| passes(x, y)).count() as u32;
+        squares(rect.y, rect.height).map(of_row).sum::<u32>() * side * side
+    }
+
+    #[test]
+    fn cards_are_in_the_atlas_what_they_were_settled_as() {
+        const OAK: &str = "(height: 8.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
+        let text = "(sources: {\"a\": Grow(species: \"oak.ron\", seed: 1), \"b\": Grow(species: \"oak.ron\", seed: 2)}, \
+             variants: [Source(\"a\"), Source(\"b\")], foliage: (leaf: \"beech\", most: 600), \
+             lods: [Full, BillboardCloud(cards: 12), Impostor(frames: 6)], atlas: (size: 1024))";
+        let plan = crate::preset::load("set.ron", text, &mut |_| Ok(OAK.to_owned()));
+        let plan = plan.unwrap_or_else(|found| panic!("{found:?}"));
+        let cache = Cache::default();
+        let prepared = prepared(&plan, &Inputs::new(), &cache, Wanted::Used, &|_| {}).expect("it grows");
+        let selected = selections::selected(&plan, &prepared.blended).expect("all are taken");
+        let trees = trees(&plan, &prepared, &selected, &cache, &[0, 1], &|_| {});
+        let pictures = &prepared.wardrobe.pictures;
+        let placed = assets::place(&plan, pictures, &trees, &cache).expect("it fits");
+        let (packed, shared) = (&placed.packed, pictures.leaves.len());
+        let mut rects = packed.layout.rects[shared..].iter();
+        let mut shown = [0; 4];
+        for tree in &trees {
+            let own = crate::lod::packed(&tree.ladder.tiles, |i| tree.ladder.blending(shared, i));
+            for (tile, &rect) in own.iter().zip(&mut rects) {
+                assert_eq!((tile.width, tile.height), (rect.width, rect.height));
+                for (mip, sum) in (0..).zip(&mut shown) {
+                    let here = shows(mip, &tile.alpha, rect.width, Rect { x: 0, y: 0, ..rect });
+                    assert_eq!(shows(mip, &packed.alpha, packed.layout.width, rect), here, "{mip} {rect:?}");
+                    *sum += here;
+                }
+            }
+        }
+        assert!(shown.iter().all(|&texels| texels > 20_000), "{shown:?}");
+    }
+}
