@@ -395,6 +395,7 @@ fn blur(values: &mut [f32], size: usize, reach: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bake::spray_span;
     use crate::base::Key;
 
     const GREEN: [f32; 3] = [0.061, 0.114, 0.021];
@@ -409,7 +410,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "497ef64ac3dd5957f8b348296833376da5731d2e4dae93c21ca66963c85d8728bc5d428b47fdc9ce741fc3930cad1580"
+            "5a249faa887208219b77a2d6717018e16c2a3c084dae93c21ca669634a48d069991418eeaf004568a433419c0cad1580"
         );
     }
 
@@ -437,6 +438,27 @@ mod tests {
                 let maps = leaf_maps(shape, GREEN, 0.5, 64, picture, Seed::new(9));
                 let share = maps.color.iter().map(|c| f32::from(c[3])).sum::<f32>() / (255.0 * 64.0 * 64.0);
                 assert!((0.35..0.6).contains(&share), "{shape:?} {picture}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_spans_as_many_leaves_as_told_and_shows_a_twig_of_many() {
+        for shape in LeafShape::ALL {
+            let (mut blades, mut lengths) = (0, 0.0);
+            for picture in 0..6 {
+                let scene = filled_spray(shape, Seed::new(41).child("leaf picture").at(picture));
+                let found = scene.parts.iter().filter(|part| matches!(part.tissue, Tissue::Blade | Tissue::Underside));
+                for blade in found {
+                    blades += 1;
+                    lengths += blade.place.length;
+                }
+            }
+            // Of ash, pine and palm the picture is the leaf.
+            if spray_span(shape) > 1.0 {
+                let span = blades as f32 / lengths;
+                assert!((span / spray_span(shape) - 1.0).abs() < 0.05, "{shape:?} {span}");
+                assert!(blades > 6 * 30, "{shape:?} {blades}");
             }
         }
     }

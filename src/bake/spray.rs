@@ -116,12 +116,16 @@ struct Habit {
     petiole: f32,
     /// Blade size at the lowest station, over the one at the top.
     lower: f32,
-    /// Stations along each of two side shoots; 0 where there are none.
-    side: usize,
+    /// Side shoots, to one side and the other in turn; leaves stand as densely on them as on the twig.
+    shoots: usize,
+    /// Angle between twig and side shoots, least and most, radians.
+    turn: [f32; 2],
+    /// Length of a side shoot at the twig's base, over the twig's; further up they are shorter.
+    reach: f32,
 }
 
 fn habit(shape: LeafShape) -> Habit {
-    let form = |nodes, at_node, twig, bare, angle, petiole, lower, side| Habit {
+    let form = |nodes, at_node, twig, bare, angle, petiole, lower, shoots| Habit {
         nodes,
         at_node,
         twig,
@@ -129,19 +133,24 @@ fn habit(shape: LeafShape) -> Habit {
         angle,
         petiole,
         lower,
-        side,
+        shoots,
+        turn: [0.65, 1.0],
+        reach: 0.7,
     };
     match shape {
-        LeafShape::Oak => form(7, 1, 1.7, 0.3, [1.35, 0.5], 0.05, 0.85, 4),
-        LeafShape::Birch => form(9, 1, 2.7, 0.18, [1.15, 0.6], 0.28, 0.95, 4),
-        LeafShape::Beech => form(8, 1, 2.4, 0.2, [1.1, 0.65], 0.08, 0.8, 4),
-        LeafShape::Maple => form(3, 2, 1.9, 0.14, [1.1, 0.6], 0.45, 0.9, 0),
-        LeafShape::Willow => form(30, 1, 2.2, 0.06, [1.2, 0.5], 0.05, 0.9, 18),
+        LeafShape::Oak => form(12, 1, 4.2, 0.14, [1.2, 0.5], 0.05, 0.85, 5),
+        LeafShape::Birch => form(13, 1, 5.0, 0.1, [1.1, 0.6], 0.28, 0.95, 6),
+        LeafShape::Beech => form(13, 1, 4.8, 0.1, [1.05, 0.65], 0.08, 0.8, 6),
+        LeafShape::Maple => form(5, 2, 3.4, 0.12, [1.1, 0.6], 0.45, 0.8, 4),
+        // Shoots hang beside each other.
+        LeafShape::Willow => {
+            Habit { turn: [0.5, 0.85], reach: 0.95, ..form(32, 1, 4.2, 0.06, [1.0, 0.5], 0.05, 0.9, 6) }
+        }
         LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
-        LeafShape::Linden => form(7, 1, 2.5, 0.16, [1.2, 0.6], 0.4, 0.9, 2),
-        LeafShape::Poplar => form(8, 1, 2.6, 0.16, [1.1, 0.6], 0.55, 0.9, 2),
-        LeafShape::Elm => form(10, 1, 2.6, 0.14, [1.2, 0.7], 0.06, 0.8, 4),
-        LeafShape::Olive => form(12, 2, 2.3, 0.08, [1.0, 0.6], 0.08, 0.9, 8),
+        LeafShape::Linden => form(13, 1, 5.4, 0.1, [1.15, 0.6], 0.4, 0.9, 6),
+        LeafShape::Poplar => form(14, 1, 5.6, 0.1, [1.1, 0.6], 0.55, 0.9, 6),
+        LeafShape::Elm => form(15, 1, 5.2, 0.08, [1.1, 0.7], 0.06, 0.8, 6),
+        LeafShape::Olive => form(18, 2, 6.2, 0.06, [0.95, 0.55], 0.08, 0.9, 6),
         LeafShape::Pine | LeafShape::Palm => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
     }
 }
@@ -152,13 +161,14 @@ fn habit(shape: LeafShape) -> Habit {
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
     match shape {
-        LeafShape::Oak => 3.0,
-        LeafShape::Birch => 3.5,
-        LeafShape::Beech => 3.2,
-        LeafShape::Maple => 2.6,
-        LeafShape::Willow => 2.4,
-        LeafShape::Linden | LeafShape::Poplar | LeafShape::Elm => 3.3,
-        LeafShape::Olive => 3.0,
+        LeafShape::Oak => 4.9,
+        LeafShape::Birch | LeafShape::Elm => 6.2,
+        LeafShape::Beech => 5.7,
+        LeafShape::Maple => 5.1,
+        LeafShape::Willow => 3.8,
+        LeafShape::Linden => 6.8,
+        LeafShape::Poplar => 6.3,
+        LeafShape::Olive => 4.5,
         LeafShape::Ash | LeafShape::Pine | LeafShape::Palm => 1.0,
     }
 }
@@ -269,19 +279,25 @@ fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
     let main = wood.place;
     parts.push(wood);
     shoot(shape, &mut parts, main, habit.nodes, growth, seed);
-    if habit.side > 0 {
-        for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
-            let seed = seed.child("side shoot").at(k as u64);
-            let up = seed.child("up").range(0.12, 0.32);
-            let angle = lean + sign * growth.spread * seed.child("angle").range(0.65, 0.95);
-            let length = habit.twig * seed.child("length").range(0.36, 0.5);
-            let origin = main.to_picture(Vec2::new(0.0, up));
-            let wood =
-                rod(Tissue::Wood, seat(origin, angle, 0.4, seed.child("wood")), length, -sign * 0.12, [0.014, 0.008]);
-            let place = wood.place;
-            parts.push(wood);
-            shoot(shape, &mut parts, place, habit.side, growth, seed);
-        }
+    let first = if seed.child("first side").unit() < 0.5 { 1.0 } else { -1.0_f32 };
+    for k in 0..habit.shoots {
+        let seed = seed.child("side shoot").at(k as u64);
+        let sign = if k.is_multiple_of(2) { first } else { -first };
+        let up = 0.1 + 0.62 * (k as f32 + seed.child("up").range(0.2, 0.8)) / habit.shoots as f32;
+        let angle = lean + sign * growth.spread * seed.child("angle").range(habit.turn[0], habit.turn[1]);
+        let share = (habit.reach - 0.55 * up) * seed.child("length").range(0.8, 1.15);
+        let origin = main.to_picture(Vec2::new(0.0, up));
+        let depth = if seed.child("side").unit() < 0.5 { 0.3 } else { 0.5 };
+        let wood = rod(
+            Tissue::Wood,
+            seat(origin, angle, depth, seed.child("wood")),
+            habit.twig * share,
+            -sign * 0.12,
+            [0.016, 0.008],
+        );
+        let place = wood.place;
+        parts.push(wood);
+        shoot(shape, &mut parts, place, (share * habit.nodes as f32 + 0.5) as usize, growth, seed);
     }
     parts
 }

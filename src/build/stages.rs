@@ -23,8 +23,8 @@ const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 10);
 const LIKE: Stage = Stage("like", 5);
-const PICTURES: Stage = Stage("pictures", 5);
-const DRAWING: Stage = Stage("drawing", 2);
+const PICTURES: Stage = Stage("pictures", 6);
+const DRAWING: Stage = Stage("drawing", 3);
 const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.

@@ -42,18 +42,18 @@ pub(super) const LEAF_NAMES: &[&str] =
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
 static LEAVES: [LeafKind; 12] = [
-    LeafKind { shape: LeafShape::Oak,    size: 0.14, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Birch,  size: 0.09, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
-    LeafKind { shape: LeafShape::Beech,  size: 0.11, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
-    LeafKind { shape: LeafShape::Maple,  size: 0.16, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.15, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.36, angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.30, angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Linden, size: 0.12, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Poplar, size: 0.10, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Elm,    size: 0.11, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Olive,  size: 0.07, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Palm,   size: 0.75, angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
+    LeafKind { shape: LeafShape::Oak,    size: 0.086, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.051, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.062, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.081, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.095, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36,  angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.30,  angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Linden, size: 0.058, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Poplar, size: 0.052, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Elm,    size: 0.059, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Palm,   size: 0.75,  angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
@@ -104,8 +104,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf, for ash, pine and palm of the whole picture; left out, at most a fifteenth of the \
-                    tree's extent, and told, as it is on the largest source",
+            about: "length of a leaf, whose picture shows a twig of many (ash, pine and palm: of the whole picture); left \
+                    out, the picture is at most a fifteenth of the tree's extent, and told, as it is on the largest source",
         },
         Field {
             name: "spread",

@@ -23,7 +23,7 @@ const SPELLED_OUT: &str = r##"(
         ),
     ],
     foliage: (
-        leaf: "oak", season: Summer, density: 1.0, most: 20000, size: 0.14, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
+        leaf: "oak", season: Summer, density: 1.0, most: 20000, size: 0.086, spread: 0.25, angle: 55.0, droop: 0.15, twig: 0.35,
         color: "#4f6b2a", variation: 0.3, pictures: 4, resolution: 256,
     ),
     bark: (texture: "furrowed", tiling: 1.5, color: "#6b5a48", resolution: 1024),
