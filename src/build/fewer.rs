@@ -1,7 +1,7 @@
 //! Leaves that there are fewer of than are wanted, since a preset's `most` allows no more: those that stay are longer for it,
 //! which is told where it shows.
 
-use super::stages::{Dressing, Wardrobe};
+use super::stages::{Dressing, Wardrobe, picture_span};
 use super::trees::Tree;
 use crate::base::Note;
 use crate::preset::Plan;
@@ -27,10 +27,10 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Option<
     let (times, most) = (worst.0, plan.dress.most_leaves);
     let message = format!(
         "{} of {} trees would have more leaves than `most: {most}` allows, so theirs are up to {times:.1} times as long as \
-         asked for ({:.2} m): raise `most`, lower `density`, or ask for a larger `size`",
+         asked for ({:.3} m): raise `most`, lower `density`, or ask for a larger `size`",
         cut.len(),
         trees.len(),
-        worst.1
+        worst.1 / picture_span(plan)
     );
     Some(Note { about: "foliage.most".to_owned(), message })
 }

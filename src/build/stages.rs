@@ -622,11 +622,15 @@ impl Wardrobe {
 /// by, metres. The picture of a made leaf is a spray of several.
 #[must_use]
 pub fn dress_params(plan: &Plan) -> DressParams {
-    let span = match plan.leaf_art {
+    DressParams { leaf_size: plan.dress.leaf_size * picture_span(plan), ..plan.dress.clone() }
+}
+
+/// Lengths of a leaf that the pictures of a plan's leaves are high.
+pub(super) fn picture_span(plan: &Plan) -> f32 {
+    match plan.leaf_art {
         LeafArt::Made { shape, .. } => bake::spray_span(shape),
         LeafArt::Files { .. } => 1.0,
-    };
-    DressParams { leaf_size: plan.dress.leaf_size * span, ..plan.dress.clone() }
+    }
 }
 
 /// The sources that a variant is made of.
