@@ -147,9 +147,7 @@ fn batch(plan: &Plan, threads: usize) {
     let bare = family(None);
     let dressed = |params: &DressParams, i: u64| dress::dress(&blended(&bare, i), params, Seed::new(i));
     let params = thinned_to(plan, 24_000, &|params| dressed(params, 7));
-    if std::env::var("LEAFY").is_err() {
-        fifty(plan, "batch_of_50", "each dressed after blending", threads, &|i| dressed(&params, i));
-    }
+    fifty(plan, "batch_of_50", "each dressed after blending", threads, &|i| dressed(&params, i));
 
     let params = thinned_to(plan, 24_000, &|params| blended(&family(Some(params)), 7));
     let leafy = family(Some(&params));
@@ -173,7 +171,7 @@ fn thinned_to(plan: &Plan, wanted: usize, tree: &dyn Fn(&DressParams) -> Plant) 
 fn fifty(plan: &Plan, name: &str, kind: &str, threads: usize, tree: &(dyn Fn(u64) -> Plant + Sync)) {
     let (mesh, materials) = (coarse(plan), SetMaterials::of("oak", TextureFormat::Png));
     let mut triangles = 0;
-    let time = seconds(if std::env::var("LEAFY").is_ok() { 25 } else { 5 }, || {
+    let time = seconds(5, || {
         let files: Vec<(Vec<u8>, usize)> = (0..50_u64)
             .into_par_iter()
             .map(|i| {
