@@ -92,7 +92,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "density",
             kind: Kind::Number { low: 0.0, high: 4.0, unit: "" },
             default: Default::Is("1.0"),
-            about: "leaves in the crown; 1 is full summer foliage, 0 none",
+            about: "leaves in the crown; 1 is full summer foliage (of palms 3), 0 none",
         },
         Field {
             name: "most",
@@ -104,8 +104,9 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf, whose picture shows a twig of many (ash, pine and palm: of the whole picture); left \
-                    out, the picture is at most a fifteenth of the tree's extent, and told, as it is on the largest source",
+            about: "length of a leaf; the picture of a made one shows a twig of many and is 4 to 7 leaves high (ash, pine and \
+                    palm: of the whole picture). Left out, no picture is higher than a fifteenth of its tree; told, none is a \
+                    larger share of it than on the largest source",
         },
         Field {
             name: "spread",
