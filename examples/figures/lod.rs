@@ -197,15 +197,6 @@ fn each_level(set_name: &str, of_set: &OfSet) {
 /// What a user would do instead: LOD0 simplified to the triangles of LOD1 by meshoptimizer alone, seen from the same views
 /// at the same size.
 fn simplifier(set: &Set) -> Vec<Against> {
-    let area = |mesh: &Mesh| -> f64 {
-        let corner = |i: u32| mesh.positions[i as usize];
-        mesh.indices
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|&[a, b, c]| f64::from((corner(b) - corner(a)).cross(corner(c) - corner(a)).length()) * 0.5)
-            .sum()
-    };
     let one = |(v, levels): (usize, &Vec<(TreeMesh, f32)>)| {
         let (full, ours) = (&levels[0].0, &levels[1].0);
         let pixels = (levels[0].1 * SCREEN + 0.5) as u32;
@@ -219,7 +210,7 @@ fn simplifier(set: &Set) -> Vec<Against> {
         let reference = Reference::new(full, &set.wardrobe, pixels, VIEWS);
         let both = [ours, &theirs].map(|tree| {
             let triangles = (tree.bark.indices.len() + tree.leaf.indices.len()) / 3;
-            (triangles, reference.measure(tree, &set.wardrobe), area(&tree.leaf) / area(&full.leaf))
+            (triangles, reference.measure(tree, &set.wardrobe), tree.leaf.area() / full.leaf.area())
         });
         Against { tree: format!("avenue {}", v + 1), pixels, both }
     };

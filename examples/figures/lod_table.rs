@@ -19,7 +19,7 @@ pub(crate) struct Against {
     pub(crate) tree: String,
     pub(crate) pixels: u32,
     /// Of the ladder and of the simplifier: triangles, what was measured, and leaf area over LOD0's.
-    pub(crate) both: [(usize, Measured, f64); 2],
+    pub(crate) both: [(usize, Measured, f32); 2],
 }
 
 /// Levels by set, and the simplifier's.

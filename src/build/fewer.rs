@@ -1,8 +1,8 @@
 //! Leaves that there are fewer of than are wanted, since a preset's `most` allows no more: those that stay are longer for it,
 //! which is told where it shows.
 
-use super::stages::{Dressing, Wardrobe, picture_span};
 use super::trees::Tree;
+use super::wardrobe::{Dressing, Wardrobe, picture_span};
 use crate::base::Note;
 use crate::preset::Plan;
 use crate::preset::plan::Variant;

@@ -34,6 +34,7 @@ mod textures;
 mod trees;
 mod unlike;
 mod uses;
+mod wardrobe;
 mod world;
 
 use std::collections::BTreeMap;

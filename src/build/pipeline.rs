@@ -12,9 +12,10 @@ use super::morphs::Morphs;
 use super::selections::Selected;
 use super::sheet::Sheet;
 use super::sketches::Drawn;
-pub use super::stages::dress_params;
-use super::stages::{SourcePlant, Wanted, Wardrobe};
+use super::stages::{SourcePlant, Wanted};
 use super::trees::{Tree, Trees};
+pub use super::wardrobe::dress_params;
+use super::wardrobe::{self, Wardrobe};
 use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};
 use crate::base::{Diagnostic, Key, Note};
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
@@ -23,7 +24,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 51;
+pub(super) const VERSION: u32 = 52;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -236,7 +237,7 @@ pub(super) fn prepared(
     let (sources, pictures) = both(sources, pictures)?;
     let sketches = sketches::sketches(plan, inputs)?;
     step("leaves and bark");
-    let mut wardrobe = stages::wardrobe(plan, &sources, &pictures)?;
+    let mut wardrobe = wardrobe::wardrobe(plan, &sources, &pictures)?;
     let morphs = morphs::morphs(plan, inputs, &mut wardrobe)?;
     let blended = blends::blends(plan, &wardrobe.plants, cache)?;
     step("matching");

@@ -9,12 +9,11 @@ use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
 use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
-use crate::dress;
-use crate::plant::{LeafForm, Plant};
+use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BarkArt, Company, DressParams, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MorphKind, Source,
-    SourceRecipe, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear,
+    BarkArt, Company, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MorphKind, Source, SourceRecipe,
+    Variant, Wear,
 };
 use crate::source::{estimate, grow, import};
 
@@ -37,13 +36,13 @@ pub(super) struct SourcePlant {
     /// Its own bark, where it brings some.
     pub(super) bark: Option<Maps>,
     /// Whether the bark is a picture of the source's and no mere colour.
-    pictured: bool,
+    pub(super) pictured: bool,
     /// What was bridged or dropped.
     notes: Vec<String>,
 }
 
 impl SourcePlant {
-    fn grown(plant: Plant, notes: Vec<String>) -> Self {
+    pub(super) fn grown(plant: Plant, notes: Vec<String>) -> Self {
         Self { plant, leaf_maps: Vec::new(), bark: None, pictured: false, notes }
     }
 
@@ -59,7 +58,7 @@ impl SourcePlant {
     }
 
     /// Whether it brings leaves.
-    fn is_leafy(&self) -> bool {
+    pub(super) fn is_leafy(&self) -> bool {
         !self.plant.leaves().is_empty() && !self.leaf_maps.is_empty()
     }
 }
@@ -434,207 +433,8 @@ pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diag
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
-/// What the trees of a set wear, and how slots count in it.
-#[derive(Clone, Debug)]
-pub(super) struct Wardrobe {
-    /// Pictures of leaves by slot, and the bark.
-    pub(super) pictures: Pictures,
-    /// The sources, their leaves' slots counted in `pictures`.
-    pub(super) plants: Vec<Plant>,
-    /// First slot of the pictures that dressing gives leaves, and how many there are.
-    dressed: (u16, u16),
-    /// Length of a leaf that dressing makes, metres.
-    leaf_size: f32,
-}
-
-/// Decides what leaves and bark wear: the plan's art, or what sources bring.
-///
-/// # Errors
-///
-/// When a source that art is taken from brings none.
-pub(super) fn wardrobe(
-    plan: &Plan,
-    sources: &[Arc<SourcePlant>],
-    pictures: &Pictures,
-) -> Result<Wardrobe, Vec<Diagnostic>> {
-    let lacks = |index: usize, what: &str, field: &str| {
-        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
-        vec![
-            Diagnostic::new("", message)
-                .with_field(field)
-                .with_hint(format!("name a source that is imported from a mesh with {what}")),
-        ]
-    };
-    // Those that were left out wear nothing.
-    let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
-    let bark = match plan.bark_wear {
-        Wear::All => None,
-        Wear::Source(index) => {
-            let bark = sources[index].bark.as_ref();
-            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
-        }
-        Wear::Rest if made().all(|s| s.bark.is_some()) => {
-            let best = made().find(|s| s.pictured).or(made().next());
-            best.and_then(|s| s.bark.as_ref())
-        }
-        Wear::Rest => None,
-    };
-    let bark = bark.unwrap_or(&pictures.bark).clone();
-    // Only what somebody wears takes room in the atlas.
-    let bare = made().any(|s| !s.is_leafy());
-    let mut leaves: Vec<Maps> = Vec::new();
-    let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
-    let mut leaf_size = dress_params(plan).leaf_size;
-    let dressed = match plan.leaf_wear {
-        Wear::Rest => {
-            for (source, plant) in sources.iter().zip(&mut plants) {
-                let first = leaves.len() as u16;
-                leaves.extend(source.leaf_maps.iter().cloned());
-                *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
-            }
-            let first = leaves.len() as u16;
-            if bare || leaves.is_empty() {
-                leaves.extend(pictures.leaves.iter().cloned());
-            }
-            (first, leaves.len() as u16 - first)
-        }
-        Wear::All => {
-            leaves.clone_from(&pictures.leaves);
-            let count = leaves.len();
-            for plant in &mut plants {
-                let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
-                *plant = std::mem::take(plant).rewear(|i, _| (slot(i), LeafForm::Square));
-            }
-            (0, count as u16)
-        }
-        Wear::Source(index) => {
-            let from = &sources[index];
-            if !from.is_leafy() {
-                return Err(lacks(index, "leaves", "foliage.leaf"));
-            }
-            leaves.clone_from(&from.leaf_maps);
-            let own = from.plant.leaves();
-            // A leaf of another source takes the picture and the form of one of this source's.
-            for (i, plant) in plants.iter_mut().enumerate().filter(|(i, _)| *i != index) {
-                let pick = |k: usize| {
-                    let seed = Seed::new(plan.seed).child("wear").at(i as u64).at(k as u64);
-                    let model = &own[seed.index(own.len())];
-                    (model.slot, model.form)
-                };
-                *plant = std::mem::take(plant).rewear(|k, _| pick(k));
-            }
-            if leaf_size <= 0.0 {
-                leaf_size = own.iter().map(|leaf| leaf.size).sum::<f32>() / own.len() as f32;
-            }
-            (0, leaves.len() as u16)
-        }
-    };
-    let pictures = Pictures { leaves, bark };
-    Ok(Wardrobe { pictures, plants, dressed, leaf_size })
-}
-
-/// Longest leaf that a preset may ask for, as a share of the largest source's extent.
-const LARGEST_LEAF: f32 = 0.8;
-
-impl Wardrobe {
-    /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
-    pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
-        if matches!(variant, Variant::Frame { .. }) {
-            return None;
-        }
-        Some(self.dressing_of(plan, &ingredients(plan, variant)))
-    }
-
-    /// How a tree that is made of some sources gets its leaves.
-    pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
-        if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
-            return Dressing::Own { params: plan.dress.clone() };
-        }
-        let leaf_size = self.leaf_size;
-        let leaf_share = self.leaf_share(plan, leaf_size, sources);
-        let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
-        Dressing::Made { params, first: self.dressed.0 }
-    }
-
-    /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
-    /// the largest of them, and on smaller trees as much smaller.
-    fn leaf_share(&self, plan: &Plan, size: f32, sources: &[usize]) -> f32 {
-        if plan.dress.leaf_share > 0.0 {
-            return plan.dress.leaf_share;
-        }
-        let extent = |&i: &usize| self.plants[i].pose().extent();
-        let largest = sources.iter().map(extent).fold(0.0, f32::max);
-        if largest > 0.0 { (size / largest).clamp(USUAL_LEAF_SHARE, LARGEST_LEAF) } else { USUAL_LEAF_SHARE }
-    }
-}
-
-/// How a plant gets its leaves.
-#[derive(Clone, Debug, Serialize)]
-pub(super) enum Dressing {
-    /// Those that all of its sources bring, thinned as the preset says.
-    Own { params: DressParams },
-    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
-    Made { params: DressParams, first: u16 },
-}
-
-impl Dressing {
-    /// The plant with leaves.
-    pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
-        match self {
-            Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
-            Self::Made { params, first } => {
-                let dressed = dress::dress(&plant.without_leaves(), params, seed);
-                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
-            }
-        }
-    }
-}
-
-impl Wardrobe {
-    /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
-    pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
-        let plant = self.plants[index].clone();
-        let (art, dress) = match leaf {
-            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
-                let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
-                let picture =
-                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
-                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
-                let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
-                let dress =
-                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
-                (art, dress)
-            }
-            _ => {
-                return match self.dressing(plan, &Variant::Source(index)) {
-                    Some(dressing) => dressing.dress(plant, seed),
-                    None => plant,
-                };
-            }
-        };
-        let first = self.pictures.leaves.len() as u16;
-        self.pictures.leaves.extend(art);
-        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
-    }
-}
-
-/// How a plan's trees are dressed where it makes their leaves: its own parameters, but for the length of what leaves are shown
-/// by, metres. The picture of a made leaf is a spray of several.
-#[must_use]
-pub fn dress_params(plan: &Plan) -> DressParams {
-    DressParams { leaf_size: plan.dress.leaf_size * picture_span(plan), ..plan.dress.clone() }
-}
-
-/// Lengths of a leaf that the pictures of a plan's leaves are high.
-pub(super) fn picture_span(plan: &Plan) -> f32 {
-    match plan.leaf_art {
-        LeafArt::Made { shape, .. } => bake::spray_span(shape),
-        LeafArt::Files { .. } => 1.0,
-    }
-}
-
 /// The sources that a variant is made of.
-fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
+pub(super) fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
     match variant {
         Variant::Source(index) => vec![*index],
         Variant::Blend { blend, .. } => plan.blends[*blend].of.clone(),

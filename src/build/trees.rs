@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
-use super::stages::{LeafPictures, Pictures, SourcePlant, Wardrobe};
+use super::stages::{LeafPictures, Pictures, SourcePlant};
+use super::wardrobe::Wardrobe;
 use crate::bake::{self, Maps};
 use crate::base::{Key, KeyBuilder, Note, Seed, once};
 use crate::lod::{self, Colors, Footing, Ladder, Memory, Outlines, Piece, Reference, Rung, Stock, Texels};
@@ -17,9 +18,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 5);
-const LADDER: Stage = Stage("ladder", 40);
+const LADDER: Stage = Stage("ladder", 41);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 34);
+const LEVEL: Stage = Stage("level", 35);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.

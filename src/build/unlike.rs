@@ -10,11 +10,14 @@ use crate::preset::plan::{ANY, Lod};
 /// Overlap of outlines below which a level is another tree, and how far what it covers may be off.
 const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
+/// Share of its leaves' area that a tree may lose to its bound on triangles.
+const BARED: f32 = 0.75;
 
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
 /// triangles than the level before, and one where it has more than it may have.
 pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
     let mut notes: Vec<Note> = (0..plan.lods.len()).filter_map(|place| over_budget(plan, trees, place)).collect();
+    notes.extend(bared(plan, trees));
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
         let about = format!("lods[{place}]");
         let levels =
@@ -70,6 +73,23 @@ fn over_budget(plan: &Plan, trees: &[Tree], place: usize) -> Option<Note> {
     Some(Note { about, message })
 }
 
+/// What is told of the tree that lost most of its leaves' area to its bound on triangles: leaves grow to twice their length at
+/// most for those that go.
+fn bared(plan: &Plan, trees: &[Tree]) -> Option<Note> {
+    let left = |(n, tree): (i32, &Tree)| {
+        let mesh = &tree.ladder.levels.first()?.mesh.leaf;
+        let all: f32 = tree.plant.leaves().iter().map(|leaf| leaf.size * leaf.size * leaf.form.width()).sum();
+        (all > 0.0).then(|| (mesh.area() / all, n, tree.ladder.levels[0].triangles))
+    };
+    let trees = || (1..).zip(trees).filter_map(left).filter(|left| left.0 < BARED);
+    let (share, n, triangles) = (plan.mesh.most < ANY).then(trees)?.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let message = format!(
+        "number {n} keeps {share:.2} of its leaves' area in {triangles} triangles, though leaves are twice as long as they \
+         were: raise `most`, or ask for a smaller `density` in `foliage`"
+    );
+    Some(Note { about: "mesh.most".to_owned(), message })
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -78,8 +98,27 @@ mod tests {
 
     use super::*;
     use crate::bake::Maps;
-    use crate::base::{Key, Seed};
-    use crate::plant::PlantBuilder;
+    use crate::base::{Key, Rotation, Seed};
+    use crate::plant::{Leaf, Plant, PlantBuilder};
+
+    /// Triangles of a plant's full level, and what is told of it.
+    fn told(plant: &Plant, most: u32) -> (usize, Vec<Note>) {
+        let maps = Maps {
+            width: 1,
+            height: 1,
+            color: vec![[90, 80, 70, 255]],
+            normal: vec![[128, 128, 255]],
+            orm: vec![[255, 200, 0]],
+        };
+        let text = format!(
+            "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], lods: [Full], mesh: (most: {most}))"
+        );
+        let plan = crate::preset::load("poles.ron", &text, &mut |_| Ok(String::new())).expect("loads");
+        let made = crate::lod::ladder(plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+        let triangles = made.levels[0].triangles;
+        let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
+        (triangles, notes(&plan, &[Tree { plant: Arc::new(plant.clone()), ladder, key, of: key }]))
+    }
 
     #[test]
     fn wood_beyond_its_budget_is_told_with_what_helps() {
@@ -88,31 +127,32 @@ mod tests {
             let at = Vec3::new(i as f32 * 0.2, 0.0, 0.0);
             builder.stem(at, &[Vec3::ZERO, Vec3::Y], &[0.05, 0.05]);
         }
-        let plant = Arc::new(builder.finish().expect("a hundred poles"));
-        let plain = Maps {
-            width: 1,
-            height: 1,
-            color: vec![[90, 80, 70, 255]],
-            normal: vec![[128, 128, 255]],
-            orm: vec![[255, 200, 0]],
-        };
-        let told = |most: u32| {
-            let text = format!(
-                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], lods: [Full], mesh: (most: {most}))"
-            );
-            let plan = crate::preset::load("poles.ron", &text, &mut |_| Ok(String::new())).expect("loads");
-            let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, &[], &plain, Seed::new(1));
-            let triangles = made.levels[0].triangles;
-            let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
-            (triangles, notes(&plan, &[Tree { plant: plant.clone(), ladder, key, of: key }]))
-        };
-        let (triangles, notes) = told(200);
+        let plant = builder.finish().expect("a hundred poles");
+        let (triangles, notes) = told(&plant, 200);
         assert!(triangles > 200 && notes.len() == 1, "{triangles}, {notes:?}");
         assert_eq!(notes[0].about, "mesh.most");
         assert!(
             notes[0].message.contains(&format!("has {triangles} triangles, {triangles} of them wood")),
             "{notes:?}"
         );
-        assert_eq!(told(20_000).1, []);
+        assert_eq!(told(&plant, 20_000).1, []);
+    }
+    #[test]
+    fn leaves_that_there_are_no_triangles_for_are_told() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
+        for i in 0..1000 {
+            let turned = Rotation::about(Seed::new(1).at(i).direction(), 1.0);
+            builder.leaf(Leaf::new(stem, i as f32 / 1000.0, turned, 0.1, 0));
+        }
+        let plant = builder.finish().expect("a leafy pole");
+        let told = |most: u32| {
+            let (_, notes) = told(&plant, most);
+            notes.into_iter().map(|note| note.message).collect::<Vec<_>>()
+        };
+        // A hundred and some of four times the area; then half of all, and no larger for it than need be.
+        let few = told(300);
+        assert!(few.len() == 1 && few[0].starts_with("number 1 keeps 0.5") && few[0].contains("area in 29"), "{few:?}");
+        assert_eq!(told(1200), Vec::<String>::new());
     }
 }

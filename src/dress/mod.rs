@@ -9,10 +9,12 @@ mod colonize;
 mod foliage;
 mod lattice;
 mod reach;
+mod refit;
 mod seek;
 mod thin;
 mod twig;
 
+pub(crate) use refit::{length, refit, shown};
 pub use thin::thin;
 
 use crate::base::Seed;

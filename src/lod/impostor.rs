@@ -193,7 +193,7 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe,
         .map(|(s, i)| (at(i), &s.wood))
         .step_by(COUNTED)
         .collect();
-    let limbs = Limbs::of(scene.plant, scene.posed);
+    let limbs = Limbs::of(scene.plant, scene.posed, scene.wood.least);
     let limbs =
         if is_twigs { limbs.thick(2.0 * height / texels as f32) } else { limbs.enough(&layout, texels, &level) };
     let mut drawn: Vec<Drawn> = surveyed
@@ -484,8 +484,15 @@ fn alphas(coverage: &[f32], texels: u32, around: usize) -> Vec<u8> {
         let last = wanted.saturating_sub(1).min(ranked.len().saturating_sub(1));
         let threshold = (!ranked.is_empty()).then(|| *ranked.select_nth_unstable_by(last, |a, b| b.total_cmp(a)).1);
         // A little past the threshold, which itself must pass after rounding to bytes.
-        let scale = 0.505 / threshold.unwrap_or(0.5).clamp(0.02, 1.0);
-        alphas.extend(covered.iter().map(|c| (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8));
+        let threshold = threshold.unwrap_or(0.5).clamp(0.02, 1.0);
+        let most = part.iter().copied().fold(threshold, f32::max);
+        // Where nearly all is covered, so is the threshold: what is fullest must not be near a half for it, or frames that
+        // are mixed with others lose whole rows of a crown.
+        let alpha = |c: f32| {
+            let above = if c >= most { 1.0 } else { (c - threshold) / (most - threshold) };
+            if c < threshold { 0.505 * c / threshold } else { (0.505 * c / threshold).max(0.505 + 0.495 * above) }
+        };
+        alphas.extend(covered.iter().map(|&c| (alpha(c) * 255.0 + 0.5).clamp(0.0, 255.0) as u8));
     }
     alphas
 }
@@ -502,7 +509,8 @@ fn sharpen(coverage: &mut [f32], width: usize, by: f32) {
         let columns = x.saturating_sub(AROUND)..(x + AROUND + 1).min(width);
         let count = rows.len() * columns.len();
         let sum: f32 = rows.flat_map(|row| &before[row * width..][columns.clone()]).sum();
-        *c = (*c + by * (*c - sum / count as f32)).max(0.0);
+        // More than all of a texel would take from those amid a crown, which have no empty ones around them.
+        *c = (*c + by * (*c - sum / count as f32)).clamp(0.0, 1.0);
     }
     let scale = all / coverage.iter().sum::<f32>().max(1e-6);
     coverage.iter_mut().for_each(|c| *c *= scale);

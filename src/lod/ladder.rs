@@ -159,6 +159,8 @@ pub fn ladder_by<'s>(
     let wood = || once(&wood, || Wood::of(plant, &posed, &TubeDetail::full(mesh)));
     let bound = (mesh.most < ANY).then(|| bounded((plant, &posed, &light), mesh, wood(), cards, seed)).flatten();
     let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
+    let left = OnceLock::new();
+    let wood = || bound.as_ref().map_or_else(wood, |bound| once(&left, || wood().at_least(bound.least)));
     let (plant, posed, cards) = (dressed.plant, &*dressed.posed, dressed.cards);
     let mut is_new = false;
     let full = memory.level(&Rung { lod: Lod::Full, texels: None, triangles: 0 }, &mut || {
@@ -285,6 +287,7 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
     let full = full_level(&dressed, &light, (&wood, mesh));
     let Dressed { plant, posed, cards, .. } = &dressed;
+    let wood = bound.as_ref().map_or_else(|| Cow::Borrowed(&wood), |bound| Cow::Owned(wood.at_least(bound.least)));
     let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
     let at = |&share: &f32| thinned(&scene, *cards, share.into(), 1.0, seed);
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();
@@ -305,7 +308,7 @@ struct Dressed<'a> {
 impl<'a> Dressed<'a> {
     fn of(plant: &'a Plant, posed: &'a Posed, cards: Cards<'a>, bound: Option<&'a Bounded<'a>>) -> Self {
         match bound {
-            Some(Bounded { plant, bark, cards }) => {
+            Some(Bounded { plant, bark, cards, .. }) => {
                 Self { plant, posed: Cow::Owned(plant.pose()), cards: *cards, bark: Some(bark) }
             }
             None => Self { plant, posed: Cow::Borrowed(posed), cards, bark: None },

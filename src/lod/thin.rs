@@ -68,11 +68,13 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: 
 pub(super) struct Bounded<'a> {
     pub(super) plant: Plant,
     pub(super) bark: Mesh,
+    /// What is thinner all along is not in it, metres.
+    pub(super) least: f32,
     pub(super) cards: Cards<'a>,
 }
 
 /// The full level of a plant that has more triangles than it may have; none for one that has not. Coarser levels go on from
-/// the leaves that are left, so none has one that this has not.
+/// the leaves and limbs that are left, so none has one that this has not.
 pub(super) fn bounded<'a>(
     (plant, posed, light): (&Plant, &Posed, &CrownLight),
     params: &MeshParams,
@@ -86,14 +88,15 @@ pub(super) fn bounded<'a>(
         return None;
     }
     let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
-    let bark = coarse_wood((plant, light), params, wood, parts.wood, 1.0);
+    let detail = coarse_detail(plant, params, wood, parts.wood);
+    let bark = wood.mesh(light, &detail);
     let (cards, count) = affordable(plant, cards, parts.leaves.of(bark.indices.len() / 3));
     let leaves = kept(plant, posed, count, 1.0, seed);
     let leaves = leaves.iter().map(|card| {
         let leaf = plant.leaves()[card.leaf];
         Leaf { size: leaf.size * card.scale, ..leaf }
     });
-    Some(Bounded { plant: plant.clone().with_leaves(leaves.collect()), bark, cards })
+    Some(Bounded { plant: plant.clone().with_leaves(leaves.collect()), bark, least: detail.min_radius, cards })
 }
 
 /// How the triangles of a level are shared.
@@ -220,8 +223,7 @@ const fn spaced(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// The finest wood of at most `budget` triangles, by bisection; the coarsest where even that has more. It is thicker by what
-/// covers `grown` times as much, all wood by as many metres: twigs make up for those that are gone, and a trunk keeps its
+/// The finest wood of at most `budget` triangles. It is thicker by what covers `grown` times as much, all wood by as many metres: twigs make up for those that are gone, and a trunk keeps its
 /// girth.
 fn coarse_wood(
     (plant, light): (&Plant, &CrownLight),
@@ -230,6 +232,13 @@ fn coarse_wood(
     budget: usize,
     grown: f32,
 ) -> Mesh {
+    let detail = coarse_detail(plant, params, wood, budget);
+    let added = if grown > 1.0 { (grown - 1.0) * wood.mean_radius(&detail) } else { 0.0 };
+    wood.mesh(light, &TubeDetail { added, ..detail })
+}
+
+/// How wood is meshed in at most `budget` triangles, as finely as bisection finds; coarsest where even that has more.
+fn coarse_detail(plant: &Plant, params: &MeshParams, wood: &Wood<'_>, budget: usize) -> TubeDetail {
     let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     // Twigs are all that is seen of a bare crown: they go last.
     let leafy = !plant.leaves().is_empty();
@@ -255,20 +264,21 @@ fn coarse_wood(
             fine = middle;
         }
     }
-    let detail = at(coarse);
-    let added = if grown > 1.0 { (grown - 1.0) * wood.mean_radius(&detail) } else { 0.0 };
-    wood.mesh(light, &TubeDetail { added, ..detail })
+    at(coarse)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use glam::Vec2;
 
     use super::*;
     use crate::bake::Maps;
     use crate::base::Rotation;
+    use crate::lod::twigs::thin_wood;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, packed, palette};
-    use crate::plant::PlantBuilder;
+    use crate::plant::{ChainId, PlantBuilder};
     use crate::preset::plan::{ANY, LeafCards, Lod};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
@@ -393,13 +403,6 @@ mod tests {
             mesh_levels(&plant, &params, &[0.4], Seed::new(1))
         };
         let count = |mesh: &Mesh| mesh.indices.len() / 3;
-        let area = |mesh: &Mesh| {
-            let of = |t: &[u32; 3]| {
-                let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
-                f64::from((b - a).cross(c - a).length())
-            };
-            mesh.indices.as_chunks::<3>().0.iter().map(of).sum::<f64>()
-        };
         let all = &levels(ANY)[0];
         let most = (count(&all.bark) + count(&all.leaf)) as u32 * 2 / 5;
         let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
@@ -407,10 +410,27 @@ mod tests {
         assert!(triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19, "{}", triangles(full));
         let share = triangles(thinned) as f32 / triangles(full) as f32;
         assert!((share - 0.4).abs() < 0.03, "{share}");
-        assert!((area(&full.leaf) / area(&all.leaf) - 1.0).abs() < 0.05, "{} {}", area(&full.leaf), area(&all.leaf));
+        assert!((full.leaf.area() / all.leaf.area() - 1.0).abs() < 0.05, "{}", full.leaf.area() / all.leaf.area());
         let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.2);
         assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
         assert_eq!(&levels(most * 10)[0], all, "who asks for enough changes nothing");
+    }
+
+    #[test]
+    fn no_level_has_limbs_that_the_full_level_has_no_triangles_for() {
+        let plant = crown(20, 1.0);
+        let (posed, params) = (plant.pose(), MeshParams { most: 800, ..MeshParams::told(8, 0.004) });
+        let light = CrownLight::of(&plant, &posed);
+        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
+        let cards = Cards::of(params.leaves, &[]);
+        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
+        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
+        let shown = chains(&bound.bark);
+        assert!(shown.len() > 1 && shown.len() < plant.chains().len() / 2, "{}", shown.len());
+        let fine = wood.at_least(bound.least).mesh(&light, &TubeDetail::full(&params));
+        assert_eq!(chains(&fine), shown);
+        let twigs = thin_wood(&plant, &posed, &light, [bound.least, f32::MAX]).len();
+        assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
     }
 
     #[test]

@@ -51,17 +51,17 @@ impl Segment {
     }
 }
 
-/// The segments of all chains that `tubes` drops at `min_radius`.
-pub(super) fn thin_wood(plant: &Plant, posed: &Posed, light: &CrownLight, min_radius: f32) -> Vec<Segment> {
-    let mut thick = vec![false; plant.chains().len()];
+/// The segments of all chains that `tubes` drops at the second of these radii, but not at the first.
+pub(super) fn thin_wood(
+    plant: &Plant,
+    posed: &Posed,
+    light: &CrownLight,
+    [least, min_radius]: [f32; 2],
+) -> Vec<Segment> {
+    let (shown, thick) = (plant.thick(least), plant.thick(min_radius));
     let mut segments = Vec::new();
-    for id in plant.chain_ids() {
+    for id in plant.chain_ids().filter(|id| shown[id.index()] && !thick[id.index()]) {
         let radii = plant.radii(id);
-        let widest = radii.iter().fold(0.0_f32, |a, &r| a.max(r));
-        thick[id.index()] = widest >= min_radius && plant.chain(id).parent.is_none_or(|p| thick[p.index()]);
-        if thick[id.index()] {
-            continue;
-        }
         let points = posed.chain(plant, id);
         let shade = light.shade(points[points.len() / 2]);
         for (p, r) in points.windows(2).zip(radii.windows(2)) {

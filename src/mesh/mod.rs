@@ -78,6 +78,14 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Area of its triangles, square metres.
+    #[must_use]
+    pub fn area(&self) -> f32 {
+        let corner = |i: u32| self.positions[i as usize];
+        let one = |[a, b, c]: &[u32; 3]| 0.5 * (corner(*b) - corner(*a)).cross(corner(*c) - corner(*a)).length();
+        self.indices.as_chunks().0.iter().map(one).sum()
+    }
+
     /// Adds all of `part`; both have the same arrays.
     pub(crate) fn append(&mut self, part: &Self) {
         let first = self.positions.len() as u32;

@@ -94,6 +94,8 @@ pub struct Wood<'a> {
     pub(crate) bare: f32,
     /// The finest detail's error, metres.
     finest: f32,
+    /// Chains that are thinner all along are part of no mesh, metres.
+    pub(crate) least: f32,
 }
 
 /// What is known of a chain's skin before it is made.
@@ -134,6 +136,7 @@ impl<'a> Wood<'a> {
             thinnest,
             bare,
             finest: finest.error,
+            least: 0.0,
         };
         let read = |ids: &[ChainId]| {
             let (mut limbs, mut rings, mut scratch) = (Vec::with_capacity(ids.len()), Vec::new(), Scratch::default());
@@ -154,6 +157,11 @@ impl<'a> Wood<'a> {
             wood.rings.extend(rings);
         }
         wood.with_exposed_bases(finest)
+    }
+
+    /// Without all that is thinner, metres.
+    pub(crate) fn at_least(&self, least: f32) -> Self {
+        Self { least, ..self.clone() }
     }
 
     fn with_exposed_bases(mut self, finest: &TubeDetail) -> Self {
@@ -233,7 +241,7 @@ impl<'a> Wood<'a> {
         let mut kept = Vec::with_capacity(self.limbs.len());
         for (id, limb) in self.plant.chain_ids().zip(&self.limbs) {
             let bears = self.plant.chain(id).parent.is_none_or(|p| is_kept[p.index()]);
-            if limb.own >= detail.min_radius && bears {
+            if limb.own >= detail.min_radius.max(self.least) && bears {
                 is_kept[id.index()] = true;
                 kept.push(id);
             }

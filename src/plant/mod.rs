@@ -236,6 +236,16 @@ impl Plant {
         children
     }
 
+    /// Which chains have such a radius somewhere, metres, as all that bear them have.
+    pub(crate) fn thick(&self, radius: f32) -> Vec<bool> {
+        let mut thick = vec![false; self.chains.len()];
+        for id in self.chain_ids() {
+            let widest = self.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
+            thick[id.index()] = widest >= radius && self.chain(id).parent.is_none_or(|p| thick[p.index()]);
+        }
+        thick
+    }
+
     /// World positions and frames.
     #[must_use]
     pub fn pose(&self) -> Posed {

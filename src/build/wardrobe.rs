@@ -1,0 +1,321 @@
+//! What the trees of a set wear: the plan's leaves and bark or those that sources bring, and how each tree gets its leaves.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::stages::{Pictures, SourcePlant, ingredients};
+use crate::bake::{self, Maps};
+use crate::base::{Diagnostic, Seed};
+use crate::dress;
+use crate::plant::{Leaf, LeafForm, Plant};
+use crate::preset::Plan;
+use crate::preset::plan::{DressParams, LeafArt, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
+
+/// What the trees of a set wear, and how slots count in it.
+#[derive(Clone, Debug)]
+pub(super) struct Wardrobe {
+    /// Pictures of leaves by slot, and the bark.
+    pub(super) pictures: Pictures,
+    /// The sources, their leaves' slots counted in `pictures`.
+    pub(super) plants: Vec<Plant>,
+    /// First slot of the pictures that dressing gives leaves, and how many there are.
+    dressed: (u16, u16),
+    /// Length of a leaf that dressing makes, metres.
+    leaf_size: f32,
+}
+
+/// Decides what leaves and bark wear: the plan's art, or what sources bring.
+///
+/// # Errors
+///
+/// When a source that art is taken from brings none.
+pub(super) fn wardrobe(
+    plan: &Plan,
+    sources: &[Arc<SourcePlant>],
+    pictures: &Pictures,
+) -> Result<Wardrobe, Vec<Diagnostic>> {
+    let lacks = |index: usize, what: &str, field: &str| {
+        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
+        vec![
+            Diagnostic::new("", message)
+                .with_field(field)
+                .with_hint(format!("name a source that is imported from a mesh with {what}")),
+        ]
+    };
+    // Those that were left out wear nothing.
+    let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
+    let bark = match plan.bark_wear {
+        Wear::All => None,
+        Wear::Source(index) => {
+            let bark = sources[index].bark.as_ref();
+            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
+        }
+        Wear::Rest if made().all(|s| s.bark.is_some()) => {
+            let best = made().find(|s| s.pictured).or(made().next());
+            best.and_then(|s| s.bark.as_ref())
+        }
+        Wear::Rest => None,
+    };
+    let bark = bark.unwrap_or(&pictures.bark).clone();
+    // Only what somebody wears takes room in the atlas.
+    let bare = made().any(|s| !s.is_leafy());
+    let mut leaves: Vec<Maps> = Vec::new();
+    let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
+    let mut leaf_size = dress_params(plan).leaf_size;
+    let dressed = match plan.leaf_wear {
+        Wear::Rest => {
+            for (source, plant) in sources.iter().zip(&mut plants) {
+                let first = leaves.len() as u16;
+                leaves.extend(source.leaf_maps.iter().cloned());
+                *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
+            }
+            let first = leaves.len() as u16;
+            if bare || leaves.is_empty() {
+                leaves.extend(pictures.leaves.iter().cloned());
+            }
+            (first, leaves.len() as u16 - first)
+        }
+        Wear::All => {
+            leaves.clone_from(&pictures.leaves);
+            let count = leaves.len();
+            for (source, plant) in sources.iter().zip(&mut plants) {
+                let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
+                *plant = std::mem::take(plant).rewear(|i, _| (slot(i), LeafForm::Square));
+                *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &leaves);
+            }
+            (0, count as u16)
+        }
+        Wear::Source(index) => {
+            let from = &sources[index];
+            if !from.is_leafy() {
+                return Err(lacks(index, "leaves", "foliage.leaf"));
+            }
+            leaves.clone_from(&from.leaf_maps);
+            let own = from.plant.leaves();
+            // A leaf of another source takes the picture and the form of one of this source's.
+            for (i, plant) in plants.iter_mut().enumerate().filter(|(i, _)| *i != index) {
+                let pick = |k: usize| {
+                    let seed = Seed::new(plan.seed).child("wear").at(i as u64).at(k as u64);
+                    let model = &own[seed.index(own.len())];
+                    (model.slot, model.form)
+                };
+                *plant = std::mem::take(plant).rewear(|k, _| pick(k));
+            }
+            if leaf_size > 0.0 {
+                for (source, plant) in sources.iter().zip(&mut plants) {
+                    *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &leaves);
+                }
+            } else {
+                leaf_size = own.iter().map(|leaf| leaf.size).sum::<f32>() / own.len() as f32;
+            }
+            (0, leaves.len() as u16)
+        }
+    };
+    let pictures = Pictures { leaves, bark };
+    Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+/// What is opaque of each picture, 0..=1.
+fn opaque(pictures: &[Maps]) -> Vec<f32> {
+    let sum = |maps: &Maps| maps.color.iter().map(|texel| f32::from(texel[3])).sum::<f32>();
+    pictures.iter().map(|maps| sum(maps) / (255.0 * maps.color.len().max(1) as f32)).collect()
+}
+
+/// What a leaf shows of the square of its length, by what is opaque of each picture.
+fn share(opaque: &[f32], leaf: &Leaf) -> f32 {
+    leaf.form.width() * opaque.get(usize::from(leaf.slot)).unwrap_or(&1.0)
+}
+
+/// A source whose own leaves wear other `pictures` now, its leaves as long as those are meant to be, metres, and showing
+/// what they showed. A length that the preset doesn't tell makes no leaf shorter: the card of a whole branch stays one.
+fn refitted(plan: &Plan, source: &SourcePlant, worn: Plant, size: f32, pictures: &[Maps]) -> Plant {
+    let own = dress::length(&worn);
+    if own <= 0.0 {
+        return worn;
+    }
+    let is_told = plan.dress.leaf_share <= 0.0;
+    let most = worn.pose().extent() * if is_told { LARGEST_LEAF } else { plan.dress.leaf_share };
+    let scale = size.min(most) / own;
+    if !is_told && scale <= 1.0 {
+        return worn;
+    }
+    let (before, now) = (opaque(&source.leaf_maps), opaque(pictures));
+    let area = dress::shown(&source.plant, |leaf| share(&before, leaf));
+    dress::refit(worn, scale, area, |leaf| share(&now, leaf), Seed::new(plan.seed).child("refit"))
+}
+
+/// Longest leaf that a preset may ask for, as a share of the largest source's extent.
+const LARGEST_LEAF: f32 = 0.8;
+
+impl Wardrobe {
+    /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
+    pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
+        if matches!(variant, Variant::Frame { .. }) {
+            return None;
+        }
+        Some(self.dressing_of(plan, &ingredients(plan, variant)))
+    }
+
+    /// How a tree that is made of some sources gets its leaves.
+    pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
+        if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
+            return Dressing::Own { params: plan.dress.clone() };
+        }
+        let leaf_size = self.leaf_size;
+        let leaf_share = self.leaf_share(plan, leaf_size, sources);
+        let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
+        Dressing::Made { params, first: self.dressed.0 }
+    }
+
+    /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
+    /// the largest of them, and on smaller trees as much smaller.
+    fn leaf_share(&self, plan: &Plan, size: f32, sources: &[usize]) -> f32 {
+        if plan.dress.leaf_share > 0.0 {
+            return plan.dress.leaf_share;
+        }
+        let extent = |&i: &usize| self.plants[i].pose().extent();
+        let largest = sources.iter().map(extent).fold(0.0, f32::max);
+        if largest > 0.0 { (size / largest).clamp(USUAL_LEAF_SHARE, LARGEST_LEAF) } else { USUAL_LEAF_SHARE }
+    }
+}
+
+/// How a plant gets its leaves.
+#[derive(Clone, Debug, Serialize)]
+pub(super) enum Dressing {
+    /// Those that all of its sources bring, thinned as the preset says.
+    Own { params: DressParams },
+    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
+    Made { params: DressParams, first: u16 },
+}
+
+impl Dressing {
+    /// The plant with leaves.
+    pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
+        match self {
+            Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
+            Self::Made { params, first } => {
+                let dressed = dress::dress(&plant.without_leaves(), params, seed);
+                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
+            }
+        }
+    }
+}
+
+impl Wardrobe {
+    /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
+    pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
+        let plant = self.plants[index].clone();
+        let (art, dress) = match leaf {
+            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
+                let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
+                let picture =
+                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
+                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
+                let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
+                let dress =
+                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
+                (art, dress)
+            }
+            _ => {
+                return match self.dressing(plan, &Variant::Source(index)) {
+                    Some(dressing) => dressing.dress(plant, seed),
+                    None => plant,
+                };
+            }
+        };
+        let first = self.pictures.leaves.len() as u16;
+        self.pictures.leaves.extend(art);
+        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+    }
+}
+
+/// How a plan's trees are dressed where it makes their leaves: its own parameters, but for the length of what leaves are shown
+/// by, metres. The picture of a made leaf is a spray of several.
+#[must_use]
+pub fn dress_params(plan: &Plan) -> DressParams {
+    DressParams { leaf_size: plan.dress.leaf_size * picture_span(plan), ..plan.dress.clone() }
+}
+
+/// Lengths of a leaf that the pictures of a plan's leaves are high.
+pub(super) fn picture_span(plan: &Plan) -> f32 {
+    match (&plan.leaf_art, plan.leaf_wear) {
+        (LeafArt::Made { shape, .. }, Wear::All | Wear::Rest) => bake::spray_span(*shape),
+        _ => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::base::Rotation;
+    use crate::plant::PlantBuilder;
+
+    /// A picture of which so much is opaque, in rows.
+    fn picture(opaque: f32) -> Maps {
+        let alpha = |i: usize| if (i / 8) as f32 + 0.5 < opaque * 8.0 { 255 } else { 0 };
+        Maps {
+            width: 8,
+            height: 8,
+            color: (0..64).map(|i| [60, 110, 30, alpha(i)]).collect(),
+            normal: vec![[128, 128, 255]; 64],
+            orm: vec![[255, 200, 0]; 64],
+        }
+    }
+
+    /// A pole of eight metres with 400 opaque leaves of a length, half as wide as they are long.
+    fn pole(length: f32) -> SourcePlant {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.1, 0.1]);
+        for i in 0..400 {
+            let turned = Rotation::about(Seed::new(1).at(i).direction(), 1.0);
+            let leaf = Leaf::new(stem, i as f32 / 400.0, turned, length, 0);
+            builder.leaf(Leaf { form: LeafForm::Flat(0.5), ..leaf });
+        }
+        let mut source = SourcePlant::grown(builder.finish().unwrap(), Vec::new());
+        source.leaf_maps.push(picture(1.0));
+        source
+    }
+
+    /// Lengths of the leaves of two sources, 0.1 and 0.4 m, and how much more they show than before.
+    fn worn(foliage: &str) -> [(f32, f32); 2] {
+        let text = format!(
+            "(sources: {{\"a\": Import(file: \"a.csv\"), \"b\": Import(file: \"b.csv\")}}, variants: [Source(\"a\")], \
+             foliage: ({foliage}))"
+        );
+        let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+        let sources = [pole(0.1), pole(0.4)].map(Arc::new);
+        let pictures = Pictures { leaves: vec![picture(0.25); 4], bark: picture(1.0) };
+        let Ok(made) = wardrobe(&plan, &sources, &pictures) else { panic!("no wardrobe") };
+        let (before, now) = (opaque(&sources[0].leaf_maps), opaque(&made.pictures.leaves));
+        std::array::from_fn(|i| {
+            let shown = |plant, opaque: &[f32]| dress::shown(plant, |leaf| share(opaque, leaf));
+            let plant = &made.plants[i];
+            (dress::length(plant), shown(plant, &now) / shown(&sources[i].plant, &before))
+        })
+    }
+
+    #[test]
+    fn leaves_of_imports_that_wear_others_are_as_long_as_told_and_show_what_they_did() {
+        // Those that are kept are what they were, whatever the rest is told.
+        assert_eq!(
+            worn("size: 0.06").map(|(length, shown)| ((length * 1e3).round(), shown)),
+            [(100.0, 1.0), (400.0, 1.0)]
+        );
+        let is_near = |a: f32, b: f32| (a / b - 1.0).abs() < 0.1;
+        let olive = 0.06 * bake::spray_span(crate::preset::plan::LeafShape::Olive);
+        for (length, shown) in worn("leaf: \"olive\", size: 0.06") {
+            assert!(is_near(length, olive) && is_near(shown, 1.0), "{length} {shown}");
+        }
+        // Where no length is told the card of a whole branch stays one.
+        let [(short, shown), (long, _)] = worn("leaf: \"olive\"");
+        assert!(short > 0.15 && is_near(shown, 1.0) && is_near(long, 0.4), "{short} {shown} {long}");
+        for (length, shown) in worn("leaf: From(\"a\"), size: 0.2") {
+            assert!(is_near(length, 0.2) && is_near(shown, 1.0), "{length} {shown}");
+        }
+        assert_eq!(worn("leaf: From(\"a\")").map(|worn| (worn.0 * 1e3).round()), [100.0, 400.0]);
+    }
+}
