@@ -10,7 +10,7 @@ use crate::base::{Diagnostic, Key, Note};
 use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{MorphKind, SketchDepth, SketchParams, SketchScale};
-use crate::sketch::{Drawing, Method, Sketch, SketchSize, SketchViews, Sketched, Sketcher, ViewKind};
+use crate::sketch::{Drawing, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind};
 
 /// A sketch whose files are read.
 #[derive(Clone, Debug)]
@@ -76,8 +76,15 @@ impl Drawn {
                 Diagnostic::new("", format!("the sketch {shown} {message}")).with_field(field).with_hint(hint)
             };
             let bytes = inputs.get(file).map_or(&[][..], |input| &input.bytes);
-            let drawing = Drawing::read(bytes)
-                .map_err(|error| wrong(error.to_string(), "draw the crown as filled shapes, or as a closed line"))?;
+            let drawing = Drawing::read(bytes).map_err(|error| {
+                let is_none = matches!(error, SketchError::Unreadable(_));
+                let help = if is_none {
+                    "save the drawing as plain SVG"
+                } else {
+                    "draw the crown as filled shapes, or as a closed line"
+                };
+                wrong(error.to_string(), help)
+            })?;
             if closed && drawing.is_open() {
                 let hint = "close it; only a crown seen from the front alone may be an open line";
                 return Err(wrong("is an open line".to_owned(), hint));

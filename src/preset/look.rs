@@ -10,7 +10,7 @@ use super::path::relative;
 use super::plan::{
     BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, USUAL_LEAF_SHARE, Wear,
 };
-use super::reader::{Pick, Reader, linear};
+use super::reader::{Item, Pick, Reader, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use crate::base::Note;
 
@@ -24,6 +24,8 @@ struct LeafKind {
     droop: f32,
     /// Length of a twig, metres.
     twig: f32,
+    /// What a density of 1 is, by area: fronds have leaflets from their bases to their tips.
+    full: f32,
     color: &'static str,
     /// Colours before it falls, of the leaves that turn first and last; empty for what stays green.
     autumn: [&'static str; 2],
@@ -42,18 +44,18 @@ pub(super) const LEAF_NAMES: &[&str] =
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
 static LEAVES: [LeafKind; 12] = [
-    LeafKind { shape: LeafShape::Oak,    size: 0.086, angle: 55.0, droop: 0.15, twig: 0.35, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Birch,  size: 0.051, angle: 50.0, droop: 0.50, twig: 0.40, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
-    LeafKind { shape: LeafShape::Beech,  size: 0.062, angle: 50.0, droop: 0.20, twig: 0.35, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
-    LeafKind { shape: LeafShape::Maple,  size: 0.081, angle: 60.0, droop: 0.30, twig: 0.35, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.095, angle: 35.0, droop: 0.80, twig: 0.55, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.36,  angle: 55.0, droop: 0.25, twig: 0.30, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.30,  angle: 40.0, droop: 0.10, twig: 0.30, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Linden, size: 0.058, angle: 55.0, droop: 0.40, twig: 0.40, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Poplar, size: 0.052, angle: 55.0, droop: 0.35, twig: 0.40, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Elm,    size: 0.059, angle: 50.0, droop: 0.25, twig: 0.40, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Palm,   size: 0.75,  angle: 55.0, droop: 0.30, twig: 0.00, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
+    LeafKind { shape: LeafShape::Oak,    size: 0.086, angle: 55.0, droop: 0.15, twig: 0.35, full: 1.0, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Birch,  size: 0.051, angle: 50.0, droop: 0.50, twig: 0.40, full: 1.0, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
+    LeafKind { shape: LeafShape::Beech,  size: 0.062, angle: 50.0, droop: 0.20, twig: 0.35, full: 1.0, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
+    LeafKind { shape: LeafShape::Maple,  size: 0.081, angle: 60.0, droop: 0.30, twig: 0.35, full: 1.0, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Willow, size: 0.095, angle: 35.0, droop: 0.80, twig: 0.55, full: 1.0, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36,  angle: 55.0, droop: 0.25, twig: 0.30, full: 1.0, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.30,  angle: 40.0, droop: 0.10, twig: 0.30, full: 1.0, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Linden, size: 0.058, angle: 55.0, droop: 0.40, twig: 0.40, full: 1.0, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Poplar, size: 0.052, angle: 55.0, droop: 0.35, twig: 0.40, full: 1.0, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Elm,    size: 0.059, angle: 50.0, droop: 0.25, twig: 0.40, full: 1.0, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, full: 1.0, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Palm,   size: 0.75,  angle: 55.0, droop: 0.30, twig: 0.00, full: 3.0, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
@@ -67,6 +69,9 @@ static BARKS: [(BarkPattern, &str); 6] = [
     (BarkPattern::Fibrous, "#7a5340"),
     (BarkPattern::Ringed, "#8b7a68"),
 ];
+
+/// How many times as long as usual leaves are told of.
+const HUGE: f32 = 4.0;
 
 const BY_LEAF: Default = Default::Else("as the leaf");
 const PIXELS: Kind = Kind::Integer { low: 64, high: 4096, unit: "pixels" };
@@ -92,7 +97,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "density",
             kind: Kind::Number { low: 0.0, high: 4.0, unit: "" },
             default: Default::Is("1.0"),
-            about: "leaves in the crown; 1 is full summer foliage (of palms 3), 0 none",
+            about: "leaves in the crown; 1 is full summer foliage, 0 none",
         },
         Field {
             name: "most",
@@ -106,7 +111,8 @@ pub(super) static FOLIAGE: Record = Record {
             default: BY_LEAF,
             about: "length of a leaf; the picture of a made one shows a twig of many and is 4 to 7 leaves high (ash, pine and \
                     palm: of the whole picture). Left out, no picture is higher than a fifteenth of its tree; told, none is a \
-                    larger share of it than on the largest source",
+                    larger share of it than on the largest source. Leaves of imports that wear what `leaf` says are made as \
+                    long, as many as show what they showed; left out, none is made shorter",
         },
         Field {
             name: "spread",
@@ -186,7 +192,7 @@ static PHYLLOTAXIS: Choice = Choice {
 };
 
 fn phyllotaxis(fields: &Reader<'_, '_>, leaf: &LeafKind) -> Phyllotaxis {
-    let kind = |item: &super::reader::Item<'_>| fields.kind(&PHYLLOTAXIS, item, |kind, _| Some(kind));
+    let kind = |item: &Item<'_>| fields.kind(&PHYLLOTAXIS, item, |kind, _| Some(kind));
     match fields.item("phyllotaxis").as_ref().and_then(kind) {
         Some("Distichous") => Phyllotaxis::Distichous,
         Some(_) => Phyllotaxis::Spiral,
@@ -206,7 +212,7 @@ enum Season {
 
 impl Season {
     fn of(fields: &Reader<'_, '_>) -> Self {
-        let kind = |item: &super::reader::Item<'_>| fields.kind(&SEASONS, item, |kind, _| Some(kind));
+        let kind = |item: &Item<'_>| fields.kind(&SEASONS, item, |kind, _| Some(kind));
         match fields.item("season").as_ref().and_then(kind) {
             Some("Spring") => Self::Spring,
             Some("Autumn") => Self::Autumn,
@@ -343,7 +349,7 @@ pub(super) fn describe_leaves() -> String {
     );
     let named = |pattern| BARKS.iter().zip(BARK_NAMES).find(|(bark, _)| bark.0 == pattern).map_or("", |(_, name)| name);
     for (leaf, name) in LEAVES.iter().zip(LEAF_NAMES) {
-        let LeafKind { shape: _, size, angle, droop, twig, color, autumn: _, bark } = leaf;
+        let LeafKind { shape: _, size, angle, droop, twig, full: _, color, autumn: _, bark } = leaf;
         out.push_str(&format!("| {name} | {size} | {angle} | {droop} | {twig} | `{color}` | {} |\n", named(*bark)));
     }
     out.push_str("\n| bark | color |\n|---|---|\n");
@@ -382,7 +388,7 @@ pub(super) struct Foliage {
     /// The bark that goes with the leaf.
     pub(super) bark: BarkPattern,
     /// What is told of it.
-    pub(super) note: Option<Note>,
+    pub(super) notes: Vec<Note>,
 }
 
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf. `names` are the sources'.
@@ -399,28 +405,28 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
             size: fields.count("resolution"),
         })
     };
-    let (art, wear, leaf) = match fields.item("leaf") {
-        None => (made(&LEAVES[0])?, Wear::Rest, &LEAVES[0]),
-        Some(item) => {
-            if let Pick::Word(leaf) = fields.pick("leaf", &item)? {
-                (made(&LEAVES[leaf])?, Wear::All, &LEAVES[leaf])
-            } else {
-                let (art, wear) = fields.kind(&LEAF_FILES, &item, |kind, inner| {
-                    made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf", kind);
-                    if kind == "From" {
-                        return Some((None, Wear::Source(from(inner, names)?)));
-                    }
-                    let [color, normal, transmission] =
-                        ["color", "normal", "transmission"].map(|name| path(inner, name));
-                    Some((Some(LeafArt::Files { color, normal, transmission }), Wear::All))
-                })?;
-                (art.map_or_else(|| made(&LEAVES[0]), Some)?, wear, &LEAVES[0])
-            }
+    let told = |item: &Item<'_>| {
+        if let Pick::Word(leaf) = fields.pick("leaf", item)? {
+            return Some((made(&LEAVES[leaf])?, Wear::All, &LEAVES[leaf]));
         }
+        let (art, wear) = fields.kind(&LEAF_FILES, item, |kind, inner| {
+            made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf", kind);
+            if kind == "From" {
+                return Some((None, Wear::Source(from(inner, names)?)));
+            }
+            let [color, normal, transmission] = ["color", "normal", "transmission"].map(|name| path(inner, name));
+            Some((Some(LeafArt::Files { color, normal, transmission }), Wear::All))
+        })?;
+        Some((art.map_or_else(|| made(&LEAVES[0]), Some)?, wear, &LEAVES[0]))
+    };
+    // What is wrong with the leaf is told by now: the other fields are read as for any.
+    let (art, wear, leaf) = match fields.item("leaf").as_ref().and_then(told) {
+        Some(told) => told,
+        None => (made(&LEAVES[0])?, Wear::Rest, &LEAVES[0]),
     };
     let is_made = matches!(art, LeafArt::Made { .. });
     let dress = DressParams {
-        density: fields.number("density") * season.share(is_made && leaf.is_evergreen()),
+        density: fields.number("density") * leaf.full * season.share(is_made && leaf.is_evergreen()),
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_share: if fields.has("size") { 0.0 } else { USUAL_LEAF_SHARE },
@@ -434,14 +440,29 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
     // Who asks for winter and no leaves at all knows.
     let unknown = !is_made || matches!(wear, Wear::Source(_));
     let falls = season == Season::Winter && unknown && fields.number("density") > 0.0;
-    let note = falls.then(|| Note {
+    let winter = falls.then(|| Note {
         about: "foliage.season".to_owned(),
         message:
             "in winter trees are bare, also of pictures of your own and of a source's leaves, which don't tell whether \
                   they are evergreen: leave `season` out to keep them"
                 .to_owned(),
     });
-    Some(Foliage { dress, art, wear, bark: leaf.bark, note })
+    let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
+    let notes = winter.into_iter().chain(huge).collect();
+    Some(Foliage { dress, art, wear, bark: leaf.bark, notes })
+}
+
+/// What is told of a leaf that is far longer than such leaves are.
+fn huge(dress: &DressParams, leaf: &LeafKind) -> Option<Note> {
+    let times = dress.leaf_size / leaf.size;
+    (times > HUGE).then(|| Note {
+        about: "foliage.size".to_owned(),
+        message: format!(
+            "{} m is {times:.0} times as long as such leaves are ({} m), and pictures of them are up to seven leaves high: tell \
+             the length of one leaf",
+            dress.leaf_size, leaf.size
+        ),
+    })
 }
 
 /// The source that a `From` names.

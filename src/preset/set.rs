@@ -366,7 +366,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         shapes,
         morphs,
         sketches,
-        notes: foliage.note.into_iter().collect(),
+        notes: foliage.notes,
         dress: foliage.dress,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,

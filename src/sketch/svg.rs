@@ -198,7 +198,8 @@ impl Reading {
             }
         }
         if closed > 0 {
-            notes.push(format!("{closed} of its lines were closed by a straight line from end to start"));
+            let were = if closed == 1 { "line was" } else { "lines were" };
+            notes.push(format!("{closed} {were} closed by a straight line from end to start"));
         }
         if self.tangled > 0 {
             notes.push(format!(

@@ -314,7 +314,8 @@ fn told(Mended { found, dropped, left }: Mended) -> Vec<String> {
         let (branches, others) = if count == 1 { ("branch", "another") } else { ("branches", "others") };
         (count > 0).then(|| format!("{count} {branches} {done} {others}"))
     };
-    [what(moved, "moved out of"), what(dropped, "dropped that grew into"), what(left, "still grow into")]
+    let still = if left == 1 { "still grows into" } else { "still grow into" };
+    [what(moved, "moved out of"), what(dropped, "dropped that grew into"), what(left, still)]
         .into_iter()
         .flatten()
         .collect()

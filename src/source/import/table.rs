@@ -210,7 +210,16 @@ pub(super) fn sniff<'a>(bytes: &'a [u8], file: &'a str) -> Result<Sniffed<'a>, V
         );
     }
     if let Some(at) = bytes.iter().position(|&b| b == 0) {
-        return refuse(&format!("the file is binary: byte {at} is NUL"), READ.into());
+        // Who names a mesh has a broken one.
+        let begins = [("glb", "`glTF`"), ("ply", "`ply`")];
+        let named = begins.iter().find(|(end, _)| file.to_ascii_lowercase().ends_with(&format!(".{end}")));
+        return match named {
+            Some((end, first)) => refuse(
+                &format!("the file is no {}: it doesn't begin with {first}", end.to_uppercase()),
+                "export it again".into(),
+            ),
+            None => refuse(&format!("the file is binary: byte {at} is NUL"), READ.into()),
+        };
     }
     let mut table = Table::new(bytes, file);
     let start = table.clone();

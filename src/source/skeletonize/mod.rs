@@ -187,7 +187,9 @@ fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
     pieces.retain(|p| p.triangles.len() >= LEAST_TRIANGLES);
     pieces.truncate(MOST_PIECES);
     if pieces.len() < all {
-        notes.push(format!("{} loose pieces of few triangles left out", all - pieces.len()));
+        let left = all - pieces.len();
+        let what = if left == 1 { "piece" } else { "pieces" };
+        notes.push(format!("{left} loose {what} of few triangles left out"));
     }
     pieces
 }
