@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3};
 
 use super::fit::Placing;
 use super::frame::ViewPlane;
-use super::region::Region;
+use super::region::{Fill, Region};
 use super::svg::Drawing;
 use crate::base::math;
 
@@ -24,6 +24,12 @@ const FADE: f32 = 0.8;
 const TOP: f32 = 0.15;
 /// Steepest that it leans there, sideways over upwards.
 const LEAN: f32 = 1.5;
+
+/// Of the height of an outline, what may be a trunk's foot, and what of it lies above; how wide that is at most, of the
+/// outline's width, and how many times as wide the one may be as the other.
+const FOOT: [[f32; 2]; 2] = [[0.0, 0.05], [0.07, 0.14]];
+const NARROW: f32 = 0.28;
+const FLARE: f32 = 2.5;
 
 /// The middle of a drawn trunk from its foot up, in even rows; empty where none is drawn.
 pub(super) fn midline(trunk: &Region) -> Vec<Vec2> {
@@ -61,6 +67,24 @@ pub(super) fn midline(trunk: &Region) -> Vec<Vec2> {
     line.insert(0, foot);
     line.push(top);
     line
+}
+
+/// Whether an outline ends below in something like a trunk: narrow, and nearly as wide at its foot as above it.
+pub(super) fn stands(outline: &Region) -> bool {
+    let [low, high] = outline.bounds();
+    let size = high - low;
+    if !(size.min_element() > 0.0 && size.is_finite()) {
+        return false;
+    }
+    let wide = |[from, to]: [f32; 2]| {
+        let at = |part: f32| low.y + size.y * part;
+        let corners =
+            [(low.x, from), (high.x, from), (high.x, to), (low.x, to)].map(|(x, part)| Vec2::new(x, at(part)));
+        let strip = Region::of(&[corners.to_vec()], Fill::NonZero);
+        outline.intersection(&strip).area() / (size.x * size.y * (to - from))
+    };
+    let [foot, above] = FOOT.map(wide);
+    above < NARROW && foot < FLARE * above && above < FLARE * foot
 }
 
 /// How a line leans from its first point for a height up or down, sideways over upwards.
@@ -169,6 +193,29 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn outlines_on_a_trunk_stand_and_others_do_not() {
+        let stand = |body: &str| {
+            let text = format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 10 10'>{body}</svg>");
+            stands(&Drawing::read(text.as_bytes()).unwrap().crown)
+        };
+        for body in [
+            "<circle cx='5' cy='3' r='3'/><rect x='4.5' y='5' width='1' height='5'/>",
+            "<path d='M5 0L9 7H5.7L6 10H4L4.3 7H1Z'/>",
+        ] {
+            assert!(stand(body), "{body}");
+        }
+        for body in [
+            "<circle cx='5' cy='5' r='4'/>",
+            "<path d='M5 0L9 10H1Z'/>",
+            "<path d='M5 10L1 0H9Z'/>",
+            "<path d='M5 10Q0 5 2 2Q5 0 5 3Q5 0 8 2Q10 5 5 10Z'/>",
+            "<rect x='4' width='2' height='10'/>",
+        ] {
+            assert!(!stand(body), "{body}");
+        }
+    }
 
     fn line(body: &str) -> Vec<Vec2> {
         let text = format!(

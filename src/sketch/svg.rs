@@ -15,6 +15,7 @@ use glam::Vec2;
 use usvg::tiny_skia_path::{Path, PathSegment, Point, Transform};
 
 use super::region::{Fill, Region};
+use super::stem;
 
 /// Most bytes of an SVG.
 const MOST_SVG: usize = 8 << 20;
@@ -217,6 +218,12 @@ impl Reading {
         }
         if crown.pieces() > 1 {
             notes.push(format!("the crown is of {} pieces that don't touch", crown.pieces()));
+        }
+        if trunk.area() <= 0.0 && stem::stands(&crown) {
+            notes.push(
+                "its lowest part is as narrow as a trunk, and taken for crown: give what is the trunk the id `trunk`"
+                    .into(),
+            );
         }
         Ok(Drawing { crown, trunk, open, canvas, notes })
     }
