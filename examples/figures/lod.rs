@@ -33,7 +33,7 @@ pub(crate) struct Kind {
     leaf_triangles: Vec<u64>,
 }
 
-/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, screen, asset, set, batch,
+/// Whether a part of the figures is wanted: LOD_PARTS names some of sets, bark, mesh, leaf, screen, asset, set, batch, leafy,
 /// meshing, three, textures. `table` prints the sets as the README's tables instead, if it is named.
 pub(crate) fn wants(part: &str) -> bool {
     std::env::var("LOD_PARTS").map_or(true, |parts| parts.split(',').any(|p| p == part))

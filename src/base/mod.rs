@@ -1,6 +1,7 @@
 //! What every layer stands on: addressed randomness, deterministic mathematics, frames, content keys and
 //! diagnostics. Nothing here knows what a tree is.
 
+mod alone;
 pub(crate) mod bulk;
 mod diagnostic;
 mod frame;
@@ -11,6 +12,7 @@ mod once;
 mod seed;
 mod simplex;
 
+pub(crate) use alone::is_alone;
 pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use gaussian::gaussian_shares;

@@ -86,6 +86,20 @@ impl Mesh {
         self.indices.as_chunks().0.iter().map(one).sum()
     }
 
+    /// Empty, with room for so many vertices and indices of wood.
+    fn with_room(vertices: usize, indices: usize) -> Self {
+        Self {
+            positions: Vec::with_capacity(vertices),
+            normals: Vec::with_capacity(vertices),
+            tangents: Vec::with_capacity(vertices),
+            uvs: Vec::with_capacity(vertices),
+            occlusion: Vec::with_capacity(vertices),
+            chains: Vec::with_capacity(vertices),
+            indices: Vec::with_capacity(indices),
+            ..Self::default()
+        }
+    }
+
     /// Adds all of `part`; both have the same arrays.
     pub(crate) fn append(&mut self, part: &Self) {
         let first = self.positions.len() as u32;

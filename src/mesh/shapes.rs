@@ -10,6 +10,7 @@ use super::rings::{Base, Ring, span_at, stand, unfold};
 use super::sides::{out_of_corners, out_of_middles};
 use super::sweep::Circles;
 use super::tube::{PART, Skin, TubeDetail, Wood, is_kept};
+use crate::base::is_alone;
 use crate::plant::ChainId;
 
 /// What a chain is swept along.
@@ -50,11 +51,8 @@ impl Shapes {
             ids.iter().for_each(|&id| part.add(wood, id, detail));
             part
         };
-        let parts: Vec<Part> = if rayon::current_num_threads() == 1 {
-            kept.chunks(PART).map(part).collect()
-        } else {
-            kept.par_chunks(PART).map(part).collect()
-        };
+        let parts: Vec<Part> =
+            if is_alone() { kept.chunks(PART).map(part).collect() } else { kept.par_chunks(PART).map(part).collect() };
         let mut place = vec![u32::MAX; wood.limbs.len()];
         (0..).zip(kept).for_each(|(i, id)| place[id.index()] = i);
         let with_rings = parts.iter().flat_map(|part| &part.shapes).filter(|shape| !shape.rings.is_empty());
@@ -70,6 +68,15 @@ impl Shapes {
         let part = self.parts.get(i / PART)?;
         let shape = part.shapes.get(i % PART)?;
         (!shape.rings.is_empty()).then(|| (shape, &part.rings[shape.rings.clone()]))
+    }
+
+    /// Most vertices and triangles that they take.
+    pub(super) fn size(&self) -> (usize, usize) {
+        let with_rings = self.parts.iter().flat_map(|part| &part.shapes).filter(|shape| !shape.rings.is_empty());
+        with_rings.fold((0, 0), |(vertices, triangles), Shape { rings, skin, .. }| {
+            let sides = skin.sides as usize;
+            (vertices + rings.len() * (sides + 1) + 2 * sides, triangles + skin.triangles(rings.len(), true))
+        })
     }
 
     /// The wood that bears a chain; none for a stem.

@@ -16,7 +16,7 @@ use super::rings::{Base, Ring, Scratch, add_rings, span_at, taper};
 use super::shapes::Shapes;
 use super::sides::{out_of_middles, sides};
 use super::{CrownLight, Mesh};
-use crate::base::math;
+use crate::base::{is_alone, math};
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::plan::{Forks, MeshParams};
 
@@ -144,7 +144,7 @@ impl<'a> Wood<'a> {
             (limbs, rings)
         };
         let ids: Vec<ChainId> = plant.chain_ids().collect();
-        if rayon::current_num_threads() == 1 {
+        if is_alone() {
             let (limbs, rings) = read(&ids);
             return Self { limbs, rings, ..wood }.with_exposed_bases(finest);
         }
@@ -255,25 +255,24 @@ impl<'a> Wood<'a> {
     pub fn mesh(&self, light: &CrownLight, detail: &TubeDetail) -> Mesh {
         let kept = self.kept(detail);
         let shapes = Shapes::of(self, &kept, detail);
-        let sweep = |ids: &[ChainId]| {
-            let (mut mesh, mut own) = (Mesh::default(), Vec::new());
-            ids.iter().for_each(|&id| self.sweep(id, (light, detail, &shapes), &mut own, &mut mesh));
+        let sweep = |ids: &[ChainId], mesh: &mut Mesh| {
+            let mut own = Vec::new();
+            ids.iter().for_each(|&id| self.sweep(id, (light, detail, &shapes), &mut own, mesh));
+        };
+        if is_alone() {
+            let (vertices, triangles) = shapes.size();
+            let mut mesh = Mesh::with_room(vertices, 3 * triangles);
+            sweep(&kept, &mut mesh);
+            return mesh;
+        }
+        let part = |ids: &[ChainId]| {
+            let mut mesh = Mesh::default();
+            sweep(ids, &mut mesh);
             mesh
         };
-        if rayon::current_num_threads() == 1 {
-            return sweep(&kept);
-        }
-        let parts: Vec<Mesh> = kept.par_chunks(PART).map(sweep).collect();
+        let parts: Vec<Mesh> = kept.par_chunks(PART).map(part).collect();
         let total = |of: fn(&Mesh) -> usize| parts.iter().map(of).sum::<usize>();
-        let (vertices, indices) = (total(|part| part.positions.len()), total(|part| part.indices.len()));
-        let mut mesh = Mesh::default();
-        mesh.positions.reserve_exact(vertices);
-        mesh.normals.reserve_exact(vertices);
-        mesh.tangents.reserve_exact(vertices);
-        mesh.uvs.reserve_exact(vertices);
-        mesh.occlusion.reserve_exact(vertices);
-        mesh.chains.reserve_exact(vertices);
-        mesh.indices.reserve_exact(indices);
+        let mut mesh = Mesh::with_room(total(|part| part.positions.len()), total(|part| part.indices.len()));
         parts.iter().for_each(|part| mesh.append(part));
         mesh
     }
