@@ -91,13 +91,36 @@ pub(super) struct Placed {
     /// Colours of the baked pictures, by variant.
     colors: Vec<Arc<Colors>>,
     /// By variant and level.
-    meshes: Vec<Arc<Vec<TreeMesh>>>,
+    meshes: Vec<Arc<Unwrapped>>,
     /// By variant: what its meshes hang on.
     keys: Vec<Key>,
     /// What leaves let through, of 255.
     through: u8,
     /// By variant and level: where an impostor's sheet lies.
     impostors: Vec<Vec<Option<ImpostorEntry>>>,
+}
+
+/// The levels of a variant.
+#[derive(Debug)]
+struct Unwrapped {
+    meshes: Vec<TreeMesh>,
+    /// Largest edge that a light map's charts take, texels.
+    lightmap: u32,
+}
+
+impl Placed {
+    /// What is told of light maps that have no room for their charts.
+    pub(super) fn small_lightmap(&self, plan: &Plan) -> Option<Note> {
+        let edges = self.meshes.iter().zip(1..).map(|(unwrapped, n)| (unwrapped.lightmap, n));
+        let (edge, n) = edges.filter(|(edge, _)| *edge > plan.lightmap).max()?;
+        let message = format!(
+            "number {n} is of so many pieces that {} texels hold them only where they lie closer than two texels, and take \
+             each other's light; ask for {}",
+            plan.lightmap,
+            edge.next_power_of_two()
+        );
+        Some(Note { about: "mesh.lightmap".to_owned(), message })
+    }
 }
 
 /// What an atlas that does not hold all is told as.
@@ -233,17 +256,21 @@ pub(super) fn place(
             let own = shared + start as usize..shared + start as usize + tree.ladder.tiles.len();
             let places = (atlas.size(), &atlas.rects[..shared], &atlas.rects[own]);
             let key = PLACED.key().input(tree.key).params(&places).number(u64::from(plan.lightmap)).finish();
-            let weight = |meshes: &Vec<TreeMesh>| meshes.iter().map(trees::mesh_weight).sum();
+            let weight = |made: &Unwrapped| made.meshes.iter().map(trees::mesh_weight).sum();
             let level = |level: &Level| {
                 let mut mesh = level.mesh.clone();
                 for tile in mesh.leaf.tiles.iter_mut().filter(|tile| **tile as usize >= shared) {
                     *tile += start;
                 }
                 atlas.place(&mut mesh.leaf).map_err(|e| does_not_fit(&e))?;
-                unwrap_lightmap(plan, &mut mesh)?;
-                Ok(mesh)
+                let edge = unwrap_lightmap(plan, &mut mesh)?;
+                Ok((mesh, edge))
             };
-            let made = cache.remember_here(key, weight, || tree.ladder.levels.iter().map(level).collect())?;
+            let made = cache.remember_here(key, weight, || {
+                let levels = tree.ladder.levels.iter().map(level).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
+                let lightmap = levels.iter().map(|level| level.1).max().unwrap_or(0);
+                Ok(Unwrapped { meshes: levels.into_iter().map(|level| level.0).collect(), lightmap })
+            })?;
             Ok((made, key))
         })
         .collect::<Result<Vec<_>, Vec<Diagnostic>>>()?;
@@ -273,11 +300,11 @@ fn sheets(tree: &Tree, atlas: &Layout, shared: u32, start: u32) -> Vec<Option<Im
     tree.ladder.levels.iter().map(sheet).collect()
 }
 
-/// Gives a level the second UV set that the preset asks for.
+/// Gives a level the second UV set that the preset asks for, and tells the edge that it takes.
 #[cfg(feature = "lightmap")]
-fn unwrap_lightmap(plan: &Plan, level: &mut TreeMesh) -> Result<(), Vec<Diagnostic>> {
+fn unwrap_lightmap(plan: &Plan, level: &mut TreeMesh) -> Result<u32, Vec<Diagnostic>> {
     if plan.lightmap == 0 {
-        return Ok(());
+        return Ok(0);
     }
     crate::mesh::unwrap_lightmap(level, plan.lightmap)
         .map_err(|e| vec![Diagnostic::new(format!("set {}", plan.name), e.to_string()).with_field("mesh.lightmap")])
@@ -285,9 +312,9 @@ fn unwrap_lightmap(plan: &Plan, level: &mut TreeMesh) -> Result<(), Vec<Diagnost
 
 /// Without the feature no light maps can be had.
 #[cfg(not(feature = "lightmap"))]
-fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<(), Vec<Diagnostic>> {
+fn unwrap_lightmap(plan: &Plan, _: &mut TreeMesh) -> Result<u32, Vec<Diagnostic>> {
     if plan.lightmap == 0 {
-        return Ok(());
+        return Ok(0);
     }
     let message = "this Treewright was built without light maps";
     let error = Diagnostic::new(format!("set {}", plan.name), message).with_field("mesh.lightmap");
@@ -392,15 +419,15 @@ fn engine_files(
             [(&mesh.bark, &level.mesh.bark), (&mesh.leaf, &level.mesh.leaf)]
                 .map(|(mesh, made)| limbs.wind(plant, mesh, made))
         };
-        placed.meshes[variant].iter().zip(&tree.ladder.levels).map(|pair| Some(of(pair))).collect()
+        placed.meshes[variant].meshes.iter().zip(&tree.ladder.levels).map(|pair| Some(of(pair))).collect()
     } else {
-        vec![None; placed.meshes[variant].len()]
+        vec![None; placed.meshes[variant].meshes.len()]
     };
     let levels: Vec<AssetLevel<'_>> = tree
         .ladder
         .levels
         .iter()
-        .zip(placed.meshes[variant].iter().zip(&placed.impostors[variant]))
+        .zip(placed.meshes[variant].meshes.iter().zip(&placed.impostors[variant]))
         .zip(&winds)
         .map(|((level, (mesh, impostor)), wind)| AssetLevel {
             mesh,
@@ -519,7 +546,7 @@ fn variant_entry(
 ) -> VariantEntry {
     let facts = &parts.facts[variant];
     let Facts { stats, bounds, capsules, hulls } = &**facts;
-    let (bounds, meshes) = (*bounds, &placed.meshes[variant]);
+    let (bounds, meshes) = (*bounds, &placed.meshes[variant].meshes);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
     VariantEntry {

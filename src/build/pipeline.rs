@@ -311,6 +311,7 @@ pub fn make_set(
     let mut notes = notes(plan, inputs, &prepared, &selected);
     notes.extend(super::unlike::notes(plan, &trees));
     notes.extend(super::fewer::notes(plan, &prepared.wardrobe, &trees));
+    notes.extend(placed.small_lightmap(plan));
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
     let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;

@@ -27,8 +27,10 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
             levels().map(|(n, pair)| (n, &pair[1])).filter(|(_, level)| is_unlike(level)).collect();
         if let Some((n, worst)) = unlike.iter().min_by(|a, b| a.1.measured.iou.total_cmp(&b.1.measured.iou)) {
             let help = match lod.lod {
-                Lod::Thinned { most: ANY, .. } => "raise its `triangles`",
-                Lod::Thinned { .. } => "raise its `most`",
+                Lod::Thinned { triangles, most } => {
+                    let full = trees[*n as usize - 1].ladder.levels[0].triangles;
+                    if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
+                }
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
                 _ => "give it a smaller `screen`, or put a level before it",
             };

@@ -52,15 +52,26 @@ impl Hull {
 }
 
 /// At most `count` hulls of at most `corners` (8 at least) corners each that hold all corners of the finest level's leaves
-/// and the tips of all branches, each in one of them; of a plant without either, its axes. The largest first.
+/// and the tips of all branches, each in one of them; of a plant without leaves, all of its branches and what of its stems is
+/// above the lowest of them. The largest first.
 #[must_use]
 pub fn crown_hulls(plant: &Plant, posed: &Posed, leaf: &Mesh, count: usize, corners: usize) -> Vec<Hull> {
     if count == 0 {
         return Vec::new();
     }
     let mut points: Vec<Vec3> = leaf.positions.iter().copied().filter(|p| p.is_finite()).collect();
-    for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some()) {
-        points.extend(posed.chain(plant, id).last());
+    let branches = || plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some());
+    if points.is_empty() {
+        let lowest = branches().map(|id| posed.chain(plant, id)[0].y).fold(f32::MAX, f32::min);
+        for id in plant.chain_ids() {
+            let is_stem = plant.chain(id).parent.is_none();
+            for (p, r) in posed.chain(plant, id).iter().zip(plant.radii(id)).filter(|(p, _)| !is_stem || p.y >= lowest)
+            {
+                points.extend([Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|way| [*p - way * *r, *p + way * *r]));
+            }
+        }
+    } else {
+        points.extend(branches().filter_map(|id| posed.chain(plant, id).last()));
     }
     if points.is_empty() {
         points.extend_from_slice(posed.positions());

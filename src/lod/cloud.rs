@@ -101,9 +101,12 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let (low, high) = bounds(scene.full);
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let budget = LIMBS + (params.triangles.saturating_sub(LIMBS) as f32 * scene.wood.bare) as usize;
-    let budget = budget.min(params.triangles.saturating_sub(2 * params.cards as usize));
+    // Of a level with few triangles a third is for limbs, whatever the cards are: a crown without its trunk floats.
+    let budget = budget.min(params.triangles.saturating_sub(2 * params.cards as usize).max(params.triangles / 3));
     let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
-    let cells = bent::cells(params.cards, params.triangles.saturating_sub(bark.indices.len() / 3));
+    let left = params.triangles.saturating_sub(bark.indices.len() / 3);
+    let count = params.cards.min((left / 2) as u32).max(1);
+    let cells = bent::cells(count, left);
 
     let (mut units, unit_of) = sprays(scene);
     let twigs = thin_wood(scene.plant, scene.posed, scene.light, [scene.wood.least, min_radius]);
@@ -111,7 +114,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     if scene.wood.bare > 0.0 {
         units.extend(twigs.iter().map(|twig| twig.unit(scene.wood.bare)));
     }
-    let (planes, homes) = planes::fit(&units, params.cards as usize, seed);
+    let (planes, homes) = planes::fit(&units, count as usize, seed);
     let contents = sort_out(scene, &planes, (&homes, &unit_of), (&twigs, &homes[leaves..]));
     let cards = bake(scene, (&planes, &contents), (&units, &homes), (params.texels, cells), wardrobe);
     Cloud::new(bark, cards, first_tile)
@@ -196,12 +199,16 @@ impl Cloud {
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
 /// radius of the thinnest. What is left of the budget of a bare tree makes them rounder.
 fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (Mesh, f32) {
-    let at = |min_radius: f32, finer: u32| TubeDetail {
-        sides: 6 + 2 * finer,
-        error: height * 0.006 / (1 << finer) as f32,
+    let with = |rough: bool, min_radius: f32, finer: u32| TubeDetail {
+        sides: if rough { 3 } else { 6 + 2 * finer },
+        most_sides: if rough { 3 } else { scene.params.most_sides },
+        error: height * if rough { 0.04 } else { 0.006 } / (1 << finer) as f32,
         min_radius,
         ..TubeDetail::full(scene.params)
     };
+    // Where triangles are so few that the trunk takes all of them, it is as rough as one can be.
+    let is_rough = scene.wood.count(&with(false, thickest * 0.5, 0)) > budget;
+    let at = |min_radius: f32, finer: u32| with(is_rough, min_radius, finer);
     let fits = |min_radius: f32, finer: u32| scene.wood.count(&at(min_radius, finer)) <= budget;
     // Limbs of a bare tree are seen down to the thinnest.
     let visible = VISIBLE * (1.0 - 0.9 * scene.wood.bare);
@@ -362,8 +369,10 @@ fn bake(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bake::Maps;
+    use crate::lod::ladder;
     use crate::lod::specimen::{climbed, on_trunk};
-    use crate::preset::plan::Lod;
+    use crate::preset::plan::{Lod, LodBudget};
 
     #[test]
     fn cards_bend_by_what_limbs_leave_of_half_the_level_above() {
@@ -376,5 +385,28 @@ mod tests {
         assert!(full.triangles / 2 < LIMBS && limbs < full.triangles / 8, "{limbs} of {}", full.triangles);
         let (bent, flat) = (cloud.mesh.leaf.indices.len() / 3, cards as usize * 8);
         assert!(bent > flat && cloud.triangles <= full.triangles / 2, "{bent} of {}", full.triangles);
+    }
+
+    #[test]
+    fn a_crown_keeps_its_trunk_however_few_triangles_there_are() {
+        let plant = on_trunk(Vec3::ZERO, (4.0, 0.15), (24, 12));
+        for most in [60, 120, 400] {
+            let params = MeshParams { most, ..MeshParams::told(6, 0.01) };
+            let lods = [Lod::Full, Lod::BillboardCloud { cards: 48 }].map(LodBudget::from);
+            let maps = Maps {
+                width: 1,
+                height: 1,
+                color: vec![[90, 80, 70, 255]],
+                normal: vec![[128, 128, 255]],
+                orm: vec![[255, 200, 0]],
+            };
+            let ladder = ladder(&plant, &params, &lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+            let cloud = &ladder.levels[1];
+            let [wood, cards] = [&cloud.mesh.bark, &cloud.mesh.leaf].map(|mesh| mesh.indices.len() / 3);
+            assert!(
+                wood > 0 && cards > 0 && wood + cards <= ladder.levels[0].triangles / 2 + 2,
+                "{most}: {wood} {cards}"
+            );
+        }
     }
 }

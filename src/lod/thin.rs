@@ -21,6 +21,8 @@ const LEAST_LEAVES: f32 = 0.5;
 /// trees and of those whose wood is seen.
 const GROWN_LEAVES: (u32, f32) = (1, 1.2);
 const GROWN_WOOD: (u32, f32) = (4, 2.0);
+/// Which part of a level's triangles may stay unused.
+const SPARE: usize = 20;
 /// Steps in search of the wood's detail, of plants with leaves and of those that are wood only.
 const STEPS: (usize, usize) = (4, 8);
 
@@ -57,10 +59,17 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: 
     let count = |m: &Mesh| m.indices.len() / 3;
     let all = [count(&scene.full.bark), count(&scene.full.leaf)];
     let Parts { wood, leaves } = Parts::of(all, share);
-    let bark =
-        coarse_wood((scene.plant, scene.light), scene.params, scene.wood, wood, 1.0 + (grown - 1.0) * scene.wood.bare);
-    let (cards, count) = affordable(scene.plant, cards, leaves.of(count(&bark)));
-    let kept = kept(scene.plant, scene.posed, count, grown, seed);
+    let widened = 1.0 + (grown - 1.0) * scene.wood.bare;
+    let of_wood = |most| coarse_wood((scene.plant, scene.light), scene.params, scene.wood, most, widened);
+    let mut bark = of_wood(wood);
+    let (cards, affordable) = affordable(scene.plant, cards, leaves.of(count(&bark)));
+    let kept = kept(scene.plant, scene.posed, affordable, grown, seed);
+    // All leaves may be on simple cards before their triangles are used up: what is left is the wood's.
+    let used: usize = kept.iter().map(|card| cards.triangles(&scene.plant.leaves()[card.leaf])).sum();
+    let spare = leaves.all.saturating_sub(used + count(&bark));
+    if !kept.is_empty() && spare * SPARE > leaves.all {
+        bark = of_wood((count(&bark) + spare).min(all[0]));
+    }
     TreeMesh { leaf: leaf_cards_in(scene.plant, scene.posed, scene.light, &kept, cards), bark }
 }
 

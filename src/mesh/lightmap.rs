@@ -25,21 +25,29 @@ pub enum LightmapError {
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
+/// Extent that meshes are scaled to for xatlas: it leaves out triangles of less than an area that is the same for all.
+const EXTENT: f32 = 1000.0;
+/// How often charts are packed anew for less room, and how much less than it seems to take.
+const PACKED: usize = 8;
+const TIGHTER: f32 = 0.95;
+
 /// Fills [`Mesh::lightmap`] of both primitives; `resolution` is the light map's edge in texels, charts stay two texels
-/// apart there.
+/// apart there. The edge that they take: more than `resolution` where there are so many that none of that size holds them.
 ///
 /// # Errors
 ///
 /// When a mesh is not well-formed or xatlas refuses it; the meshes are then unchanged.
-pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<(), LightmapError> {
+pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<u32, LightmapError> {
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let meshes: Vec<&mut Mesh> =
         [&mut level.bark, &mut level.leaf].into_iter().filter(|mesh| !mesh.indices.is_empty()).collect();
     if !meshes.iter().all(|mesh| is_well_formed(mesh)) {
         return Err(LightmapError::BadMesh);
     }
+    let extent = meshes.iter().flat_map(|mesh| &mesh.positions).fold(0.0_f32, |a, p| a.max(p.abs().max_element()));
+    let scale = if extent > 0.0 { EXTENT / extent } else { 1.0 };
     let flat: Vec<Vec<f32>> =
-        meshes.iter().map(|mesh| mesh.positions.iter().flat_map(|p| p.to_array()).collect()).collect();
+        meshes.iter().map(|mesh| mesh.positions.iter().flat_map(|p| (*p * scale).to_array()).collect()).collect();
     let indices: Vec<Vec<u32>> = meshes.iter().map(|mesh| mesh.indices.clone()).collect();
     let declared: Vec<MeshDecl<'_>> = flat
         .iter()
@@ -57,7 +65,7 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<(), Ligh
         })
         .collect();
     if declared.is_empty() {
-        return Ok(());
+        return Ok(0);
     }
     let mut atlas = Xatlas::new();
     for mesh in &declared {
@@ -68,23 +76,31 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<(), Ligh
             return Err(LightmapError::Refused);
         }
     }
-    atlas.generate(
-        &ChartOptions::default(),
-        &PackOptions {
-            max_chart_size: 0,
-            padding: 2,
-            texels_per_unit: 0.0,
-            resolution,
-            bilinear: true,
-            block_align: false,
-            brute_force: false,
-            create_image: false,
-            rotate_charts_to_axis: true,
-            rotate_charts: true,
-        },
-    );
-    // The charts may fill a little more or less than the resolution asked for: normalize by the larger edge.
-    let edge = atlas.width().max(atlas.height()).max(1) as f32;
+    let packing = |texels_per_unit: f32, resolution: u32| PackOptions {
+        max_chart_size: 0,
+        padding: 2,
+        texels_per_unit,
+        resolution,
+        bilinear: true,
+        block_align: false,
+        brute_force: false,
+        create_image: false,
+        rotate_charts_to_axis: true,
+        rotate_charts: true,
+    };
+    atlas.generate(&ChartOptions::default(), &packing(0.0, resolution));
+    let taken = |atlas: &Xatlas<'_>| atlas.width().max(atlas.height()).max(1);
+    // xatlas reckons without the room between charts, which is most of it where there are thousands.
+    for _ in 0..PACKED {
+        let (edge, density) = (taken(&atlas), atlas.texels_per_unit());
+        if edge <= resolution || density <= 0.0 {
+            break;
+        }
+        let less = resolution as f32 / edge as f32;
+        atlas.pack_charts(&packing(density * less * less.sqrt() * TIGHTER, 0));
+    }
+    // The charts may fill less than the resolution asked for: normalize by the larger edge.
+    let edge = taken(&atlas) as f32;
     for (mesh, unwrapped) in meshes.into_iter().zip(atlas.meshes()) {
         let from: Vec<usize> = unwrapped.vertex_array.iter().map(|v| v.xref as usize).collect();
         mesh.lightmap = unwrapped.vertex_array.iter().map(|v| Vec2::new(v.uv[0], v.uv[1]) / edge).collect();
@@ -97,7 +113,7 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<(), Ligh
         mesh.tiles = gather(&mesh.tiles, &from);
         mesh.chains = gather(&mesh.chains, &from);
     }
-    Ok(())
+    Ok(edge as u32)
 }
 
 /// The values at some indices; an array that the mesh does not have stays empty.
@@ -152,6 +168,27 @@ mod tests {
         }
         assert!(hits.iter().all(|h| *h <= 1));
         assert!(hits.iter().filter(|h| **h == 1).count() > n * n / 3);
+    }
+
+    #[test]
+    fn charts_are_packed_until_the_light_map_holds_them_and_small_ones_are_not_left_out() {
+        // Two hundred cubes of a tenth of a millimetre, and as many of a centimetre.
+        let mut bark = Mesh::default();
+        for i in 0..400 {
+            let mut one = cube();
+            let size = if i % 2 == 0 { 1e-2 } else { 1.0 };
+            one.positions.iter_mut().for_each(|p| *p = *p * size + Vec3::X * (2 * i) as f32);
+            bark.append(&one);
+        }
+        bark.positions.iter_mut().for_each(|p| *p *= 0.01);
+        for (resolution, holds) in [(1024, true), (512, true), (16, false)] {
+            let mut level = TreeMesh { bark: bark.clone(), leaf: Mesh::default() };
+            let edge = unwrap_lightmap(&mut level, resolution).unwrap();
+            assert_eq!(edge <= resolution, holds, "{edge} of {resolution}");
+            let of = |t: &[u32; 3]| t.map(|i| level.bark.lightmap[i as usize]);
+            let flat = level.bark.indices.as_chunks().0.iter().filter(|t| of(t) == [Vec2::ZERO; 3]).count();
+            assert_eq!(flat, 0, "{resolution}");
+        }
     }
 
     #[test]

@@ -307,7 +307,8 @@ pub(super) static BARK: Record = Record {
             name: "tiling",
             kind: Kind::Number { low: 0.05, high: 50.0, unit: "m" },
             default: Default::Is("1.5"),
-            about: "height of one tile on the trunk",
+            about: "height of one tile on the trunk, about: tiles are squares, and of those that go round the trunk a whole number \
+                    of times, once at least, the nearest is taken",
         },
         Field {
             name: "color",
