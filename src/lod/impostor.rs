@@ -637,6 +637,16 @@ mod tests {
     }
 
     #[test]
+    fn what_is_full_is_far_from_a_half_also_amid_a_crown() {
+        let is_full = |i: usize| (5..25).contains(&(i % 30)) && (5..25).contains(&(i / 30));
+        let mut coverage: Vec<f32> = (0..900).map(|i| if is_full(i) { 1.0 } else { 0.0 }).collect();
+        sharpen(&mut coverage, 30, SHARP);
+        let alphas = alphas(&coverage, 30, 1);
+        let least = (0..900).filter(|i| is_full(*i)).map(|i| alphas[i]).min();
+        assert!(least > Some(200), "{least:?}");
+    }
+
+    #[test]
     fn sharpened_coverage_has_its_sum_and_more_contrast() {
         let before: Vec<f32> = crown_and_trunk([0.5, 0.2]);
         let spread = |all: &[f32]| all.iter().map(|c| c * c).sum::<f32>();
