@@ -100,19 +100,13 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bake::Maps;
     use crate::base::{Key, Rotation, Seed};
+    use crate::lod::specimen::plain;
     use crate::plant::{Leaf, Plant, PlantBuilder};
 
     /// Triangles of a plant's full level, and what is told of it.
     fn told(plant: &Plant, most: u32) -> (usize, Vec<Note>) {
-        let maps = Maps {
-            width: 1,
-            height: 1,
-            color: vec![[90, 80, 70, 255]],
-            normal: vec![[128, 128, 255]],
-            orm: vec![[255, 200, 0]],
-        };
+        let maps = plain();
         let text = format!(
             "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], lods: [Full], mesh: (most: {most}))"
         );

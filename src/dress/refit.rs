@@ -64,16 +64,12 @@ pub(crate) fn refit(plant: Plant, scale: f32, area: f32, share: impl Fn(&Leaf) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::PlantBuilder;
+    use crate::dress::thin::tests;
 
     fn leafy(count: u16) -> Plant {
-        let mut builder = PlantBuilder::new();
-        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.1]);
-        for k in 0..count {
-            let at = f32::from(k) / f32::from(count);
-            builder.leaf(Leaf::new(stem, at, Rotation::about(Vec3::X, 1.0), 0.2 + 0.1 * at, k));
-        }
-        builder.finish().unwrap()
+        let turned = Rotation::about(Vec3::X, 1.0);
+        let leaf = |leaf: &Leaf| Leaf { orientation: turned, size: 0.2 + 0.1 * leaf.location, ..*leaf };
+        tests::leafy(count).keep_leaves(|_, old| Some(leaf(old)))
     }
 
     #[test]

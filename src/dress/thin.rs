@@ -29,7 +29,7 @@ pub fn thin(plant: Plant, params: &DressParams, seed: Seed) -> Plant {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use glam::Vec3;
 
     use super::*;
@@ -37,7 +37,8 @@ mod tests {
     use crate::plant::PlantBuilder;
     use crate::preset::plan::Phyllotaxis;
 
-    fn leafy(count: u16) -> Plant {
+    /// A pole with so many leaves of a decimetre, which wear as many pictures.
+    pub(in crate::dress) fn leafy(count: u16) -> Plant {
         let mut builder = PlantBuilder::new();
         let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.1]);
         for k in 0..count {

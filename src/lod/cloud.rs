@@ -369,9 +369,8 @@ fn bake(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::Maps;
     use crate::lod::ladder;
-    use crate::lod::specimen::{climbed, on_trunk};
+    use crate::lod::specimen::{climbed, on_trunk, plain};
     use crate::preset::plan::{Lod, LodBudget};
 
     #[test]
@@ -393,13 +392,7 @@ mod tests {
         for most in [60, 120, 400] {
             let params = MeshParams { most, ..MeshParams::told(6, 0.01) };
             let lods = [Lod::Full, Lod::BillboardCloud { cards: 48 }].map(LodBudget::from);
-            let maps = Maps {
-                width: 1,
-                height: 1,
-                color: vec![[90, 80, 70, 255]],
-                normal: vec![[128, 128, 255]],
-                orm: vec![[255, 200, 0]],
-            };
+            let maps = plain();
             let ladder = ladder(&plant, &params, &lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
             let cloud = &ladder.levels[1];
             let [wood, cards] = [&cloud.mesh.bark, &cloud.mesh.leaf].map(|mesh| mesh.indices.len() / 3);

@@ -23,7 +23,7 @@ mod parallax;
 mod planes;
 mod sizes;
 #[cfg(test)]
-mod specimen;
+pub(crate) mod specimen;
 mod stock;
 mod thin;
 mod tile;

@@ -27,15 +27,20 @@ pub(super) fn on_trunk(foot: Vec3, (height, radius): (f32, f32), (twigs, leaves)
     builder.finish().expect("it is sound")
 }
 
-/// The tree in full and one level more, in plain pictures.
-pub(super) fn climbed(plant: &Plant, lod: Lod) -> Ladder {
-    let plain = Maps {
+/// An opaque picture.
+pub(crate) fn plain() -> Maps {
+    Maps {
         width: 8,
         height: 8,
         color: vec![[60, 110, 30, 255]; 64],
         normal: vec![[128, 128, 255]; 64],
         orm: vec![[255; 3]; 64],
-    };
+    }
+}
+
+/// The tree in full and one level more, in plain pictures.
+pub(super) fn climbed(plant: &Plant, lod: Lod) -> Ladder {
+    let plain = plain();
     let params = MeshParams { forks: Forks::Plain, ..MeshParams::told(8, 0.01) };
     let stock = Stock::new(std::slice::from_ref(&plain), &plain);
     ladder_with(plant, &params, &[Lod::Full, lod].map(LodBudget::from), &stock, Texels::all(64), Seed::new(1))

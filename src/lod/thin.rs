@@ -232,8 +232,8 @@ const fn spaced(v: u32) -> u32 {
     (v | v << 2) & 0x0924_9249
 }
 
-/// The finest wood of at most `budget` triangles. It is thicker by what covers `grown` times as much, all wood by as many metres: twigs make up for those that are gone, and a trunk keeps its
-/// girth.
+/// The finest wood of at most `budget` triangles. It is thicker by what covers `grown` times as much, all wood by as many
+/// metres: twigs make up for those that are gone, and a trunk keeps its girth.
 fn coarse_wood(
     (plant, light): (&Plant, &CrownLight),
     params: &MeshParams,
