@@ -9,8 +9,9 @@ use glam::Vec3;
 
 use crate::plant::{Crown, Plant, Posed};
 
-/// The darkest that a place deep inside gets, of 1.
-const DARKEST: f32 = 0.34;
+/// The darkest that a place deep inside gets, of 1. Engines multiply the albedo with it and cast the crown's shadows besides: with
+/// a third, half of a sunlit crown was black in three.js.
+const DARKEST: f32 = 0.55;
 /// What a bare crown (no leaves at all) keeps of the darkening.
 const BARE: f32 = 0.25;
 /// Cells along each edge of the grid of depths.
@@ -125,10 +126,10 @@ impl CrownLight {
         let depth = (self.depth(point) * self.darkness).clamp(0.0, 1.0);
         let level = ((point.y - self.low.y) * self.rise).clamp(0.0, 1.0);
         // Below the crown half of the sky is hidden at the trunk, and less towards the rim.
-        let under = (1.0 - level) * 0.22;
+        let under = (1.0 - level) * 0.33;
         // Quick at first, then slowly: light falls off exponentially in a turbid medium.
         let inside = 1.0 - (1.0 - depth) * (1.0 - depth);
-        let dark = (inside * (1.0 - DARKEST - 0.12) + under + 0.12 * inside * (1.0 - level)).min(1.0 - DARKEST);
+        let dark = (inside * 0.82 + under + 0.18 * inside * (1.0 - level)).min(1.0) * (1.0 - DARKEST);
         (255.0 * (1.0 - dark * self.strength) + 0.5) as u8
     }
 }

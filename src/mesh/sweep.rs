@@ -17,7 +17,7 @@ use crate::plant::ChainId;
 /// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
 const LEANS: f32 = 0.15;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
-const YOUNG: (f32, f32, f32) = (0.62, 0.004, 0.03);
+const YOUNG: (f32, f32, f32) = (0.75, 0.004, 0.03);
 
 /// Sines and cosines of the corners of polygons, and of the middles of their sides.
 #[derive(Debug)]
