@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use treewright::bake::{Blending, Shading, View, rasterize};
+use treewright::bake::{Maps, Shading, View, rasterize};
 use treewright::base::Seed;
 use treewright::blend::sample;
 use treewright::build::pipeline::{dress_params, make_set, read_inputs, set_key};
@@ -71,7 +71,14 @@ fn asset(plan: &Plan, threads: usize) {
         params.density = (params.density * 60_000.0 / count(&made[0]).max(1) as f32).clamp(0.05, 4.0);
         plant = dress::dress(&grown, &params, seed);
     }
-    let stock = Stock::new(&leaves, &bark);
+    // Leaves as an atlas keeps them, which a set does once.
+    let alphas = Stock::new(&leaves, &bark).alphas().to_vec();
+    let kept: Vec<Maps> = (leaves.iter().cloned().zip(alphas))
+        .map(|(mut maps, alpha)| {
+            maps.color.iter_mut().zip(alpha).for_each(|(color, alpha)| color[3] = alpha);
+            maps
+        })
+        .collect();
     let mut triangles = 0;
     let mut part = |until: usize| {
         seconds(5, || {
@@ -82,16 +89,8 @@ fn asset(plan: &Plan, threads: usize) {
             }
             let palette = treewright::lod::palette(&leaves, &bark);
             let painted: Vec<_> = ladder.tiles.par_iter().map(|tile| tile.maps(&palette)).collect();
-            let tiles: Vec<_> = leaves.iter().chain(&painted).collect();
-            let mut atlas = bake::pack(&tiles, &plan.atlas).expect("it fits");
-            // As builds do: by what was found of the pictures where they were made.
-            let shared = (0..leaves.len()).map(|_| Blending::Alone);
-            let blending = shared.chain((0..ladder.tiles.len()).map(|i| ladder.blending(leaves.len(), i)));
-            let shown: Vec<_> = atlas.layout.rects.iter().copied().zip(blending).collect();
-            let asked = stock.asked().iter().copied().chain(ladder.tiles.iter().map(|tile| tile.asked));
-            let mut alpha: Vec<u8> = atlas.maps.color.iter().map(|c| c[3]).collect();
-            bake::preserve_alpha(&mut alpha, atlas.layout.size(), &shown, &asked.collect::<Vec<_>>());
-            atlas.maps.color.iter_mut().zip(alpha).for_each(|(color, alpha)| color[3] = alpha);
+            let tiles: Vec<_> = kept.iter().chain(&painted).collect();
+            let atlas = bake::pack(&tiles, &plan.atlas).expect("it fits");
             let mut meshes: Vec<TreeMesh> = ladder.levels.iter().map(|level| level.mesh.clone()).collect();
             for mesh in &mut meshes {
                 atlas.layout.place(&mut mesh.leaf).expect("tiles are there");

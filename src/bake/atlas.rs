@@ -1,37 +1,74 @@
 //! The set's atlas: many pictures in one, with gutters that survive the mips.
 //!
-//! Each picture begins at a multiple of 8 texels, in a cell of its own whose sides are multiples of that, so that no texel of
-//! the first three mips mixes two pictures (of the third, gutters of eight may meet), and those of a picture are the same in every atlas:
-//! alpha is made for them, and levels are settled by it before there is an atlas. The rest of the cell repeats the picture's edge. Pictures that don't fit at full
-//! size are all scaled by one factor, the largest k/1024 that fits. The height is halved while everything still fits; both
-//! sides stay powers of two.
+//! Each picture lies in a cell of its own, at least half a gutter from its edges. Cells begin and end at multiples of 16 texels,
+//! large ones of 32, and squares of a power of two at multiples of themselves, four of them in a square again: so no texel of the first four mips mixes two
+//! pictures, and none of a leaf's down to the one that is all of it ([`AtlasParams::inside`]). Those of a picture are then the same in every
+//! atlas: alpha is made for them, and levels are settled by it before there is an atlas. The rest of the cell repeats the
+//! picture's edge. Pictures that don't fit at full size are all scaled by one factor, the largest k/1024 that fits. The
+//! height is halved while everything still fits; both sides stay powers of two.
 //!
 //! A [`Layout`] is made from sizes alone, and normals and material are drawn apart from colours: a new tint draws the
-//! colours again and nothing else. Pictures are dilated already; between the cells colour goes on in squares of 8 texels.
+//! colours again and nothing else. Pictures are dilated already; between the cells colour goes on in squares of 16 texels.
 //! Limits: sides up to 8192.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 
 use glam::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::resample::{shrink_color, shrink_relief};
-use super::{Maps, dilate_color, skyline};
+use super::skyline::{self, Block};
+use super::{Maps, dilate_color};
 use crate::mesh::Mesh;
 use crate::preset::plan::AtlasParams;
 
 /// Cells begin and end at multiples of this many texels.
-const ALIGN: u32 = 8;
-/// The same of pictures with sides of so many texels and more, which come first: they are seen in two mips more.
+pub(crate) const ALIGN: u32 = 16;
+/// The same of cells with sides of so many texels and more: they are seen in more mips.
 const ALIGN_LARGE: u32 = 32;
 const LARGE: u32 = 128;
+/// Pictures begin at multiples of this many texels where their cells have room.
+const EVEN: u32 = 8;
 /// Scales are whole multiples of one over this.
 const SCALES: u32 = 1024;
 
-/// How far before a multiple of [`ALIGN`] cells with such a margin begin less a whole one, texels: so that pictures begin at one.
-const fn before(margin: u32) -> u32 {
-    (ALIGN - margin % ALIGN) % ALIGN
+/// A picture's cell, texels.
+struct Cell {
+    block: Block,
+    /// Where the picture begins in it.
+    picture: (u32, u32),
+}
+
+impl Cell {
+    fn of((width, height): (u32, u32), gutter: u32) -> Self {
+        let margin = gutter.div_ceil(2);
+        let own = |side: u32| side.saturating_add(2 * margin);
+        let (wide, high) = (own(width), own(height));
+        let of = match wide.min(high) {
+            LARGE.. if wide == high && wide.is_power_of_two() => wide,
+            side @ LARGE.. => {
+                if side < 2 * LARGE {
+                    ALIGN_LARGE
+                } else {
+                    2 * ALIGN_LARGE
+                }
+            }
+            _ => ALIGN,
+        };
+        let whole = |side: u32| side.checked_next_multiple_of(of).unwrap_or(u32::MAX);
+        let block = Block { width: whole(wide), height: whole(high), of };
+        // Frames begin at multiples in their sheet, and show in coarser mips where that does, too.
+        let begin = margin.next_multiple_of(EVEN);
+        let first = |side: u32, cell: u32| if cell - side >= begin + margin { begin } else { margin };
+        Self { block, picture: (first(width, block.width), first(height, block.height)) }
+    }
+}
+
+/// Where a picture of some columns and rows begins in its cell of an atlas with such gutters, texels.
+pub(super) fn corner(size: (u32, u32), gutter: u32) -> (u32, u32) {
+    Cell::of(size, gutter).picture
 }
 
 /// A picture's place in an atlas, texels, without its gutter.
@@ -168,20 +205,21 @@ impl Layout {
             sizes.iter().map(|t| (side(t.0) as u32, side(t.1) as u32)).collect()
         };
         let fit = |k: u32, group: &dyn Fn(usize) -> usize| -> Option<Vec<(u32, u32)>> {
-            let cell = |n: u32, of: u32| n.saturating_add(2 * margin).checked_next_multiple_of(of).unwrap_or(u32::MAX);
-            let cells = sizes_at(k).into_iter().map(|(w, h)| {
-                let of = if w.min(h) >= LARGE { ALIGN_LARGE } else { ALIGN };
-                (cell(w, of), cell(h, of))
-            });
-            let cells: Vec<(u32, u32)> = cells.collect();
-            let area: u64 = cells.iter().map(|&(w, h)| u64::from(w) * u64::from(h)).fold(0, u64::saturating_add);
+            let cells = sizes_at(k).into_iter().map(|size| Cell::of(size, gutter).block);
+            let cells: Vec<Block> = cells.collect();
+            let area: u64 = cells.iter().map(|b| u64::from(b.width) * u64::from(b.height)).fold(0, u64::saturating_add);
             if area > u64::from(size) * u64::from(size) {
                 return None;
             }
             let mut order: Vec<usize> = (0..cells.len()).collect();
-            order.sort_by_key(|&i| (group(i), std::cmp::Reverse(cells[i].1), std::cmp::Reverse(cells[i].0), i));
-            // Cells begin between multiples, pictures at them.
-            skyline::place(&cells, &order, size - if before(margin) > 0 { ALIGN } else { 0 })
+            // Behind those of larger multiples hardly any leaves room to begin at its own.
+            order.sort_by_key(|&i| {
+                let Block { width, height, of } = cells[i];
+                (group(i), Reverse(of), Reverse(height), Reverse(width), i)
+            });
+            let is_square = |i: &usize| (cells[*i].width, cells[*i].height) == (cells[*i].of, cells[*i].of);
+            let squares = order.iter().take_while(|i| is_square(i)).count();
+            skyline::place(&cells, &order, squares, size)
         };
         let ends: Vec<usize> = groups
             .iter()
@@ -193,8 +231,8 @@ impl Layout {
         let own = |i: usize| ends.partition_point(|&end| end <= i);
         let one = |_: usize| 0;
         let height = |corners: &[(u32, u32)], sizes: &[(u32, u32)]| {
-            let bottom =
-                corners.iter().zip(sizes).map(|(&(_, y), s)| y + before(margin) + s.1 + 2 * margin).max().unwrap_or(1);
+            let end = |(&(_, y), &size): (&(u32, u32), &(u32, u32))| y + corner(size, gutter).1 + size.1 + margin;
+            let bottom = corners.iter().zip(sizes).map(end).max().unwrap_or(1);
             bottom.next_power_of_two().min(size)
         };
         // Half the texels are worth more than places that stay.
@@ -222,8 +260,8 @@ impl Layout {
         let height = height(&corners, &sizes);
         let rects: Vec<Rect> = (corners.iter().zip(sizes))
             .map(|(&(x, y), (width, height))| {
-                let first = before(margin) + margin;
-                Rect { x: x + first, y: y + first, width, height }
+                let first = corner((width, height), gutter);
+                Rect { x: x + first.0, y: y + first.1, width, height }
             })
             .collect();
         let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
@@ -340,11 +378,10 @@ impl Layout {
 
     /// First column and row of a picture's cell, and those behind it.
     fn cell(&self, rect: &Rect) -> (u32, u32, u32, u32) {
-        let margin = self.gutter.div_ceil(2);
-        let before = before(margin);
-        let end = |v: u32, most: u32| ((v + margin - before).next_multiple_of(ALIGN) + before).min(most);
-        let (right, below) = (rect.x + rect.width, rect.y + rect.height);
-        (rect.x - margin, rect.y - margin, end(right, self.width), end(below, self.height))
+        let Cell { block, picture } = Cell::of((rect.width, rect.height), self.gutter);
+        let (x, y) = (rect.x - picture.0, rect.y - picture.1);
+        // An atlas may end before a cell does, but not before its gutter.
+        (x, y, (x + block.width).min(self.width), (y + block.height).min(self.height))
     }
 
     /// One map: pictures with their edges repeated over their cells, and `blank` between.
@@ -368,8 +405,7 @@ impl Layout {
 
     /// Squares that no cell holds take the colour of those around them.
     fn fill_between(&self, color: &mut [[u8; 4]]) {
-        // The largest that cells consist of.
-        let side = 1 << (ALIGN | before(self.gutter.div_ceil(2))).trailing_zeros();
+        let side = ALIGN.min(self.height);
         let (columns, rows) = (self.width / side, self.height / side);
         if columns == 0 || rows == 0 {
             return;
@@ -418,17 +454,17 @@ mod tests {
         let atlas = pack(&[&b, &a], &AtlasParams { size: 64, gutter: 4 }).unwrap();
         assert_eq!(
             atlas.layout.rects,
-            [Rect { x: 24, y: 8, width: 4, height: 4 }, Rect { x: 8, y: 8, width: 12, height: 12 }]
+            [Rect { x: 8, y: 8, width: 4, height: 4 }, Rect { x: 18, y: 2, width: 12, height: 12 }]
         );
-        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.layout.scale), (64, 32, 1.0));
+        assert_eq!((atlas.maps.width, atlas.maps.height, atlas.layout.scale), (64, 16, 1.0));
         let at = |x: usize, y: usize| atlas.maps.color[y * 64 + x];
-        assert_eq!([at(6, 6), at(21, 21), at(22, 6), at(29, 13)].map(|c| c[0]), [10, 10, 200, 200]);
-        assert_eq!([at(30, 6), at(5, 8), at(0, 0)].map(|c| c[3]), [0; 3]);
+        assert_eq!([at(16, 0), at(31, 15), at(0, 0), at(15, 13)].map(|c| c[0]), [10, 10, 200, 200]);
+        assert_eq!([at(32, 6), at(63, 15)].map(|c| c[3]), [0; 2]);
         // What no picture holds goes on in their colours.
-        assert!([at(30, 6), at(5, 8), at(0, 0)].iter().all(|c| (10..=200).contains(&c[0])) && at(60, 12)[0] > 0);
+        assert!([at(32, 6), at(60, 12)].iter().all(|c| (10..=200).contains(&c[0])));
         let mut mesh = Mesh { uvs: vec![Vec2::ZERO, Vec2::ONE], tiles: vec![0, 1], ..Mesh::default() };
         atlas.layout.place(&mut mesh).unwrap();
-        assert_eq!(mesh.uvs, [Vec2::new(24.0 / 64.0, 8.0 / 32.0), Vec2::new(20.0 / 64.0, 20.0 / 32.0)]);
+        assert_eq!(mesh.uvs, [Vec2::new(8.0 / 64.0, 8.0 / 16.0), Vec2::new(30.0 / 64.0, 14.0 / 16.0)]);
         assert!(mesh.tiles.is_empty());
         let mut wrong = Mesh { uvs: vec![Vec2::ZERO], tiles: vec![2], ..Mesh::default() };
         assert_eq!(atlas.layout.place(&mut wrong), Err(AtlasError::Tiles));
@@ -445,7 +481,8 @@ mod tests {
             let (margin, width) = (gutter.div_ceil(2), atlas.maps.width);
             let mut taken = vec![false; (width * atlas.maps.height) as usize];
             for r in &atlas.layout.rects {
-                assert_eq!((r.x % ALIGN, r.y % ALIGN), (0, 0));
+                let first = corner((r.width, r.height), gutter);
+                assert_eq!(((r.x - first.0) % ALIGN, (r.y - first.1) % ALIGN), (0, 0));
                 for y in r.y - margin..r.y + r.height + margin {
                     for x in r.x - margin..r.x + r.width + margin {
                         assert!(!std::mem::replace(&mut taken[(y * width + x) as usize], true));
@@ -508,7 +545,7 @@ mod tests {
         let tiles: Vec<&Maps> = leaves.iter().chain(&cards).collect();
         let atlas = pack(&tiles, &AtlasParams { size: 2048, gutter: 8 }).unwrap();
         assert!(
-            atlas.layout.scale > 0.6 && atlas.layout.scale < 1.0 && atlas.layout.utilisation > 0.7,
+            atlas.layout.scale > 0.6 && atlas.layout.scale < 1.0 && atlas.layout.utilisation > 0.6,
             "{} {}",
             atlas.layout.scale,
             atlas.layout.utilisation

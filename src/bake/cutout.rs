@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use glam::Vec2;
 
 use super::Maps;
+use super::atlas::corner;
 
 /// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
 const SMALLEST_EDGE: u32 = 32;
@@ -17,8 +18,8 @@ const SMALLEST_EDGE: u32 = 32;
 /// another. Texels that are smaller than samples are points, and points keep what is covered.
 const MOST_LEVELS: usize = 6;
 
-/// Where pictures begin in an atlas whose gutters are not wider, texels: at a multiple of it (`atlas.rs`), the first at once.
-const AROUND: u32 = 8;
+/// Texels between the pictures of an atlas, where nothing else is told.
+const GUTTER: u32 = 8;
 
 /// One mip.
 #[derive(Clone, Debug)]
@@ -248,18 +249,19 @@ impl Cutout {
         if width == 0 || height == 0 || alpha.len() < width as usize * height as usize {
             return Self::new(0, 0, Vec::new());
         }
-        let all = |side: u32| (side + 2 * AROUND).next_multiple_of(1 << (MOST_LEVELS - 1));
-        let (wide, high) = (all(width), all(height));
-        let within = |i: u32, side: u32| (i.saturating_sub(AROUND)).min(side - 1);
+        let (left, above) = corner((width, height), GUTTER);
+        let all = |side: u32, first: u32| (first + side + GUTTER / 2).next_multiple_of(1 << (MOST_LEVELS - 1));
+        let (wide, high) = (all(width, left), all(height, above));
+        let within = |i: u32, first: u32, side: u32| (i.saturating_sub(first)).min(side - 1);
         let row = |y: u32| {
-            let line = &alpha[(within(y, height) * width) as usize..][..width as usize];
-            (0..wide).map(move |x| line[within(x, width) as usize])
+            let line = &alpha[(within(y, above, height) * width) as usize..][..width as usize];
+            (0..wide).map(move |x| line[within(x, left, width) as usize])
         };
         let padded = (0..high).flat_map(row).collect();
         let mut cutout = Self::as_made(wide, high, padded);
         for (k, level) in cutout.levels.iter_mut().enumerate() {
             let texel = 1.0 / (1_u32 << k) as f32;
-            level.corner = Vec2::splat(AROUND as f32) * texel;
+            level.corner = Vec2::new(left as f32, above as f32) * texel;
             level.extent = Vec2::new(width as f32, height as f32) * texel;
         }
         cutout
@@ -407,8 +409,10 @@ mod tests {
     fn a_packed_picture_is_seen_as_the_atlas_that_holds_it_is() {
         let alpha: Vec<u8> = (0..50 * 41).map(|i| (Seed::new(7).at(i / 3).bits() >> 3) as u8).collect();
         // Where the first picture of an atlas lies, its edge going on for as far as a gutter does.
-        let within = |i: u32, side: u32| i.saturating_sub(AROUND).min(side - 1);
-        let sheet = (0..128 * 128).map(|i| alpha[(within(i / 128, 41) * 50 + within(i % 128, 50)) as usize]).collect();
+        let first = corner((50, 41), GUTTER);
+        let within = |i: u32, first: u32, side: u32| i.saturating_sub(first).min(side - 1);
+        let at = |i: u32| within(i / 128, first.1, 41) * 50 + within(i % 128, first.0, 50);
+        let sheet = (0..128 * 128).map(|i| alpha[at(i) as usize]).collect();
         let (own, atlas) = (Cutout::as_packed(50, 41, &alpha), Cutout::as_made(128, 128, sheet));
         let mut seen = [0_u32; 2];
         // Coarser ones look beyond the gutter.
@@ -416,7 +420,7 @@ mod tests {
             for i in 0..4000_u64 {
                 let seed = Seed::new(8).at(i);
                 let uv = Vec2::new(seed.at(0).unit(), seed.at(1).unit());
-                let there = (Vec2::splat(AROUND as f32) + uv * Vec2::new(50.0, 41.0)) / 128.0;
+                let there = (Vec2::new(first.0 as f32, first.1 as f32) + uv * Vec2::new(50.0, 41.0)) / 128.0;
                 let shows = own.at(level).shows(false, uv);
                 seen[usize::from(shows)] += 1;
                 // But for rounding at the cut-off.

@@ -40,6 +40,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use atlas::ALIGN;
 pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
@@ -51,7 +52,9 @@ pub use dilate::{dilate, dilate_color};
 pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
 pub(crate) use mip_coverage::Design;
-pub use mip_coverage::{ALPHA_CUTOFF, Asked, Blending, CoverageReport, coverage, preserve_alpha, preserve_coverage};
+pub use mip_coverage::{
+    ALPHA_CUTOFF, CoverageReport, PictureKind, coverage, coverage_in, preserve_alpha, preserve_coverage,
+};
 pub use mips::{AlphaUse, mips, to_blocks};
 pub use picture::{Picture, Repeat};
 pub use raster::{Surface, Target, View, rasterize, survey};

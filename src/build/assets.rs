@@ -12,7 +12,7 @@ use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
 use super::textures::texture_files;
 use super::trees::{self, Tree};
-use crate::bake::{self, Blending, CoverageReport, Layout, Maps, Palette, Picked, Rect, SheetColors};
+use crate::bake::{self, Layout, Maps, Palette, Picked, PictureKind, Rect, SheetColors};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 5);
+const ATLAS: Stage = Stage("atlas", 6);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 3);
@@ -68,7 +68,7 @@ pub(super) struct Packed {
     #[serde(with = "bulk")]
     orm: Vec<[u8; 3]>,
     /// Alpha coverage of its mips.
-    coverage: CoverageReport,
+    coverage: Vec<f32>,
 }
 
 impl Entry for Packed {
@@ -134,10 +134,13 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
     let key = ATLAS.key().input(pictures.shapes()).params(&plan.atlas);
     let key = trees.iter().fold(key, |key, tree| key.input(tree.key)).finish();
     cache.remember(ATLAS, key, || {
-        let clear: Vec<Vec<[u8; 4]>> =
-            tiles(trees).map(|tile| tile.alpha.iter().map(|&a| [0, 0, 0, a]).collect()).collect();
-        let picked: Vec<Picked<'_>> = (pictures.leaves.iter().map(Picked::from))
-            .chain(tiles(trees).zip(&clear).map(|(tile, color)| picked(tile, color)))
+        let stock = trees::stock(plan, pictures, cache);
+        let alphas = stock.alphas().iter().chain(tiles(trees).map(|tile| &tile.alpha));
+        let clear: Vec<Vec<[u8; 4]>> = alphas.map(|alpha| alpha.iter().map(|&a| [0, 0, 0, a]).collect()).collect();
+        let (of_leaves, of_tiles) = clear.split_at(pictures.leaves.len());
+        let picked: Vec<Picked<'_>> = (pictures.leaves.iter().zip(of_leaves))
+            .map(|(maps, color)| Picked { color, ..maps.into() })
+            .chain(tiles(trees).zip(of_tiles).map(|(tile, color)| picked(tile, color)))
             .collect();
         let sizes: Vec<(u32, u32)> = picked.iter().map(|p| (p.width, p.height)).collect();
         let own = trees.iter().map(|tree| tree.ladder.tiles.len());
@@ -146,18 +149,17 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
         let (relief, color) = rayon::join(|| layout.relief(&picked), || layout.color(&picked));
         let (normal, orm) = relief.map_err(|e| does_not_fit(&e))?;
         let mut alpha: Vec<u8> = color.map_err(|e| does_not_fit(&e))?.into_iter().map(|c| c[3]).collect();
-        let leaves = pictures.leaves.iter().map(|_| Blending::Alone);
+        let leaves = pictures.leaves.iter().map(|_| PictureKind::Leaf);
         let baked = trees
             .iter()
-            .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.blending(pictures.leaves.len(), i)));
-        let shown: Vec<(Rect, Blending)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
+            .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.kind(pictures.leaves.len(), i)));
+        let shown: Vec<(Rect, PictureKind)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
         // Pictures that are made smaller have other mips.
-        let mut asked = Vec::new();
-        if layout.scale == 1.0 {
-            asked.extend_from_slice(trees::stock(plan, pictures, cache).asked());
-            asked.extend(tiles(trees).map(|tile| tile.asked));
-        }
-        let coverage = bake::preserve_alpha(&mut alpha, layout.size(), &shown, &asked);
+        let coverage = if layout.scale < 1.0 {
+            bake::preserve_alpha(&mut alpha, layout.size(), &shown).after
+        } else {
+            bake::coverage_in(&alpha, layout.size(), &shown)
+        };
         Ok(Packed { layout, alpha, normal, orm, coverage })
     })
 }
@@ -528,8 +530,7 @@ fn manifest(
             scale: placed.packed.layout.scale,
             transmission: f32::from(placed.through) / 255.0,
             utilisation: placed.packed.layout.utilisation,
-            coverage_before: placed.packed.coverage.before.clone(),
-            coverage: placed.packed.coverage.after.clone(),
+            coverage: placed.packed.coverage.clone(),
         }),
         notes: parts.notes.iter().map(|note| format!("{}: {}", note.about, note.message)).collect(),
         files: files.par_iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),

@@ -12,7 +12,7 @@ use super::trees::{self, Tree};
 use crate::bake::{Maps, Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow, SheetScale};
 use crate::base::{Diagnostic, Key, once};
 use crate::export::{self, PngKind};
-use crate::lod::{self, Facing, Ladder, Level, Tile};
+use crate::lod::{Facing, Ladder, Level, Tile};
 use crate::mesh::TreeMesh;
 use crate::preset::Plan;
 use crate::preset::plan::Lod;
@@ -74,8 +74,7 @@ impl Sheet {
                     None => maps,
                 })
             };
-            let own = lod::packed(&ladder.tiles, |i| ladder.blending(shared, i));
-            let own = own.par_iter().enumerate().map(shown);
+            let own = ladder.tiles.par_iter().enumerate().map(shown);
             stock().leaves.par_iter().cloned().chain(own).collect()
         };
         let draw = |(&(row, column), key): (&(usize, usize), &Key)| {

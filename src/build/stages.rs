@@ -22,7 +22,7 @@ const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 10);
 const LIKE: Stage = Stage("like", 5);
-const PICTURES: Stage = Stage("pictures", 6);
+const PICTURES: Stage = Stage("pictures", 7);
 const DRAWING: Stage = Stage("drawing", 3);
 const BARK: Stage = Stage("bark", 1);
 
@@ -327,7 +327,7 @@ pub(super) fn pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Pi
 
 fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<LeafPictures>, Vec<Diagnostic>> {
     let pictures = u64::from(plan.dress.pictures);
-    let mut key = PICTURES.key().number(plan.seed).number(pictures).params(&plan.leaf_art);
+    let mut key = PICTURES.key().number(plan.seed).number(pictures).params(&(&plan.leaf_art, plan.atlas.gutter));
     for file in leaf_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
@@ -338,10 +338,11 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
                 .into_par_iter()
                 .map(|picture| {
                     // A new tint dyes what is drawn already.
+                    let edge = plan.atlas.inside(*size);
                     let key = DRAWING.key().number(plan.seed).number(picture.into());
-                    let key = key.params(&(shape, variation, size)).finish();
+                    let key = key.params(&(shape, variation, edge)).finish();
                     let drawn = cache.remember_here(key, LeafPicture::weight, || {
-                        Ok(LeafPicture::new(*shape, *variation, *size, picture, seed))
+                        Ok(LeafPicture::new(*shape, *variation, edge, picture, seed))
                     })?;
                     Ok(drawn.dyed(art.tint(picture)))
                 })

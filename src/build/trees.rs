@@ -18,9 +18,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 5);
-const LADDER: Stage = Stage("ladder", 41);
+const LADDER: Stage = Stage("ladder", 42);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 35);
+const LEVEL: Stage = Stage("level", 36);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.
@@ -29,7 +29,7 @@ const COLORS: Stage = Stage("colors", 2);
 const OUTLINES: Stage = Stage("outlines", 5);
 const REFERENCE: Stage = Stage("reference", 6);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 2);
+const STOCK: Stage = Stage("stock", 3);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

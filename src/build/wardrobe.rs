@@ -11,7 +11,7 @@ use crate::base::{Diagnostic, Seed};
 use crate::dress;
 use crate::plant::{Leaf, LeafForm, Plant};
 use crate::preset::Plan;
-use crate::preset::plan::{DressParams, LeafArt, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
+use crate::preset::plan::{AtlasParams, DressParams, LeafArt, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
 
 /// What the trees of a set wear, and how slots count in it.
 #[derive(Clone, Debug)]
@@ -113,8 +113,19 @@ pub(super) fn wardrobe(
             (0, leaves.len() as u16)
         }
     };
+    let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
     Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+/// A picture that is a square of a power of two, so much smaller that its cell in the atlas is one: then mips that are coarser
+/// than it is are its own, and crowns of it are seen from as far.
+fn inside_its_cell(maps: Maps, atlas: &AtlasParams) -> Maps {
+    let edge = maps.width;
+    if edge < 128 || edge != maps.height || !edge.is_power_of_two() {
+        return maps;
+    }
+    maps.within(atlas.inside(edge)).into_owned()
 }
 
 /// What is opaque of each picture, 0..=1.
@@ -210,8 +221,9 @@ impl Wardrobe {
         let (art, dress) = match leaf {
             TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
                 let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
+                let edge = plan.atlas.inside(*edge);
                 let picture =
-                    |i| bake::leaf_maps(*shape, *color, *variation, *edge, i, Seed::new(plan.seed).child("leaves"));
+                    |i| bake::leaf_maps(*shape, *color, *variation, edge, i, Seed::new(plan.seed).child("leaves"));
                 let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
                 let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
                 let dress =

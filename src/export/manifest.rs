@@ -270,9 +270,7 @@ pub struct AtlasEntry {
     pub transmission: f32,
     /// Share of it that pictures take, 0..=1.
     pub utilisation: f32,
-    /// Share of the pictures that shows between texels, per mip, level 0 first, before alpha was made for it.
-    pub coverage_before: Vec<f32>,
-    /// The same as delivered.
+    /// Share of the pictures that shows between texels, per mip, level 0 first.
     pub coverage: Vec<f32>,
 }
 

@@ -15,7 +15,7 @@ use super::measure::Wardrobe;
 use super::outline::octagon;
 use super::packed::as_packed;
 use super::tile::Tile;
-use crate::bake::{Asked, Blending, Cutout, Design, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
+use crate::bake::{Cutout, Design, PictureKind, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 
@@ -186,15 +186,20 @@ impl Card {
     /// What of each card passes the alpha test once they are packed, with `gain` times the area that its content covers
     /// solid.
     pub(super) fn cutouts(cards: &[Self], gain: f32, design: &mut Design) -> Vec<Cutout> {
-        let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
-        let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
-        let packed = as_packed(&alphas, &sizes, |_| Blending::Alone, design);
-        packed.into_par_iter().zip(&sizes).map(|(alpha, size)| Cutout::as_packed(size.0, size.1, &alpha)).collect()
+        let packed = Self::packed(cards, gain, design).into_par_iter().zip(cards);
+        packed.map(|(alpha, card)| Cutout::as_packed(card.size.0, card.size.1, &alpha)).collect()
     }
 
-    /// The card's picture, with `gain` times the area that its content covers passing the alpha test.
-    pub(super) fn finish(&self, gain: f32, asked: Asked) -> Tile {
-        Tile::new(self.size, self.alpha(gain), self.normal.clone(), self.orm.clone(), self.recipe.clone(), asked)
+    /// The alpha of each card as an atlas keeps it, with `gain` times the area that its content covers solid.
+    pub(super) fn packed(cards: &[Self], gain: f32, design: &mut Design) -> Vec<Vec<u8>> {
+        let alphas: Vec<Vec<u8>> = cards.par_iter().map(|card| card.alpha(gain)).collect();
+        let sizes: Vec<(u32, u32)> = cards.iter().map(|card| card.size).collect();
+        as_packed(&alphas, &sizes, PictureKind::Card, design)
+    }
+
+    /// The card's picture.
+    pub(super) fn finish(&self, alpha: Vec<u8>) -> Tile {
+        Tile::new(self.size, alpha, self.normal.clone(), self.orm.clone(), self.recipe.clone())
     }
 
     /// What coverage is multiplied by so that `gain` times the area that its content covers is a half and more.

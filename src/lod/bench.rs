@@ -11,13 +11,12 @@ use super::crossed::{crossed_quads, widen};
 use super::impostor::{Impostor, Settled};
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Colors, Footing, Memory, Piece, Rung};
-use super::packed::packed;
 use super::parallax::CROWNS;
 use super::sizes::{COARSE, FINE, SCREEN, agrees, chosen, lines, share};
 use super::stock::Stock;
 use super::thin::{Share, thinned_as_seen};
 use super::tile::Tile;
-use crate::bake::{Areas, Blending, Cutout, Maps, Picture, Silhouette, View};
+use crate::bake::{Areas, Cutout, Maps, Picture, Silhouette, View};
 use crate::base::{Seed, once};
 use crate::mesh::{Cards, TreeMesh};
 use crate::preset::plan::Lod;
@@ -152,7 +151,6 @@ impl<'a> Bench<'a> {
         } else {
             let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
             let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
-            let own = packed(own, |_| Blending::Alone);
             leaves.par_extend(own.par_iter().map(|tile| Picture::of_atlas(&tile.maps(&self.stock.palette))));
             dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
             &dressed

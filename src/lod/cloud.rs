@@ -18,6 +18,7 @@ use super::agree::Outlines;
 use super::bake_card::{Card, Place};
 use super::bent::{self, Bend};
 use super::measure::{Wardrobe, bounds};
+use super::packed;
 use super::planes::{self, Plane, Unit};
 use super::thin::append;
 use super::tile::Tile;
@@ -156,6 +157,8 @@ impl Cloud {
         let mut slope = SLOPE;
         let mut best = (f32::INFINITY, self.gain, Vec::new());
         let mut before: Option<(f32, f32)> = None;
+        // The nearest gains that are too little and too much.
+        let mut ends: [Option<(f32, f32)>; 2] = [None; 2];
         let mut design = Design::default();
         for round in 1..=ROUNDS {
             let own = Card::cutouts(&self.cards, self.gain, &mut design);
@@ -172,7 +175,10 @@ impl Cloud {
                     break;
                 }
             }
-            if let Some((g, o)) = before.filter(|b| (self.gain - b.0).abs() > 1e-3) {
+            ends[usize::from(off > 0.0)] = Some((self.gain, off));
+            // Which texels are solid goes in steps: between the two ends no step leads out of them.
+            let other = ends[usize::from(off <= 0.0)].or(before);
+            if let Some((g, o)) = other.filter(|other| (self.gain - other.0).abs() > 1e-3) {
                 slope = ((off - o) / (self.gain - g)).clamp(0.1, 2.0);
             }
             before = Some((self.gain, off));
@@ -191,8 +197,8 @@ impl Cloud {
 
     /// The finished pictures.
     pub(super) fn tiles(&self) -> Vec<Tile> {
-        let asked = |i: usize| self.design.asked().get(i).copied().unwrap_or_default();
-        self.cards.par_iter().enumerate().map(|(i, card)| card.finish(self.gain, asked(i))).collect()
+        let alphas = Card::packed(&self.cards, self.gain, &mut self.design.clone());
+        self.cards.par_iter().zip(alphas).map(|(card, alpha)| card.finish(alpha)).collect()
     }
 }
 
@@ -341,7 +347,7 @@ fn bake(
     let count = places.iter().flatten().count();
     let texels = texels.clamp(8, 1024);
     let density = texels as f32 * (count as f32 / area.max(1e-12)).sqrt();
-    let edge = |half: f32| ((2.0 * half * density).ceil() as u32).clamp(4, texels * LONGEST);
+    let edge = |half: f32| packed::edge(((2.0 * half * density).ceil() as u32).clamp(4, texels * LONGEST));
     let mut leaves: Vec<Vec<(Vec2, f32, f32)>> = vec![Vec::new(); planes.len()];
     for (unit, &home) in units.iter().zip(homes) {
         if let Some(place) = &places[home] {

@@ -12,6 +12,7 @@ use super::bake_card::{Card, Place};
 use super::bent::Bend;
 use super::cloud::{Cloud, Scene};
 use super::measure::Wardrobe;
+use super::packed;
 use super::trunk::Trunk;
 use crate::bake::{Cutout, Silhouette};
 use crate::mesh::Mesh;
@@ -67,7 +68,7 @@ pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe,
             let place = Place::around(z, foot, points)?;
             let longest = (texels.clamp(8, 1024) * EDGE) as f32;
             let density = longest / (2.0 * place.half.max_element());
-            let edge = |half: f32| ((2.0 * half * density).ceil() as u32).max(4);
+            let edge = |half: f32| packed::edge((2.0 * half * density).ceil() as u32);
             let size = (edge(place.half.x), edge(place.half.y));
             let mut card = Card::bake(full, (&place, &Bend::FLAT), size, wardrobe, scene.light)?;
             card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART);

@@ -35,7 +35,7 @@ use super::thin::kept;
 use super::tile::Tile;
 use super::trunk::Trunk;
 use crate::bake::{
-    Asked, Blending, Cutout, Design, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
+    Cutout, Design, PictureKind, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
 };
 use crate::base::{Frame, Seed};
 use crate::mesh::{CardShape, LeafCard, Mesh, TreeMesh, TubeDetail, add_tangents, all_cards, leaf_cards_in};
@@ -427,7 +427,7 @@ impl Views {
     /// The alpha of the whole sheet as an atlas keeps it, with `gain` times the area that the tree covers solid.
     pub(super) fn packed(&self, gain: f32, design: &mut Design) -> Vec<u8> {
         let edge = self.layout.frames * self.texels;
-        as_packed(&[self.alpha(gain)], &[(edge, edge)], |_| Blending::Mixed, design).swap_remove(0)
+        as_packed(&[self.alpha(gain)], &[(edge, edge)], PictureKind::Frames, design).swap_remove(0)
     }
 
     /// Alpha of the sheet.
@@ -461,8 +461,9 @@ impl Views {
         };
         let recipes: Vec<&Recipe> = self.drawn.iter().map(|drawn| &drawn.recipe).collect();
         let recipe = || Recipe::sheet(&recipes, frames as usize, texels);
-        let ((normal, orm), (alpha, recipe)) = rayon::join(relief, || rayon::join(|| self.alpha(gain), recipe));
-        Tile::new((edge, edge), alpha, normal, orm, recipe, Asked::SHEET)
+        let alpha = || self.packed(gain, &mut Design::default());
+        let ((normal, orm), (alpha, recipe)) = rayon::join(relief, || rayon::join(alpha, recipe));
+        Tile::new((edge, edge), alpha, normal, orm, recipe)
     }
 }
 

@@ -23,7 +23,7 @@ use super::sizes::{COARSE, SCREEN, Sizes, sizes};
 use super::stock::Stock;
 use super::thin::{Bounded, bounded, thinned};
 use super::tile::Tile;
-use crate::bake::{Blending, Maps};
+use crate::bake::{Maps, PictureKind};
 use crate::base::{Seed, once};
 use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::{Plant, Posed};
@@ -42,15 +42,15 @@ pub struct Ladder {
 }
 
 impl Ladder {
-    /// How alpha of one of its tiles is seen, where so many leaf pictures are.
+    /// What one of its tiles is of, where so many leaf pictures are.
     #[must_use]
-    pub fn blending(&self, leaf_pictures: usize, tile: usize) -> Blending {
+    pub fn kind(&self, leaf_pictures: usize, tile: usize) -> PictureKind {
         let is_worn =
             |level: &Level| level.mesh.leaf.tiles.first().is_some_and(|&worn| worn as usize == leaf_pictures + tile);
         if self.levels.iter().any(|level| level.impostor.is_some() && is_worn(level)) {
-            Blending::Mixed
+            PictureKind::Frames
         } else {
-            Blending::Alone
+            PictureKind::Card
         }
     }
 }

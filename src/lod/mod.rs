@@ -37,7 +37,6 @@ pub use impostor::Impostor;
 pub use ladder::{CULL, Ladder, Level, Texels, ladder, ladder_by, ladder_with, mesh_levels, mesh_levels_on, pictures};
 pub use measure::{Asked, Measured, Reference, Seen, Wardrobe};
 pub use memory::{Colors, Footing, Memory, Piece, Rung};
-pub(crate) use packed::packed;
 pub(crate) use parallax::Facing;
 pub use stock::{Stock, palette};
 pub use tile::Tile;

@@ -2,37 +2,30 @@
 //!
 //! An atlas changes alpha between neighbours so that its mips keep what level 0 covers ([`Design`]), and alpha
 //! between neighbours is where the outline of a magnified card lies: cards cover up to a tenth more or less than before.
-//! The set's atlas is not known here, but pictures fare in it as in one of a tree's own: they lie at the same multiples of texels
-//! there, and what their mips are asked for here goes with them ([`Tile::asked`], [`Stock::asked`](super::Stock::asked)).
+//! The set's atlas is not known here, but pictures fare in it as in one of a tree's own: the texels of their mips are of the same
+//! squares there. So their alpha is made once, here, and an atlas that holds them at full size leaves it as it is.
 
-use super::tile::Tile;
-use crate::bake::{Asked, Blending, Design, Layout, Maps, Rect};
+use crate::bake::{ALIGN, Design, Layout, Maps, PictureKind, Rect};
 use crate::preset::plan::AtlasParams;
 
 /// Texels between pictures.
 const GUTTER: u32 = 8;
+
+/// The edge nearest to `texels` with which a picture fills its cell of an atlas.
+pub(super) const fn edge(texels: u32) -> u32 {
+    let cell = (texels + GUTTER + ALIGN / 2) / ALIGN * ALIGN;
+    if cell < ALIGN { ALIGN - GUTTER } else { cell - GUTTER }
+}
 /// Texels along the edge of a square of the coarsest mip that is designed.
-const SQUARE: u32 = 256;
+const SQUARE: u32 = 512;
 /// Smallest and largest edge of the atlas.
 const EDGES: (u32, u32) = (128, 8192);
 
-/// A tree's pictures, seen as `blending` says, as an atlas keeps them: what is to be seen of them, where there is no atlas yet.
-pub(crate) fn packed(tiles: &[Tile], blending: impl Fn(usize) -> Blending) -> Vec<Tile> {
-    let mut design = Design::of(tiles.iter().map(|tile| tile.asked).collect());
-    let alphas: Vec<Vec<u8>> = tiles.iter().map(|tile| tile.alpha.clone()).collect();
-    let sizes: Vec<(u32, u32)> = tiles.iter().map(|tile| (tile.width, tile.height)).collect();
-    let with = |(tile, alpha): (&Tile, Vec<u8>)| Tile { alpha, ..tile.clone() };
-    tiles.iter().zip(as_packed(&alphas, &sizes, blending, &mut design)).map(with).collect()
-}
-
-/// The alphas of leaf pictures as an atlas keeps them, and what their mips are asked for, by picture; of the latter nothing where
-/// no atlas holds them.
-pub(super) fn kept(leaves: &[Maps]) -> (Vec<Vec<u8>>, Vec<Asked>) {
+/// The alphas of leaf pictures as an atlas keeps them, by slot.
+pub(super) fn kept(leaves: &[Maps]) -> Vec<Vec<u8>> {
     let alphas: Vec<Vec<u8>> = leaves.iter().map(|maps| maps.color.iter().map(|c| c[3]).collect()).collect();
     let sizes: Vec<(u32, u32)> = leaves.iter().map(|maps| (maps.width, maps.height)).collect();
-    let mut design = Design::default();
-    let alphas = as_packed(&alphas, &sizes, |_| Blending::Alone, &mut design);
-    (alphas, design.asked().to_vec())
+    as_packed(&alphas, &sizes, PictureKind::Leaf, &mut Design::default())
 }
 
 /// The alphas of pictures of some sizes as an atlas keeps them, by what was found of nearly the same ones before. Pictures that
@@ -40,7 +33,7 @@ pub(super) fn kept(leaves: &[Maps]) -> (Vec<Vec<u8>>, Vec<Asked>) {
 pub(super) fn as_packed(
     pictures: &[Vec<u8>],
     sizes: &[(u32, u32)],
-    blending: impl Fn(usize) -> Blending,
+    kind: PictureKind,
     design: &mut Design,
 ) -> Vec<Vec<u8>> {
     let texels: u64 = sizes.iter().map(|s| u64::from(s.0 + 2 * GUTTER) * u64::from(s.1 + 2 * GUTTER)).sum();
@@ -56,7 +49,7 @@ pub(super) fn as_packed(
         }
     };
     let Ok(sheet) = layout.alpha(pictures) else { return pictures.to_vec() };
-    let rects: Vec<(Rect, Blending)> = layout.rects.iter().enumerate().map(|(i, rect)| (*rect, blending(i))).collect();
+    let rects: Vec<(Rect, PictureKind)> = layout.rects.iter().map(|rect| (*rect, kind)).collect();
     // No more of the sheet than pictures lie on, in whole squares of the coarsest mip.
     let end = |of: fn(&Rect) -> u32, all: u32| {
         layout.rects.iter().map(of).max().unwrap_or(0).next_multiple_of(SQUARE).min(all)
@@ -83,14 +76,14 @@ mod tests {
             |count: u32, k: u32| (0..count).map(|i| ((i + k).wrapping_mul(2_654_435_761) >> 24) as u8).collect();
         let sizes = [(50, 37), (8, 90), (31, 31)];
         let pictures: Vec<Vec<u8>> = sizes.iter().map(|s| noise(s.0 * s.1, s.0)).collect();
-        let packed = as_packed(&pictures, &sizes, |_| Blending::Alone, &mut Design::default());
+        let packed = as_packed(&pictures, &sizes, PictureKind::Card, &mut Design::default());
         assert_eq!(packed.len(), 3);
         for (before, after) in pictures.iter().zip(&packed) {
             assert_eq!(before.len(), after.len());
             assert!(before.iter().zip(after).all(|(a, b)| (*a >= 128) == (*b >= 128)));
             assert!(before != after);
         }
-        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], |_| Blending::Alone, &mut Design::default()), [[1, 2, 3]]);
-        assert!(as_packed(&[], &[], |_| Blending::Alone, &mut Design::default()).is_empty());
+        assert_eq!(as_packed(&[vec![1, 2, 3]], &[(2, 2)], PictureKind::Card, &mut Design::default()), [[1, 2, 3]]);
+        assert!(as_packed(&[], &[], PictureKind::Card, &mut Design::default()).is_empty());
     }
 }

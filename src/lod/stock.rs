@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::measure::Wardrobe;
 use super::packed::kept;
-use crate::bake::{Asked, Maps, Palette, Picture, card_cuts};
+use crate::bake::{Maps, Palette, Picture, card_cuts};
 use crate::mesh::CardCut;
 use crate::preset::plan::LeafCards;
 
@@ -16,7 +16,7 @@ pub struct Stock {
     pub(super) wardrobe: Wardrobe,
     pub(super) palette: Palette,
     pub(super) cuts: Vec<CardCut>,
-    asked: Vec<Asked>,
+    alphas: Vec<Vec<u8>>,
 }
 
 impl Stock {
@@ -24,17 +24,17 @@ impl Stock {
     #[must_use]
     pub fn new(leaf_art: &[Maps], bark: &Maps) -> Self {
         let (leaves, brown) = ([96, 118, 58], [112, 98, 84]);
-        let ((leaf_pictures, asked), bark) = rayon::join(
+        let ((leaf_pictures, alphas), bark) = rayon::join(
             || {
-                let (alphas, asked) = kept(leaf_art);
-                let made = leaf_art.par_iter().zip(alphas);
-                (made.map(|(maps, alpha)| Picture::plain(maps, leaves).cut_by(&alpha)).collect(), asked)
+                let alphas = kept(leaf_art);
+                let made = leaf_art.par_iter().zip(&alphas);
+                (made.map(|(maps, alpha)| Picture::plain(maps, leaves).cut_by(alpha)).collect(), alphas)
             },
             || Picture::plain(bark, brown),
         );
         let palette = Palette::plain(std::iter::once(brown).chain(leaf_art.iter().map(|_| leaves)));
         let wardrobe = Wardrobe { leaves: leaf_pictures, bark: Arc::new(vec![bark]) };
-        Self { wardrobe, palette, cuts: Vec::new(), asked }
+        Self { wardrobe, palette, cuts: Vec::new(), alphas }
     }
 
     /// The same pictures, as surfaces wear them.
@@ -43,10 +43,10 @@ impl Stock {
         &self.wardrobe
     }
 
-    /// What the mips of the leaf pictures are asked for, by slot, where they are packed: nothing where no atlas holds them.
+    /// Alpha of the leaf pictures as an atlas keeps it, by slot: made so that their mips show as much.
     #[must_use]
-    pub fn asked(&self) -> &[Asked] {
-        &self.asked
+    pub fn alphas(&self) -> &[Vec<u8>] {
+        &self.alphas
     }
 
     /// Bytes that it takes, about.

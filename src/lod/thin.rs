@@ -286,7 +286,7 @@ mod tests {
     use crate::bake::Maps;
     use crate::base::Rotation;
     use crate::lod::twigs::thin_wood;
-    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, packed, palette};
+    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, palette};
     use crate::plant::{ChainId, PlantBuilder};
     use crate::preset::plan::{ANY, LeafCards, Lod};
 
@@ -464,7 +464,7 @@ mod tests {
     fn an_impostor_of_twigs_covers_what_the_tree_does_as_engines_show_it() {
         let ladder = climbed(&crown(0, 0.5), &[Lod::Full, Lod::Impostor { frames: 8 }]);
         let plain = [plain()];
-        let sheet = packed(&ladder.tiles, |i| ladder.blending(1, i))[0].maps(&palette(&plain, &plain[0]));
+        let sheet = ladder.tiles[0].maps(&palette(&plain, &plain[0]));
         // Fewer views hide too many twigs by chance.
         assert_eq!(ladder.levels[1].measured.views, 32);
         let layout = ladder.levels[1].impostor.unwrap();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bake::{Asked, Maps, Palette, Recipe, dilate, dilate_color};
+use crate::bake::{Maps, Palette, Recipe, dilate, dilate_color};
 use crate::base::bulk;
 
 /// A picture that cards or impostors wear; rows from the top.
@@ -12,7 +12,7 @@ pub struct Tile {
     pub width: u32,
     /// Texels.
     pub height: u32,
-    /// 128 and more is solid.
+    /// 128 and more is solid. As an atlas keeps it: made so that its mips show as much.
     #[serde(with = "bulk")]
     pub alpha: Vec<u8>,
     /// As in [`Maps`]; goes on under clear texels.
@@ -23,8 +23,6 @@ pub struct Tile {
     pub orm: Vec<[u8; 3]>,
     /// Where colours come from: the palette of the bark, then the leaf pictures by slot.
     pub recipe: Recipe,
-    /// What its mips are asked for where it is packed.
-    pub asked: Asked,
 }
 
 /// Alpha where anything was drawn, and none elsewhere: an impostor's frames are solid beside it, too.
@@ -40,12 +38,11 @@ impl Tile {
         normal: Vec<[u8; 3]>,
         orm: Vec<[u8; 3]>,
         recipe: Recipe,
-        asked: Asked,
     ) -> Self {
         let color = drawn(&alpha, &recipe).map(|a| [0, 0, 0, a]).collect();
         let mut maps = Maps { width, height, color, normal, orm };
         dilate(&mut maps);
-        Self { width, height, alpha, normal: maps.normal, orm: maps.orm, recipe, asked }
+        Self { width, height, alpha, normal: maps.normal, orm: maps.orm, recipe }
     }
 
     /// Its colours, also under its clear texels, and its alpha.
@@ -127,7 +124,7 @@ mod tests {
         let drawn = |i: usize| i % 8 < 4;
         let normal = (0..64).map(|i| if drawn(i) { [200, 128, 220] } else { [0; 3] }).collect();
         let orm = (0..64).map(|i| if drawn(i) { [90, 200, 7] } else { [0; 3] }).collect();
-        let tile = Tile::new((8, 8), vec![255; 64], normal, orm, recipe, Asked::SHEET);
+        let tile = Tile::new((8, 8), vec![255; 64], normal, orm, recipe);
         let maps = tile.maps(&Palette::new(std::iter::once(&green)));
         assert!(maps.color.iter().all(|c| c[3] == 255 && c[1].abs_diff(160) < 3 && c[0].abs_diff(40) < 3));
         assert!(maps.normal.iter().all(|n| n[0] > 190) && maps.orm.iter().all(|o| *o == [90, 200, 7]));

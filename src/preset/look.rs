@@ -157,7 +157,12 @@ pub(super) static FOLIAGE: Record = Record {
             default: Default::Is("4"),
             about: "how many different made leaves there are",
         },
-        Field { name: "resolution", kind: PIXELS, default: Default::Is("256"), about: "edge of a made leaf's picture" },
+        Field {
+            name: "resolution",
+            kind: PIXELS,
+            default: Default::Is("256"),
+            about: "edge of a made leaf's picture, its gutter included",
+        },
     ],
 };
 

@@ -627,3 +627,13 @@ pub struct AtlasParams {
     /// Pixels between two pictures.
     pub gutter: u32,
 }
+
+impl AtlasParams {
+    /// Edge of a picture that takes `cell` pixels along an edge with its share of the gutters; of one that is hardly larger than
+    /// those, all of it.
+    #[must_use]
+    pub const fn inside(&self, cell: u32) -> u32 {
+        let gutters = 2 * self.gutter.div_ceil(2);
+        if cell < 4 * gutters { cell } else { cell - gutters }
+    }
+}

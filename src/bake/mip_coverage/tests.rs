@@ -60,31 +60,45 @@ fn every_mip_covers_what_level_0_does_and_that_stays() {
 }
 
 #[test]
-fn pictures_are_the_same_wherever_they_lie_by_what_was_found_of_them_before() {
-    let picture = strewn(64, 60);
-    let alpha_of = |maps: &Maps| -> Vec<u8> { maps.color.iter().map(|c| c[3]).collect() };
-    let (mut alone, mut design) = (alpha_of(&picture), Design::default());
-    design.move_alpha(&mut alone, (64, 64), &[(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)]);
-    // At a multiple of eight of a larger sheet, beside another one.
-    let mut sheet = alpha_of(&strewn(256, 900));
-    let rects = [(72, 136), (8, 8)].map(|(x, y)| (Rect { x, y, width: 64, height: 64 }, Blending::Alone));
-    let rows = |y: usize| (136 + y) * 256 + 72..(136 + y) * 256 + 136;
-    for y in 0..64 {
-        sheet[rows(y)].copy_from_slice(&alpha_of(&picture)[y * 64..][..64]);
+fn pictures_of_a_texel_each_share_what_shows_among_them() {
+    // Sixteen leaves of which two in five texels are solid: at mip 5 each is one texel.
+    let mut alpha = vec![0_u8; 128 * 128];
+    for (i, a) in alpha.iter_mut().enumerate() {
+        *a = if Seed::new(7).at(i as u64).unit() < 0.4 { 255 } else { 0 };
     }
-    let asked = design.asked()[0];
-    preserve_alpha(&mut sheet, (256, 256), &rects, &[asked, Asked::default()]);
-    let there: Vec<u8> = (0..64).flat_map(|y| sheet[rows(y)].to_vec()).collect();
-    let shown = |alpha: &[u8], k: usize| coverage_of(alpha, (64, 64), &[], 4)[k];
-    for k in 0..4 {
-        let off = shown(&there, k) / shown(&alone, k) - 1.0;
-        assert!(off.abs() < 0.03, "mip {k}: {} for {}", shown(&there, k), shown(&alone, k));
+    let rect = |i: u32| Rect { x: i % 4 * 32, y: i / 4 * 32, width: 32, height: 32 };
+    // Leaves are to show more of it.
+    for (kind, wanted) in [(PictureKind::Leaf, 9..=14), (PictureKind::Card, 5..=8)] {
+        let mut alpha = alpha.clone();
+        let pictures: Vec<_> = (0..16).map(|i| (rect(i), kind)).collect();
+        preserve_alpha(&mut alpha, (128, 128), &pictures);
+        let (mut mip, mut size) = (alpha, 128);
+        while size > 4 {
+            (mip, size) = (halved(&mip, size, size), size / 2);
+        }
+        let solid = mip.iter().filter(|&&a| f32::from(a) >= SOLID).count();
+        assert!(wanted.contains(&solid), "{kind:?} {solid} {mip:?}");
     }
-    // Asked for less it shows less.
-    let mut other = alpha_of(&picture);
-    let all = [(Rect { x: 0, y: 0, width: 64, height: 64 }, Blending::Alone)];
-    Design::of(vec![Asked([0.4; MIPS])]).move_alpha(&mut other, (64, 64), &all);
-    assert!(shown(&other, 2) < shown(&alone, 2) * 0.9);
+}
+
+#[test]
+fn leaves_of_a_texel_each_show_more_of_it_whatever_their_size() {
+    for side in [32_u32, 64] {
+        let edge = 4 * side;
+        let mut alpha = vec![0_u8; (edge * edge) as usize];
+        for (i, a) in alpha.iter_mut().enumerate() {
+            *a = if Seed::new(9).at(i as u64).unit() < 0.4 { 255 } else { 0 };
+        }
+        let rect = |i: u32| Rect { x: i % 4 * side, y: i / 4 * side, width: side, height: side };
+        let shown = |kind: PictureKind| {
+            let pictures: Vec<_> = (0..16).map(|i| (rect(i), kind)).collect();
+            let mut alpha = alpha.clone();
+            preserve_alpha(&mut alpha, (edge, edge), &pictures);
+            coverage_of(&alpha, (edge, edge), &pictures, 8)[side.ilog2() as usize]
+        };
+        let (leaf, card) = (shown(PictureKind::Leaf), shown(PictureKind::Card));
+        assert!(leaf > 1.3 * card && leaf > 0.5, "{side}: {leaf} {card}");
+    }
 }
 
 #[test]
@@ -95,8 +109,8 @@ fn each_picture_keeps_its_own_coverage() {
         let share = if i % 128 < 64 { 0.8 } else { 0.2 };
         *a = if Seed::new(4).at(i as u64).unit() < share { 255 } else { 0 };
     }
-    let halves = [0, 64].map(|x| (Rect { x, y: 0, width: 64, height: 64 }, Blending::Alone));
-    preserve_alpha(&mut alpha, (128, 64), &halves, &[]);
+    let halves = [0, 64].map(|x| (Rect { x, y: 0, width: 64, height: 64 }, PictureKind::Leaf));
+    preserve_alpha(&mut alpha, (128, 64), &halves);
     for half in 0..2 {
         let part: Vec<u8> = (0..64 * 64).map(|i| alpha[i / 64 * 128 + half * 64 + i % 64]).collect();
         let shares = coverage_of(&part, (64, 64), &[], 4);
@@ -114,9 +128,9 @@ fn pictures_of_four_squares_keep_them_among_them() {
     for (i, a) in alpha.iter_mut().enumerate() {
         *a = if Seed::new(5).at(i as u64).unit() < 0.4 { 255 } else { 0 };
     }
-    let rects: Vec<(Rect, Blending)> =
-        (0..64).map(|i| (Rect { x: i % 8 * 16, y: i / 8 * 16, width: 16, height: 16 }, Blending::Alone)).collect();
-    let after = preserve_alpha(&mut alpha, (128, 128), &rects, &[]).after;
+    let rects: Vec<(Rect, PictureKind)> =
+        (0..64).map(|i| (Rect { x: i % 8 * 16, y: i / 8 * 16, width: 16, height: 16 }, PictureKind::Card)).collect();
+    let after = preserve_alpha(&mut alpha, (128, 128), &rects).after;
     assert!((after[3] / after[0] - 1.0).abs() < 0.15, "{after:?}");
 }
 
@@ -129,8 +143,7 @@ fn nothing_stays_nothing_and_odd_sizes_are_answered() {
     assert!(preserve_coverage(&mut none).before.is_empty());
     let mut odd = vec![255; 7 * 3];
     assert_eq!(
-        preserve_alpha(&mut odd, (7, 3), &[(Rect { x: 5, y: 1, width: 90, height: 90 }, Blending::Alone)], &[]).after
-            [0],
+        preserve_alpha(&mut odd, (7, 3), &[(Rect { x: 5, y: 1, width: 90, height: 90 }, PictureKind::Leaf)]).after[0],
         1.0
     );
 }
