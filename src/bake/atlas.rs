@@ -1,8 +1,8 @@
 //! The set's atlas: many pictures in one, with gutters that survive the mips.
 //!
 //! Each picture lies in a cell of its own, at least half a gutter from its edges. Cells begin and end at multiples of 16 texels,
-//! large ones of 32, and squares of a power of two at multiples of themselves, four of them in a square again: so no texel of the first four mips mixes two
-//! pictures, and none of a leaf's down to the one that is all of it ([`AtlasParams::inside`]). Those of a picture are then the same in every
+//! large ones of 32 and 64, and squares of a power of two at multiples of themselves, four of them in a square again: so no
+//! texel of the first four mips mixes two pictures, and none of a leaf's down to the one that is all of it ([`AtlasParams::inside`]). Those of a picture are then the same in every
 //! atlas: alpha is made for them, and levels are settled by it before there is an atlas. The rest of the cell repeats the
 //! picture's edge. Pictures that don't fit at full size are all scaled by one factor, the largest k/1024 that fits. The
 //! height is halved while everything still fits; both sides stay powers of two.
@@ -29,6 +29,10 @@ pub(crate) const ALIGN: u32 = 16;
 /// The same of cells with sides of so many texels and more: they are seen in more mips.
 const ALIGN_LARGE: u32 = 32;
 const LARGE: u32 = 128;
+const ALIGN_LARGER: u32 = 64;
+const LARGER: u32 = 256;
+/// Texels between pictures where nothing else is told.
+pub(crate) const GUTTER: u32 = 8;
 /// Pictures begin at multiples of this many texels where their cells have room.
 const EVEN: u32 = 8;
 /// Scales are whole multiples of one over this.
@@ -48,13 +52,8 @@ impl Cell {
         let (wide, high) = (own(width), own(height));
         let of = match wide.min(high) {
             LARGE.. if wide == high && wide.is_power_of_two() => wide,
-            side @ LARGE.. => {
-                if side < 2 * LARGE {
-                    ALIGN_LARGE
-                } else {
-                    2 * ALIGN_LARGE
-                }
-            }
+            LARGER.. => ALIGN_LARGER,
+            LARGE.. => ALIGN_LARGE,
             _ => ALIGN,
         };
         let whole = |side: u32| side.checked_next_multiple_of(of).unwrap_or(u32::MAX);

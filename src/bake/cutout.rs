@@ -10,16 +10,13 @@ use std::sync::OnceLock;
 use glam::Vec2;
 
 use super::Maps;
-use super::atlas::corner;
+use super::atlas::{GUTTER, corner};
 
 /// The smallest edge, in texels, of a level that alpha is tested at: below it a shape is no more than a dot.
 const SMALLEST_EDGE: u32 = 32;
 /// Most levels, the full picture included: further mips of an atlas mix pictures, of which one may be far fuller than
 /// another. Texels that are smaller than samples are points, and points keep what is covered.
 const MOST_LEVELS: usize = 6;
-
-/// Texels between the pictures of an atlas, where nothing else is told.
-const GUTTER: u32 = 8;
 
 /// One mip.
 #[derive(Clone, Debug)]

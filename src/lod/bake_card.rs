@@ -183,11 +183,10 @@ impl Card {
         Cutout::new(self.size.0, self.size.1, self.alpha(gain))
     }
 
-    /// What of each card passes the alpha test once they are packed, with `gain` times the area that its content covers
-    /// solid.
-    pub(super) fn cutouts(cards: &[Self], gain: f32, design: &mut Design) -> Vec<Cutout> {
-        let packed = Self::packed(cards, gain, design).into_par_iter().zip(cards);
-        packed.map(|(alpha, card)| Cutout::as_packed(card.size.0, card.size.1, &alpha)).collect()
+    /// What of each card passes the alpha test, with alpha as an atlas keeps it.
+    pub(super) fn cutouts(cards: &[Self], alphas: &[Vec<u8>]) -> Vec<Cutout> {
+        let packed = alphas.par_iter().zip(cards);
+        packed.map(|(alpha, card)| Cutout::as_packed(card.size.0, card.size.1, alpha)).collect()
     }
 
     /// The alpha of each card as an atlas keeps it, with `gain` times the area that its content covers solid.

@@ -81,14 +81,13 @@ pub(super) struct Scene<'a> {
     pub(super) wood: &'a Wood<'a>,
 }
 
-/// A cloud, or crossed quads: its mesh, its cards, and the gain of their alpha.
+/// A cloud, or crossed quads: its mesh, its cards, and their alpha.
 pub(super) struct Cloud {
     /// Tiles counted from the first on.
     pub(super) tree: TreeMesh,
     cards: Vec<Card>,
-    gain: f32,
-    /// What the mips of its cards are asked for, once it is settled.
-    design: Design,
+    /// Of each card as an atlas keeps it, once it is settled.
+    alphas: Vec<Vec<u8>>,
 }
 
 /// Triangles that a cloud of so many cards has at most.
@@ -128,7 +127,7 @@ impl Cloud {
         for (k, card) in cards.iter().enumerate() {
             append(&mut leaf, &card.mesh, first_tile + k as u32);
         }
-        Self { tree: TreeMesh { bark, leaf }, cards, gain: GAIN, design: Design::default() }
+        Self { tree: TreeMesh { bark, leaf }, cards, alphas: Vec::new() }
     }
 
     /// Of wood that leaves nothing for cards: its triangles over those of the full level.
@@ -155,13 +154,15 @@ impl Cloud {
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
         // Cards hide each other, so the slope is less than one.
         let mut slope = SLOPE;
-        let mut best = (f32::INFINITY, self.gain, Vec::new());
+        let mut gain = GAIN;
+        let mut best = (f32::INFINITY, Vec::new());
         let mut before: Option<(f32, f32)> = None;
         // The nearest gains that are too little and too much.
         let mut ends: [Option<(f32, f32)>; 2] = [None; 2];
         let mut design = Design::default();
         for round in 1..=ROUNDS {
-            let own = Card::cutouts(&self.cards, self.gain, &mut design);
+            let alphas = Card::packed(&self.cards, gain, &mut design);
+            let own = Card::cutouts(&self.cards, &alphas);
             let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
             let some = outlines.some(&|outlines, view| outlines.one(view, &self.tree, &worn));
             let mut off = outlines.ratio_of_some(&some) - 1.0;
@@ -169,36 +170,34 @@ impl Cloud {
                 let drawn = outlines.others(some, &|outlines, view| outlines.one(view, &self.tree, &worn));
                 off = outlines.ratio(&drawn) - 1.0;
                 if off.abs() < best.0 {
-                    best = (off.abs(), self.gain, drawn);
+                    (best, self.alphas) = ((off.abs(), drawn), alphas);
                 }
                 if off.abs() < CLOSE || self.cards.is_empty() {
                     break;
                 }
             }
-            ends[usize::from(off > 0.0)] = Some((self.gain, off));
+            ends[usize::from(off > 0.0)] = Some((gain, off));
             // Which texels are solid goes in steps: between the two ends no step leads out of them.
             let other = ends[usize::from(off <= 0.0)].or(before);
-            if let Some((g, o)) = other.filter(|other| (self.gain - other.0).abs() > 1e-3) {
-                slope = ((off - o) / (self.gain - g)).clamp(0.1, 2.0);
+            if let Some((g, o)) = other.filter(|other| (gain - other.0).abs() > 1e-3) {
+                slope = ((off - o) / (gain - g)).clamp(0.1, 2.0);
             }
-            before = Some((self.gain, off));
-            self.gain = (self.gain - off / slope).clamp(0.3, 4.0);
+            before = Some((gain, off));
+            gain = (gain - off / slope).clamp(0.3, 4.0);
         }
-        (self.gain, self.design) = (best.1, design);
-        best.2
+        best.1
     }
 
     /// Its outlines as it is.
     pub(super) fn draw(&self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = Card::cutouts(&self.cards, self.gain, &mut self.design.clone());
+        let own = Card::cutouts(&self.cards, &self.alphas);
         let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
         outlines.draw(&self.tree, &worn)
     }
 
     /// The finished pictures.
     pub(super) fn tiles(&self) -> Vec<Tile> {
-        let alphas = Card::packed(&self.cards, self.gain, &mut self.design.clone());
-        self.cards.par_iter().zip(alphas).map(|(card, alpha)| card.finish(alpha)).collect()
+        self.cards.par_iter().zip(&self.alphas).map(|(card, alpha)| card.finish(alpha.clone())).collect()
     }
 }
 

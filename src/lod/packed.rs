@@ -5,21 +5,19 @@
 //! The set's atlas is not known here, but pictures fare in it as in one of a tree's own: the texels of their mips are of the same
 //! squares there. So their alpha is made once, here, and an atlas that holds them at full size leaves it as it is.
 
-use crate::bake::{ALIGN, Design, Layout, Maps, PictureKind, Rect};
+use crate::bake::{ALIGN, Design, GUTTER, Layout, Maps, PictureKind, Rect};
 use crate::preset::plan::AtlasParams;
 
-/// Texels between pictures.
-const GUTTER: u32 = 8;
+/// Texels along the edge of a square of the coarsest mip that is designed.
+const SQUARE: u32 = 512;
+/// Smallest and largest edge of the atlas.
+const EDGES: (u32, u32) = (128, 8192);
 
 /// The edge nearest to `texels` with which a picture fills its cell of an atlas.
 pub(super) const fn edge(texels: u32) -> u32 {
     let cell = (texels + GUTTER + ALIGN / 2) / ALIGN * ALIGN;
     if cell < ALIGN { ALIGN - GUTTER } else { cell - GUTTER }
 }
-/// Texels along the edge of a square of the coarsest mip that is designed.
-const SQUARE: u32 = 512;
-/// Smallest and largest edge of the atlas.
-const EDGES: (u32, u32) = (128, 8192);
 
 /// The alphas of leaf pictures as an atlas keeps them, by slot.
 pub(super) fn kept(leaves: &[Maps]) -> Vec<Vec<u8>> {

@@ -80,14 +80,20 @@ impl Picture {
         }
     }
 
+    /// How many of the places that it is looked at show, and how many there are.
+    fn tally(&self, (alpha, size): (&[u8], (usize, usize)), k: usize) -> [u32; 2] {
+        let [mut solid, mut all] = [0_u32; 2];
+        self.look((|i| f32::from(alpha[i]), size), k, |alpha| {
+            solid += u32::from(alpha >= CUT);
+            all += 1;
+        });
+        [solid, all]
+    }
+
     /// The share that counts: of a picture that is seen alone what shows, of a sheet of frames squares that are solid.
     pub(super) fn counted(&self, alpha: &[u8], size: (usize, usize), k: usize) -> f32 {
         if self.kind != PictureKind::Frames {
-            let (mut solid, mut all) = (0_u32, 0_u32);
-            self.look((|i| f32::from(alpha[i]), size), k, |alpha| {
-                solid += u32::from(alpha >= CUT);
-                all += 1;
-            });
+            let [solid, all] = self.tally((alpha, size), k);
             return solid as f32 / all.max(1) as f32;
         }
         let [columns, rows] = self.squares(k, size);
@@ -142,14 +148,9 @@ impl Pool {
     }
 
     /// The share that shows.
-    pub(super) fn shown(&self, pictures: &[Picture], (alpha, size): (&[u8], (usize, usize)), k: usize) -> f32 {
-        let (mut solid, mut all) = (0_u32, 0_u32);
-        for picture in self.members(pictures) {
-            picture.look((|i| f32::from(alpha[i]), size), k, |alpha| {
-                solid += u32::from(alpha >= CUT);
-                all += 1;
-            });
-        }
+    pub(super) fn shown(&self, pictures: &[Picture], of: (&[u8], (usize, usize)), k: usize) -> f32 {
+        let tallies = self.members(pictures).map(|picture| picture.tally(of, k));
+        let [solid, all] = tallies.fold([0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
         solid as f32 / all.max(1) as f32
     }
 
