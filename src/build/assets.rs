@@ -266,6 +266,9 @@ pub(super) fn place(
                 }
                 atlas.place(&mut mesh.leaf).map_err(|e| does_not_fit(&e))?;
                 let edge = unwrap_lightmap(plan, &mut mesh)?;
+                if plan.mesh.backs.sides(&level.kind) > 1 {
+                    mesh.leaf.double();
+                }
                 Ok((mesh, edge))
             };
             let made = cache.remember_here(key, weight, || {
@@ -443,7 +446,9 @@ fn engine_files(
     let colliders = Colliders { capsules, hulls };
     let seed = parts.identities[variant].1.bits();
     let files = |profile: &Profile| {
-        let materials = &SetMaterials::of(&parts.plan.name, profile.textures).letting_through(placed.through);
+        let materials = &SetMaterials::of(&parts.plan.name, profile.textures)
+            .letting_through(placed.through)
+            .drawn_by(parts.plan.mesh.backs);
         let asset = AssetIn { name, seed, levels: &levels, materials };
         let made = export::engine_files(&asset, colliders, profile.engine)?;
         Ok((profile.engine, made.into_iter().map(|(name, bytes)| (name, bytes.into())).collect()))

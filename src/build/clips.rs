@@ -10,7 +10,7 @@ use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
 use crate::plant::{Plant, Posed, trunk_support};
 use crate::preset::Plan;
-use crate::preset::plan::{Clip as ClipParams, TextureFormat, Variant};
+use crate::preset::plan::{Backs, Clip as ClipParams, TextureFormat, Variant};
 
 /// An animated file.
 #[derive(Clone, Debug)]
@@ -45,7 +45,9 @@ pub(super) fn clips(
         let times: Vec<f32> = (0..made.frames()).map(|k| time(k, made.frames()) * seconds).collect();
         // A clip is of no engine: it takes what the first one does, which is `Generic` where that is asked for.
         let textures = plan.engines.first().map_or(TextureFormat::Png, |profile| profile.textures);
-        let materials = SetMaterials::of(&plan.name, textures).letting_through(mean_transmission(&pictures.leaves));
+        let materials = SetMaterials::of(&plan.name, textures)
+            .letting_through(mean_transmission(&pictures.leaves))
+            .drawn_by(plan.mesh.backs);
         let bytes = export::clip_glb(&ClipIn {
             name: &name,
             seed: plan.seed,
@@ -64,7 +66,7 @@ pub(super) fn clips(
             seconds,
             frames: frames.collect(),
             wood_vertices: parts.wood.positions.len() as u64,
-            leaves: parts.leaves.first().map_or(0, |l| l.mesh.positions.len() as u64 / 4),
+            leaves: parts.cards as u64,
             trunk_support: parts.support,
             name,
         };
@@ -82,6 +84,8 @@ struct Parts {
     wood: mesh::Mesh,
     keys: Vec<Key>,
     leaves: Vec<ClipLeaves>,
+    /// How many leaves each of those is of.
+    cards: usize,
     support: Vec<f32>,
 }
 
@@ -113,11 +117,16 @@ impl Parts {
                 atlas.place(&mut mesh)?;
                 let before = (k > 0).then(|| between(&cards[k - 1], card));
                 let after = cards.get(k + 1).map(|next| between(card, next));
-                leaves.push(ClipLeaves { mesh, around: [before, after] });
+                let mut around = [before, after];
+                if plan.mesh.backs == Backs::Doubled {
+                    mesh.double();
+                    around.iter_mut().flatten().for_each(Key::double);
+                }
+                leaves.push(ClipLeaves { mesh, around });
             }
         }
         let support = plants.iter().map(|p| trunk_support(p.plant, p.posed)).collect();
-        Ok(Self { wood, keys, leaves, support })
+        Ok(Self { wood, keys, leaves, cards: picked.len(), support })
     }
 }
 

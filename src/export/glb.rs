@@ -29,7 +29,7 @@ use super::ImpostorEntry;
 use super::packed::Cube;
 use super::textures::SetMaterials;
 use crate::mesh::{Mesh, TreeMesh, Wind};
-use crate::preset::plan::TextureFormat;
+use crate::preset::plan::{Backs, TextureFormat};
 
 /// One level of detail.
 #[derive(Clone, Copy, Debug)]
@@ -464,7 +464,7 @@ impl<'a> Writer<'a> {
         if part == Part::Leaf {
             material.alpha_mode = Valid(json::material::AlphaMode::Mask);
             material.alpha_cutoff = Some(json::material::AlphaCutoff(crate::bake::ALPHA_CUTOFF));
-            material.double_sided = true;
+            material.double_sided = materials.backs == Backs::DoubleSided;
             // The blue channel holds what is let through, and the depth of impostors.
             material.pbr_metallic_roughness.metallic_factor = json::material::StrengthFactor(0.0);
             material.extensions = self.diffuse_transmission(color);

@@ -4,7 +4,7 @@
 
 use super::ExportError;
 use super::png::PngKind;
-use crate::preset::plan::TextureFormat;
+use crate::preset::plan::{Backs, TextureFormat};
 
 /// How file names of a format end.
 const fn extension(textures: TextureFormat) -> &'static str {
@@ -39,6 +39,8 @@ pub struct SetMaterials {
     pub leaf: MaterialTextures,
     /// What leaves let through, of 255: the mean of the leaf pictures. 0 says nothing about it.
     pub transmission: u8,
+    /// Whether the leaves' one is double-sided.
+    pub backs: Backs,
 }
 
 impl SetMaterials {
@@ -52,13 +54,26 @@ impl SetMaterials {
             normal: format!("{set}_{part}_normal.{suffix}"),
             orm: format!("{set}_{part}_orm.{suffix}"),
         };
-        Self { set: set.to_owned(), textures, bark: maps("bark"), leaf: maps("leaf"), transmission: 0 }
+        Self {
+            set: set.to_owned(),
+            textures,
+            bark: maps("bark"),
+            leaf: maps("leaf"),
+            transmission: 0,
+            backs: Backs::DoubleSided,
+        }
     }
 
     /// The same, of leaves that let so much through.
     #[must_use]
     pub fn letting_through(self, transmission: u8) -> Self {
         Self { transmission, ..self }
+    }
+
+    /// The same, of leaves whose backs are drawn so.
+    #[must_use]
+    pub fn drawn_by(self, backs: Backs) -> Self {
+        Self { backs, ..self }
     }
 }
 

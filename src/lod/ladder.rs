@@ -27,7 +27,7 @@ use crate::bake::{Maps, PictureKind};
 use crate::base::{Seed, once};
 use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::{ANY, LeafCards, Lod, LodBudget, MeshParams};
+use crate::preset::plan::{ANY, Backs, LeafCards, Lod, LodBudget, MeshParams};
 
 /// Where the last level is no longer drawn.
 pub const CULL: f32 = 0.01;
@@ -62,7 +62,7 @@ pub struct Level {
     pub kind: Lod,
     /// Bark and leaves, with tangents.
     pub mesh: TreeMesh,
-    /// Of both primitives.
+    /// Of both primitives as they are written: of leaves whose backs are doubled twice as many as are in `mesh`.
     pub triangles: usize,
     /// Smallest height of the tree, as a share of the screen's, at which the level is still shown: below it the next
     /// takes over (`MSFT_screencoverage`); for the last level the point where it is culled. Falls from level to level.
@@ -181,7 +181,7 @@ pub fn ladder_by<'s>(
                 Lod::Full => Arc::clone(&full),
                 _ => memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed)),
             };
-            above = piece.triangles();
+            above = piece.triangles(1);
             (rung, piece)
         };
         lods.iter().map(one).collect::<Vec<_>>()
@@ -219,7 +219,7 @@ pub fn ladder_by<'s>(
     let colors: Vec<Colors> = pieces.par_iter().with_max_len(1).zip(&footings).map(shown).collect();
     let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
     for (((rung, piece), footing), colors) in pieces.iter().zip(footings).zip(colors) {
-        climb.add(&rung.lod, piece, footing, colors);
+        climb.add((&rung.lod, mesh.backs), piece, footing, colors);
     }
     Ladder { levels: climb.levels, tiles: climb.tiles }
 }
@@ -237,7 +237,7 @@ struct Climb {
 }
 
 impl Climb {
-    fn add(&mut self, lod: &Lod, piece: &Piece, Footing { size, measured }: Footing, colors: Colors) {
+    fn add(&mut self, (lod, backs): (&Lod, Backs), piece: &Piece, Footing { size, measured }: Footing, colors: Colors) {
         let mut mesh = piece.mesh.clone();
         if !piece.tiles.is_empty() {
             // Tiles of levels before come first.
@@ -254,7 +254,7 @@ impl Climb {
         self.levels.push(Level {
             kind: lod.clone(),
             mesh,
-            triangles: piece.triangles(),
+            triangles: piece.triangles(backs.sides(lod)),
             screen_coverage: CULL.min(size * 0.5),
             measured: Measured { color: colors.color, flip: colors.flip, ..measured },
             impostor: piece.impostor,

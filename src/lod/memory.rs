@@ -35,8 +35,9 @@ pub struct Piece {
 }
 
 impl Piece {
-    pub(super) fn triangles(&self) -> usize {
-        (self.mesh.bark.indices.len() + self.mesh.leaf.indices.len()) / 3
+    /// Triangles where each of its cards is written so often.
+    pub(super) fn triangles(&self, sides: usize) -> usize {
+        (self.mesh.bark.indices.len() + self.mesh.leaf.indices.len() * sides) / 3
     }
 
     /// Bytes that it takes, about.

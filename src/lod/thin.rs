@@ -11,7 +11,7 @@ use crate::bake::Cutout;
 use crate::base::Seed;
 use crate::mesh::{Cards, CrownLight, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood, leaf_cards_in};
 use crate::plant::{Leaf, Plant, Posed};
-use crate::preset::plan::MeshParams;
+use crate::preset::plan::{Lod, MeshParams};
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -57,16 +57,18 @@ impl From<f32> for Share {
 /// covers as many times as much.
 pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
-    let all = [count(&scene.full.bark), count(&scene.full.leaf)];
+    // A leaf whose back is of triangles of its own is paid for twice.
+    let sides = scene.params.backs.sides(&Lod::Full);
+    let all = [count(&scene.full.bark), count(&scene.full.leaf) * sides];
     let Parts { wood, leaves } = Parts::of(all, share);
     let widened = 1.0 + (grown - 1.0) * scene.wood.bare;
     let of_wood = |most| coarse_wood((scene.plant, scene.light), scene.params, scene.wood, most, widened);
     let mut bark = of_wood(wood);
-    let (cards, affordable) = affordable(scene.plant, cards, leaves.of(count(&bark)));
+    let (cards, affordable) = affordable(scene.plant, cards, leaves.of(count(&bark)) / sides);
     let kept = kept(scene.plant, scene.posed, affordable, grown, seed);
     // All leaves may be on simple cards before their triangles are used up: what is left is the wood's.
     let used: usize = kept.iter().map(|card| cards.triangles(&scene.plant.leaves()[card.leaf])).sum();
-    let spare = leaves.all.saturating_sub(used + count(&bark));
+    let spare = leaves.all.saturating_sub(used * sides + count(&bark));
     if !kept.is_empty() && spare * SPARE > leaves.all {
         bark = of_wood((count(&bark) + spare).min(all[0]));
     }
@@ -91,7 +93,8 @@ pub(super) fn bounded<'a>(
     cards: Cards<'a>,
     seed: Seed,
 ) -> Option<Bounded<'a>> {
-    let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves())];
+    let sides = params.backs.sides(&Lod::Full);
+    let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves()) * sides];
     let most = params.most as usize;
     if full[0] + full[1] <= most {
         return None;
@@ -99,7 +102,7 @@ pub(super) fn bounded<'a>(
     let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
     let detail = coarse_detail(plant, params, wood, parts.wood);
     let bark = wood.mesh(light, &detail);
-    let (cards, count) = affordable(plant, cards, parts.leaves.of(bark.indices.len() / 3));
+    let (cards, count) = affordable(plant, cards, parts.leaves.of(bark.indices.len() / 3) / sides);
     let leaves = kept(plant, posed, count, 1.0, seed);
     let leaves = leaves.iter().map(|card| {
         let leaf = plant.leaves()[card.leaf];
@@ -288,7 +291,7 @@ mod tests {
     use crate::lod::twigs::thin_wood;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, palette};
     use crate::plant::{ChainId, PlantBuilder};
-    use crate::preset::plan::{ANY, LeafCards, Lod};
+    use crate::preset::plan::{ANY, LeafCards};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {

@@ -35,6 +35,14 @@ pub struct Key {
     pub normals: Vec<Vec3>,
 }
 
+impl Key {
+    /// Adds what [`Mesh::double`] adds.
+    pub fn double(&mut self) {
+        self.positions.extend_from_within(..);
+        self.normals.extend_from_within(..);
+    }
+}
+
 /// A plant in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct KeyPlant<'a> {

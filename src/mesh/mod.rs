@@ -100,6 +100,14 @@ impl Mesh {
         }
     }
 
+    /// Adds the other side of each triangle, with the same normals. Its vertices are its own: Blender takes two triangles
+    /// between the same three for one.
+    pub fn double(&mut self) {
+        let mut backs = self.clone();
+        backs.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        self.append(&backs);
+    }
+
     /// Adds all of `part`; both have the same arrays.
     pub(crate) fn append(&mut self, part: &Self) {
         let first = self.positions.len() as u32;

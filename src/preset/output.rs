@@ -1,7 +1,7 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
 use super::plan::{
-    ANY, AtlasParams, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
+    ANY, AtlasParams, Backs, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
 };
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -37,6 +37,12 @@ pub(super) static MESH: Record = Record {
             default: Default::Is("Folded"),
             about: "what leaves are drawn on; cards that a mesh brought along stay flat, but are cut out too. Leaves of \
                     animations are flat",
+        },
+        Field {
+            name: "backs",
+            kind: Kind::Choice(&BACKS),
+            default: Default::Is("DoubleSided"),
+            about: "how the backs of leaves and of clouds' cards are drawn",
         },
         Field {
             name: "wind",
@@ -98,6 +104,24 @@ static CUT_OUT: Record = Record {
     }],
 };
 
+static BACKS: Choice = Choice {
+    title: "Backs",
+    kinds: &[
+        KindOf {
+            name: "DoubleSided",
+            form: Form::Plain,
+            about: "by a double-sided material: the fewest triangles, but most engines turn the normals there, and leaves that are seen \
+                    from behind are dark where the crown is lit",
+        },
+        KindOf {
+            name: "Doubled",
+            form: Form::Plain,
+            about: "by triangles of their own that have the front's normals: lit alike from both sides in every engine. Twice as many \
+                    triangles and vertices of leaves; budgets count them",
+        },
+    ],
+};
+
 static WIND: Choice = Choice {
     title: "Wind",
     kinds: &[
@@ -129,6 +153,13 @@ pub(super) fn leaves(fields: &Reader<'_, '_>) -> LeafCards {
         })
     });
     cards.unwrap_or_default()
+}
+
+/// How the backs of leaves are drawn, of `mesh`.
+pub(super) fn backs(fields: &Reader<'_, '_>) -> Backs {
+    let kind = |item: &Item<'_>| fields.kind(&BACKS, item, |kind, _| Some(kind));
+    let asked = fields.item("backs").as_ref().and_then(kind) == Some("Doubled");
+    if asked { Backs::Doubled } else { Backs::DoubleSided }
 }
 
 /// How branches leave their parents, of `mesh`.

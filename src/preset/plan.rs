@@ -517,14 +517,17 @@ pub struct MeshParams {
     /// Most triangles of a tree; [`ANY`] for as many as it takes, which is not written either.
     #[serde(skip_serializing_if = "is_any")]
     pub most: u32,
+    /// How the backs of leaves are drawn; not written where it is the usual.
+    #[serde(skip_serializing_if = "is_double_sided")]
+    pub backs: Backs,
 }
 
 impl MeshParams {
     /// Those of a preset that tells sides and error, metres, and nothing else, with bark tiles of a metre.
     #[must_use]
     pub const fn told(sides: u32, error: f32) -> Self {
-        let (forks, leaves) = (Forks::Collar, LeafCards::Folded);
-        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves, most: ANY }
+        let (forks, leaves, backs) = (Forks::Collar, LeafCards::Folded, Backs::DoubleSided);
+        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves, most: ANY, backs }
     }
 
     /// As a tree of such an extent, metres, is meshed.
@@ -554,6 +557,31 @@ pub enum LeafCards {
 
 fn is_folded(leaves: &LeafCards) -> bool {
     *leaves == LeafCards::Folded
+}
+
+/// How the backs of leaves and of clouds' cards are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub enum Backs {
+    /// By the material: most engines turn the normals there.
+    #[default]
+    DoubleSided,
+    /// By triangles of their own, with the normals of the front.
+    Doubled,
+}
+
+impl Backs {
+    /// How often a level's cards are written: crossed quads and impostors stand back to back as they are.
+    #[must_use]
+    pub const fn sides(self, lod: &Lod) -> usize {
+        match (self, lod) {
+            (Self::DoubleSided, _) | (_, Lod::CrossedQuads | Lod::Impostor { .. }) => 1,
+            (Self::Doubled, _) => 2,
+        }
+    }
+}
+
+fn is_double_sided(backs: &Backs) -> bool {
+    *backs == Backs::DoubleSided
 }
 
 fn is_any(most: &u32) -> bool {
