@@ -235,7 +235,7 @@ fn leaves_on_cards_of_every_shape_become_sets_and_hulls_are_listed() {
     let mut triangles = BTreeMap::new();
     for leaves in ["Flat", "Folded", "Bent", "CutOut(corners: 12)"] {
         let more = format!(
-            "mesh: (leaves: {leaves}, wind: Attributes), colliders: (crown: 2, corners: 16), engines: [Generic, Godot, Web],"
+            "mesh: (leaves: {leaves}, backs: DoubleSided, wind: Attributes), colliders: (crown: 2, corners: 16), engines: [Generic, Godot, Web],"
         );
         let lods = "lods: [Full, Thinned(triangles: 0.5), CrossedQuads],";
         fs::write(&preset, SMALL.replace("lods: [Full, CrossedQuads],", &format!("{lods} {more}"))).unwrap();

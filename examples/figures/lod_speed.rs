@@ -12,7 +12,7 @@ use treewright::export::{AssetIn, AssetLevel, PngKind, SetMaterials, encode_maps
 use treewright::lod::{Stock, Wardrobe, ladder, mesh_levels};
 use treewright::mesh::TreeMesh;
 use treewright::plant::Plant;
-use treewright::preset::plan::{BarkArt, DressParams, LeafArt, MatchParams, MeshParams, Plan, TextureFormat};
+use treewright::preset::plan::{Backs, BarkArt, DressParams, LeafArt, MatchParams, MeshParams, Plan, TextureFormat};
 use treewright::relate::{Family, fuzzy_family};
 use treewright::source::grow::grow;
 use treewright::{bake, dress};
@@ -33,7 +33,9 @@ fn count(tree: &TreeMesh) -> usize {
 
 pub(crate) fn print() {
     let threads = rayon::current_num_threads();
-    let plan = load_preset(&root().join("presets/avenue.ron")).expect("it is shipped").plan;
+    let mut plan = load_preset(&root().join("presets/avenue.ron")).expect("it is shipped").plan;
+    // Triangles of leaves are counted once.
+    plan.mesh.backs = Backs::DoubleSided;
     if wants("asset") {
         asset(&plan, threads);
     }

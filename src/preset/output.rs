@@ -41,7 +41,7 @@ pub(super) static MESH: Record = Record {
         Field {
             name: "backs",
             kind: Kind::Choice(&BACKS),
-            default: Default::Is("DoubleSided"),
+            default: Default::Is("Doubled"),
             about: "how the backs of leaves and of clouds' cards are drawn",
         },
         Field {
@@ -108,16 +108,16 @@ static BACKS: Choice = Choice {
     title: "Backs",
     kinds: &[
         KindOf {
-            name: "DoubleSided",
-            form: Form::Plain,
-            about: "by a double-sided material: the fewest triangles, but most engines turn the normals there, and leaves that are seen \
-                    from behind are dark where the crown is lit",
-        },
-        KindOf {
             name: "Doubled",
             form: Form::Plain,
-            about: "by triangles of their own that have the front's normals: lit alike from both sides in every engine. Twice as many \
-                    triangles and vertices of leaves; budgets count them",
+            about: "by triangles of their own that have the front's normals: lit alike from both sides in every engine, no pixel drawn \
+                    twice. Budgets count them",
+        },
+        KindOf {
+            name: "DoubleSided",
+            form: Form::Plain,
+            about: "by a double-sided material: half as many triangles of leaves, for engines that are told to leave normals as they \
+                    are; others turn them there, and leaves that are seen from behind are dark where the crown is lit",
         },
     ],
 };
@@ -158,8 +158,8 @@ pub(super) fn leaves(fields: &Reader<'_, '_>) -> LeafCards {
 /// How the backs of leaves are drawn, of `mesh`.
 pub(super) fn backs(fields: &Reader<'_, '_>) -> Backs {
     let kind = |item: &Item<'_>| fields.kind(&BACKS, item, |kind, _| Some(kind));
-    let asked = fields.item("backs").as_ref().and_then(kind) == Some("Doubled");
-    if asked { Backs::Doubled } else { Backs::DoubleSided }
+    let asked = fields.item("backs").as_ref().and_then(kind) == Some("DoubleSided");
+    if asked { Backs::DoubleSided } else { Backs::Doubled }
 }
 
 /// How branches leave their parents, of `mesh`.

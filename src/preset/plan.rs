@@ -517,8 +517,7 @@ pub struct MeshParams {
     /// Most triangles of a tree; [`ANY`] for as many as it takes, which is not written either.
     #[serde(skip_serializing_if = "is_any")]
     pub most: u32,
-    /// How the backs of leaves are drawn; not written where it is the usual.
-    #[serde(skip_serializing_if = "is_double_sided")]
+    /// How the backs of leaves are drawn.
     pub backs: Backs,
 }
 
@@ -526,7 +525,7 @@ impl MeshParams {
     /// Those of a preset that tells sides and error, metres, and nothing else, with bark tiles of a metre.
     #[must_use]
     pub const fn told(sides: u32, error: f32) -> Self {
-        let (forks, leaves, backs) = (Forks::Collar, LeafCards::Folded, Backs::DoubleSided);
+        let (forks, leaves, backs) = (Forks::Collar, LeafCards::Folded, Backs::Doubled);
         Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves, most: ANY, backs }
     }
 
@@ -562,11 +561,11 @@ fn is_folded(leaves: &LeafCards) -> bool {
 /// How the backs of leaves and of clouds' cards are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
 pub enum Backs {
-    /// By the material: most engines turn the normals there.
-    #[default]
-    DoubleSided,
     /// By triangles of their own, with the normals of the front.
+    #[default]
     Doubled,
+    /// By the material: most engines turn the normals there.
+    DoubleSided,
 }
 
 impl Backs {
@@ -578,10 +577,6 @@ impl Backs {
             (Self::Doubled, _) => 2,
         }
     }
-}
-
-fn is_double_sided(backs: &Backs) -> bool {
-    *backs == Backs::DoubleSided
 }
 
 fn is_any(most: &u32) -> bool {

@@ -115,11 +115,6 @@ export function space(box, tell) {
           const object = node < 0 ? gltf.scene : await gltf.parser.getDependency('node', node);
           const group = new THREE.Group();
           const copy = object.clone();
-          copy.traverse(part => {
-            if (!part.isMesh) return;
-            // No alpha to coverage: the canvas has alpha of its own, and the page would shine through the leaves.
-            if (part.material.alphaTest > 0 || /leaf/.test(part.material.name)) part.material.side = THREE.DoubleSide;
-          });
           group.add(level.kind === 'Impostor' ? impostor(copy) : copy);
           return group;
         }));
