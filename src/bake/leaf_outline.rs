@@ -70,7 +70,7 @@ pub(super) fn pinnate(shape: LeafShape) -> Pinnate {
         }
         LeafShape::Olive => form(0.11, 0.75, 0.8, 7.0, 0.6, 0.6, Margin::Entire(0.002)),
         LeafShape::Palm => form(0.05, 0.4, 0.8, 6.0, 6.0, 0.0, Margin::Entire(0.0)),
-        LeafShape::Beech | LeafShape::Maple | LeafShape::Pine => {
+        LeafShape::Beech | LeafShape::Maple | LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress => {
             form(0.3, 0.62, 0.75, 8.0, 0.8, 0.25, Margin::Entire(0.008))
         }
     }
@@ -213,7 +213,7 @@ mod tests {
 
     /// Needles have no blade.
     fn blades() -> impl Iterator<Item = LeafShape> {
-        LeafShape::ALL.into_iter().filter(|shape| *shape != LeafShape::Pine)
+        LeafShape::ALL.into_iter().filter(|shape| !shape.is_conifer())
     }
 
     #[test]

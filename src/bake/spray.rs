@@ -4,6 +4,8 @@
 //! spray is built in blade lengths, then scaled to fill the picture. How leaves stand (alternate, opposite, in tufts)
 //! follows the species.
 
+mod conifer;
+
 use glam::Vec2;
 
 use super::leaf_outline::{outline, pinnate};
@@ -151,12 +153,14 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Poplar => form(14, 1, 5.6, 0.1, [1.1, 0.6], 0.55, 0.9, 6),
         LeafShape::Elm => form(15, 1, 5.2, 0.08, [1.1, 0.7], 0.06, 0.8, 6),
         LeafShape::Olive => form(18, 2, 6.2, 0.06, [0.95, 0.55], 0.08, 0.9, 6),
-        LeafShape::Pine | LeafShape::Palm => form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0),
+        LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress | LeafShape::Palm => {
+            form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0)
+        }
     }
 }
 
 /// Leaf lengths that the height of a spray's picture spans, about: a card of height `leaf_size * spray_span(shape)`
-/// shows leaves of their true size. 1 for ash, pine and palm, whose `leaf_size` is that of the whole picture. Means over six
+/// shows leaves of their true size. 1 for ash, palm and conifers, whose `leaf_size` is that of the whole picture. Means over six
 /// pictures; single ones differ by up to a fifth, since blades are enlarged until the picture is filled.
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
@@ -169,7 +173,7 @@ pub fn spray_span(shape: LeafShape) -> f32 {
         LeafShape::Linden => 6.8,
         LeafShape::Poplar => 6.3,
         LeafShape::Olive => 4.5,
-        LeafShape::Ash | LeafShape::Pine | LeafShape::Palm => 1.0,
+        LeafShape::Ash | LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress | LeafShape::Palm => 1.0,
     }
 }
 
@@ -182,7 +186,9 @@ const LEAFLETS: usize = 9;
 /// Builds the scene of one picture.
 pub(super) fn spray(shape: LeafShape, seed: Seed, growth: Growth) -> Spray {
     let mut parts = match shape {
-        LeafShape::Pine => tuft(seed, growth),
+        LeafShape::Pine => conifer::pine(seed, growth),
+        LeafShape::Spruce => conifer::spruce(seed, growth),
+        LeafShape::Cypress => conifer::cypress(seed, growth),
         LeafShape::Palm => leaflets(seed, growth),
         _ => leafy_twig(shape, seed, growth),
     };
@@ -405,70 +411,11 @@ fn leaflets(seed: Seed, growth: Growth) -> Vec<Part> {
     parts
 }
 
-/// A shoot of pine: needles in pairs all around three shoots, longest and densest near the tips.
-fn tuft(seed: Seed, growth: Growth) -> Vec<Part> {
-    let Growth { enlarge, spread: fan } = growth;
-    let mut parts = Vec::new();
-    let lean = seed.child("lean").range(-0.1, 0.1);
-    let main = rod(
-        Tissue::Wood,
-        seat(Vec2::ZERO, lean, 0.3, seed.child("wood")),
-        0.72,
-        seed.child("bend").range(-0.08, 0.08),
-        [0.014, 0.009],
-    );
-    let mut shoots = vec![(main.place, 0.72_f32, 220_usize)];
-    for (k, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
-        let seed = seed.child("side").at(k as u64);
-        let t = seed.child("at").range(0.16, 0.38);
-        let length = seed.child("length").range(0.26, 0.36);
-        let origin = main.place.to_picture(Vec2::new(0.0, t));
-        let turn = lean + sign * fan * seed.child("angle").range(0.55, 0.8);
-        let side = rod(Tissue::Wood, seat(origin, turn, 0.3, seed.child("wood")), length, -sign * 0.14, [0.012, 0.008]);
-        shoots.push((side.place, length, 125));
-        parts.push(side);
-    }
-    parts.push(main);
-    for (s, &(place, length, pairs)) in shoots.iter().enumerate() {
-        let shoot = seed.child("shoot").at(s as u64);
-        for i in 0..pairs {
-            let seed = shoot.at(i as u64);
-            let t = ((i as f32 + seed.child("at").unit()) / pairs as f32).sqrt();
-            let t = if s == 0 { 0.08 + 0.92 * t } else { 0.1 + 0.9 * t };
-            let origin = place.to_picture(Vec2::new(0.0, t));
-            let toward = math::atan2(place.along.x, place.along.y) + 2.0 * place.bend * t;
-            // Seen from the side: the angle around the shoot shortens needles that point at the viewer.
-            let around = seed.child("around").unit() * std::f32::consts::TAU;
-            let (sin, cos) = math::sin_cos(around);
-            let away = (1.2 - 0.6 * t) * cos;
-            let long = (0.31 + 0.05 * t) * (0.72 + 0.28 * cos.abs()) * seed.child("size").range(0.8, 1.1);
-            let depth = 0.3 + 0.3 * sin + 0.2 * seed.child("depth").unit();
-            for twin in 0..2_u64 {
-                let seed = seed.at(twin);
-                let spread = seed.child("spread").range(-0.1, 0.1);
-                let bend = seed.child("bend").range(-0.09, 0.09);
-                let width = 0.0045 * enlarge.clamp(0.8, 1.8);
-                let angle = toward + away + spread;
-                let mut needle = rod(
-                    Tissue::Needle,
-                    seat(origin, angle, depth, seed),
-                    long * if length > 0.5 { 1.0 } else { 0.85 },
-                    bend,
-                    [width, width * 0.35],
-                );
-                needle.slope[0] = 0.5 * sin;
-                parts.push(needle);
-            }
-        }
-    }
-    parts
-}
-
 /// Half a blade's greatest width over its length; 0 for needles.
 pub(super) fn half_width(shape: LeafShape) -> f32 {
     match shape {
         LeafShape::Maple => 0.7,
-        LeafShape::Pine => 0.0,
+        LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress => 0.0,
         _ => pinnate(shape).half_width,
     }
 }
@@ -493,7 +440,7 @@ mod tests {
 
     #[test]
     fn every_part_lies_in_the_picture() {
-        for shape in [LeafShape::Oak, LeafShape::Maple, LeafShape::Ash, LeafShape::Pine] {
+        for shape in LeafShape::ALL {
             for s in 0..4 {
                 for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 })
                     .parts

@@ -27,7 +27,7 @@ const fn tissue(shape: LeafShape) -> f32 {
         LeafShape::Oak => 0.4,
         LeafShape::Palm => 0.22,
         LeafShape::Olive => 0.16,
-        LeafShape::Pine => 0.06,
+        LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress => 0.06,
     }
 }
 

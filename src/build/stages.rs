@@ -22,8 +22,8 @@ const GROW: Stage = Stage("grow", 5);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 10);
 const LIKE: Stage = Stage("like", 5);
-const PICTURES: Stage = Stage("pictures", 7);
-const DRAWING: Stage = Stage("drawing", 3);
+const PICTURES: Stage = Stage("pictures", 8);
+const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.

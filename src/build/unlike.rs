@@ -148,8 +148,8 @@ mod tests {
             notes.into_iter().map(|note| note.message).collect::<Vec<_>>()
         };
         // A hundred and some of four times the area; then half of all, and no larger for it than need be.
-        let few = told(300);
-        assert!(few.len() == 1 && few[0].starts_with("number 1 keeps 0.5") && few[0].contains("area in 29"), "{few:?}");
-        assert_eq!(told(1200), Vec::<String>::new());
+        let few = told(600);
+        assert!(few.len() == 1 && few[0].starts_with("number 1 keeps 0.6") && few[0].contains("area in 59"), "{few:?}");
+        assert_eq!(told(2400), Vec::<String>::new());
     }
 }

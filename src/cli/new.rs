@@ -32,7 +32,7 @@ const PRESET: &str = r#"// NAME: two young trees and four between them.
         Blend(of: ["low", "high"], count: 4, from: 0.2, to: 0.8),
     ],
 
-    // "oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive", "palm",
+    // "oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive", "palm", "spruce", "cypress",
     // or a picture of your own, as Files(color: "leaf.png").
     foliage: (leaf: "birch", density: 1.0),
 

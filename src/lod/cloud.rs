@@ -27,7 +27,7 @@ use crate::bake::{Cutout, Design, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::MeshParams;
+use crate::preset::plan::{Backs, Lod, MeshParams};
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
@@ -91,8 +91,8 @@ pub(super) struct Cloud {
 }
 
 /// Triangles that a cloud of so many cards has at most.
-pub(super) fn most_triangles(cards: u32) -> usize {
-    LIMBS + bent::most_triangles(cards)
+pub(super) fn most_triangles(cards: u32, backs: Backs) -> usize {
+    LIMBS + bent::most_triangles(cards) * backs.sides(&Lod::BillboardCloud { cards })
 }
 
 /// A cloud as a level's mesh, tiles counted from `first_tile` on, its alpha yet to be settled.
@@ -102,9 +102,11 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let budget = LIMBS + (params.triangles.saturating_sub(LIMBS) as f32 * scene.wood.bare) as usize;
     // Of a level with few triangles a third is for limbs, whatever the cards are: a crown without its trunk floats.
-    let budget = budget.min(params.triangles.saturating_sub(2 * params.cards as usize).max(params.triangles / 3));
+    let sides = scene.params.backs.sides(&Lod::BillboardCloud { cards: params.cards });
+    let budget =
+        budget.min(params.triangles.saturating_sub(2 * params.cards as usize * sides).max(params.triangles / 3));
     let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
-    let left = params.triangles.saturating_sub(bark.indices.len() / 3);
+    let left = params.triangles.saturating_sub(bark.indices.len() / 3) / sides;
     let count = params.cards.min((left / 2) as u32).max(1);
     let cells = bent::cells(count, left);
 
@@ -376,12 +378,12 @@ mod tests {
     use super::*;
     use crate::lod::ladder;
     use crate::lod::specimen::{climbed, on_trunk, plain};
-    use crate::preset::plan::{Lod, LodBudget};
+    use crate::preset::plan::LodBudget;
 
     #[test]
     fn cards_bend_by_what_limbs_leave_of_half_the_level_above() {
         let cards = 6;
-        let plant = on_trunk(Vec3::ZERO, (4.0, 0.15), (24, 12));
+        let plant = on_trunk(Vec3::ZERO, (4.0, 0.15), (24, 6));
         let ladder = climbed(&plant, Lod::BillboardCloud { cards });
         let [full, cloud] = [0, 1].map(|i| &ladder.levels[i]);
         let limbs = cloud.mesh.bark.indices.len() / 3;
@@ -402,7 +404,7 @@ mod tests {
             let cloud = &ladder.levels[1];
             let [wood, cards] = [&cloud.mesh.bark, &cloud.mesh.leaf].map(|mesh| mesh.indices.len() / 3);
             assert!(
-                wood > 0 && cards > 0 && wood + cards <= ladder.levels[0].triangles / 2 + 2,
+                wood > 0 && cards > 0 && wood + 2 * cards <= ladder.levels[0].triangles / 2 + 4,
                 "{most}: {wood} {cards}"
             );
         }

@@ -176,12 +176,12 @@ pub fn ladder_by<'s>(
     let made = |lods: &[LodBudget]| {
         let mut above = usize::MAX;
         let one = |LodBudget { lod, .. }: &LodBudget| {
-            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), triangles: budget(lod, above) };
+            let rung = Rung { lod: lod.clone(), texels: texels.of(lod), triangles: budget(lod, mesh.backs, above) };
             let piece = match lod {
                 Lod::Full => Arc::clone(&full),
                 _ => memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed)),
             };
-            above = piece.triangles(1);
+            above = piece.triangles(mesh.backs.sides(lod));
             (rung, piece)
         };
         lods.iter().map(one).collect::<Vec<_>>()
@@ -263,9 +263,9 @@ impl Climb {
 }
 
 /// Triangles of a cloud: half of those of the level above, and no more than it can have.
-fn budget(lod: &Lod, triangles_above: usize) -> usize {
+fn budget(lod: &Lod, backs: Backs, triangles_above: usize) -> usize {
     let Lod::BillboardCloud { cards } = *lod else { return 0 };
-    most_triangles(cards).min(triangles_above / 2)
+    most_triangles(cards, backs).min(triangles_above / 2)
 }
 
 /// The full level and, for each share of its triangles, a thinned one: no cards, nothing measured. For batches that are

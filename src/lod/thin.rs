@@ -291,7 +291,7 @@ mod tests {
     use crate::lod::twigs::thin_wood;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, palette};
     use crate::plant::{ChainId, PlantBuilder};
-    use crate::preset::plan::{ANY, LeafCards};
+    use crate::preset::plan::{ANY, Backs, LeafCards};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {
@@ -411,7 +411,7 @@ mod tests {
     fn a_full_level_keeps_to_its_budget_and_leaves_cover_what_they_did() {
         let plant = crown(20, 1.0);
         let levels = |most: u32| {
-            let params = MeshParams { most, ..MeshParams::told(8, 0.004) };
+            let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
             mesh_levels(&plant, &params, &[0.4], Seed::new(1))
         };
         let count = |mesh: &Mesh| mesh.indices.len() / 3;

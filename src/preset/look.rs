@@ -17,7 +17,7 @@ use crate::base::Note;
 /// What a leaf's name stands for.
 struct LeafKind {
     shape: LeafShape,
-    /// Length, metres; of the whole picture for `ash`, `pine` and `palm`.
+    /// Length, metres; of the whole picture for `ash`, `palm` and conifers.
     size: f32,
     /// Angle to the twig, degrees.
     angle: f32,
@@ -38,12 +38,14 @@ impl LeafKind {
     }
 }
 
-pub(super) const LEAF_NAMES: &[&str] =
-    &["oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive", "palm"];
+pub(super) const LEAF_NAMES: &[&str] = &[
+    "oak", "birch", "beech", "maple", "willow", "ash", "pine", "linden", "poplar", "elm", "olive", "palm", "spruce",
+    "cypress",
+];
 
 /// In the order of [`LEAF_NAMES`].
 #[rustfmt::skip]
-static LEAVES: [LeafKind; 12] = [
+static LEAVES: [LeafKind; 14] = [
     LeafKind { shape: LeafShape::Oak,    size: 0.086, angle: 55.0, droop: 0.15, twig: 0.35, full: 1.0, color: "#4f6b2a", autumn: ["#8a5a22", "#7d7a2a"], bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Birch,  size: 0.051, angle: 50.0, droop: 0.50, twig: 0.40, full: 1.0, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
     LeafKind { shape: LeafShape::Beech,  size: 0.062, angle: 50.0, droop: 0.20, twig: 0.35, full: 1.0, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
@@ -56,6 +58,8 @@ static LEAVES: [LeafKind; 12] = [
     LeafKind { shape: LeafShape::Elm,    size: 0.059, angle: 50.0, droop: 0.25, twig: 0.40, full: 1.0, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, full: 1.0, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
     LeafKind { shape: LeafShape::Palm,   size: 0.75,  angle: 55.0, droop: 0.30, twig: 0.00, full: 3.0, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
+    LeafKind { shape: LeafShape::Spruce, size: 0.42,  angle: 40.0, droop: 0.35, twig: 0.30, full: 1.0, color: "#3f5c36", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Cypress, size: 0.26, angle: 30.0, droop: 0.00, twig: 0.25, full: 1.0, color: "#45602f", autumn: ["", ""], bark: BarkPattern::Fibrous },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];
@@ -109,8 +113,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "size",
             kind: Kind::Number { low: 0.002, high: 3.0, unit: "m" },
             default: BY_LEAF,
-            about: "length of a leaf; the picture of a made one shows a twig of many and is 4 to 7 leaves high (ash, pine and \
-                    palm: of the whole picture). Left out, no picture is higher than a fifteenth of its tree; told, none is a \
+            about: "length of a leaf; the picture of a made one shows a twig of many and is 4 to 7 leaves high (ash, palm \
+                    and conifers: of the whole picture). Left out, no picture is higher than a fifteenth of its tree; told, none is a \
                     larger share of it than on the largest source. Leaves of imports that wear what `leaf` says are made as \
                     long, as many as show what they showed; left out, none is made shorter",
         },

@@ -429,11 +429,21 @@ pub enum LeafShape {
     Olive,
     /// Leaflets of a pinnate frond, side by side: the frond itself is the plant's branch.
     Palm,
+    /// A flat comb of shoots with short needles.
+    Spruce,
+    /// Branchlets in scales.
+    Cypress,
 }
 
 impl LeafShape {
+    /// Whether it is of needles or scales, without a blade.
+    #[must_use]
+    pub const fn is_conifer(self) -> bool {
+        matches!(self, Self::Pine | Self::Spruce | Self::Cypress)
+    }
+
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Oak,
         Self::Birch,
         Self::Beech,
@@ -446,6 +456,8 @@ impl LeafShape {
         Self::Elm,
         Self::Olive,
         Self::Palm,
+        Self::Spruce,
+        Self::Cypress,
     ];
 }
 
