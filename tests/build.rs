@@ -407,6 +407,30 @@ fn what_a_preset_no_longer_makes_is_removed_and_nothing_else() {
 }
 
 #[test]
+fn a_set_whose_preset_is_gone_is_told_until_its_folder_is_deleted() {
+    let project = small_project();
+    let out = project.path().join("out");
+    let folder = project.path();
+    let (kept, gone) = (folder.join("small.ron"), folder.join("gone.ron"));
+    fs::copy(&kept, &gone).unwrap();
+    let build = |how: &str| {
+        let all: [&dyn AsRef<std::ffi::OsStr>; 5] = [&"build", &folder, &"--out", &out, &how];
+        let output = treewright(&all[..if how.is_empty() { 4 } else { 5 }]);
+        (output.status.code(), errors(&output).contains("gone.ron, is gone"))
+    };
+    assert_eq!(build(""), (Some(0), false));
+    fs::remove_file(&gone).unwrap();
+    assert_eq!(build("--check"), (Some(1), true));
+    // Also once what the folder remembers was written again.
+    for how in ["--dry-run", "", "--force", ""] {
+        assert_eq!(build(how), (Some(0), true), "{how}");
+        assert!(out.join("gone/gone_001.glb").exists());
+    }
+    fs::remove_dir_all(out.join("gone")).unwrap();
+    assert_eq!(build("--check"), (Some(0), false));
+}
+
+#[test]
 fn a_bad_preset_names_file_line_and_fix_and_leaves_the_old_set() {
     let project = small_project();
     let out = project.path().join("out");

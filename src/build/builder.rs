@@ -116,6 +116,19 @@ impl Builder {
         if failed.diagnostics.is_empty() { Ok(found) } else { Err(failed) }
     }
 
+    /// The sets whose presets, directly in these folders, are gone, as far as the output folder remembers who made them;
+    /// none that one of `presets` makes. They are left alone: whoever deletes a preset may still ship its set.
+    #[must_use]
+    pub fn orphans(&self, folders: &[PathBuf], presets: &[PathBuf]) -> Vec<SetStatus> {
+        let out = &self.options.out;
+        let status = |(preset, set): (&Path, &str)| SetStatus {
+            set: set.to_owned(),
+            folder: out.join(set),
+            state: SetState::Orphaned { preset: preset.to_path_buf() },
+        };
+        self.index.read(out).orphans(out, folders, presets).into_iter().map(status).collect()
+    }
+
     fn status_of(&self, loaded: &Loaded) -> Result<SetStatus, Vec<Diagnostic>> {
         let plan = &loaded.plan;
         let folder = self.options.out.join(&plan.name);

@@ -6,11 +6,11 @@
 //! whatever else differs takes the long way, which reads and compares everything.
 //!
 //! The index is a hint and no more: it is replaced whole under the lock of the output folder, one that can't be read, or
-//! that another version or another working folder wrote, is none, and losing it costs one slow build. `--check` never
-//! looks at it. It can be wrong in one way that Git's can be as well: a file of the set that is changed in place,
+//! that another version or another working folder wrote, is none, and losing it costs one slow build. `--check` takes no set
+//! for current by it. It can be wrong in one way that Git's can be as well: a file of the set that is changed in place,
 //! keeping its size, by a program that then sets its time back.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex};
 use serde::{Deserialize, Serialize};
 
 use super::stamp::{self, Stamp};
-use super::{output, pipeline};
+use super::{output, pipeline, record};
 use crate::base::Key;
 
 const FILE: &str = ".treewright-index";
@@ -125,12 +125,30 @@ impl Index {
         same.then_some((entry, renewed))
     }
 
-    /// Remembers entries, forgets presets that are gone, and writes the index. A folder that can't be written, or in
+    /// The sets whose presets, directly in these folders, are gone, with their presets; none that another preset makes.
+    pub(super) fn orphans<'a>(
+        &'a self,
+        out: &Path,
+        folders: &[PathBuf],
+        presets: &[PathBuf],
+    ) -> Vec<(&'a Path, &'a str)> {
+        let of_preset = |preset: &Path| preset.file_stem().map(|name| name.to_string_lossy().into_owned());
+        let known = self.entries.keys().filter(|preset| preset.exists());
+        let made: BTreeSet<String> = presets.iter().chain(known).filter_map(|preset| of_preset(preset)).collect();
+        let is_orphan = |preset: &Path, set: &str| {
+            let is_of_these = preset.parent().is_some_and(|folder| folders.iter().any(|of| of == folder));
+            is_of_these && !preset.exists() && !made.contains(set) && record::read(&out.join(set), set).is_some()
+        };
+        let entries = self.entries.iter().map(|(preset, entry)| (preset.as_path(), entry.set.as_str()));
+        entries.filter(|(preset, set)| is_orphan(preset, set)).collect()
+    }
+
+    /// Remembers entries, forgets presets that are gone with their sets, and writes the index. A folder that can't be written, or in
     /// which somebody else builds just now, stays without.
     pub(super) fn add(out: &Path, entries: Vec<(PathBuf, Entry)>) {
         let Some(_turn) = output::Turn::at_once(out) else { return };
         let mut index = Self::read(out).entries;
-        index.retain(|preset, _| preset.exists());
+        index.retain(|preset, entry| preset.exists() || record::read(&out.join(&entry.set), &entry.set).is_some());
         index.extend(entries);
         // A path that is no text can't be kept, which leaves its preset to the long way.
         index.retain(|preset, entry| postcard::to_stdvec(&(preset, &*entry)).is_ok());

@@ -175,6 +175,11 @@ pub enum SetState {
         /// Their names.
         files: Vec<String>,
     },
+    /// Its preset is gone.
+    Orphaned {
+        /// The preset.
+        preset: PathBuf,
+    },
 }
 
 /// A set and what a build would find.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::report::Failure;
 use crate::build::{CacheOptions, Limits, Shard};
 
 /// Turns a few source trees and a preset into a set of engine-ready tree variants.
@@ -55,9 +56,8 @@ pub(super) struct BuildArguments {
     /// Builds sets also when nothing that they depend on has changed.
     #[arg(long)]
     pub(super) force: bool,
-    /// How many threads to use; all cores unless RAYON_NUM_THREADS says otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) jobs: Option<u16>,
+    #[command(flatten)]
+    pub(super) jobs: Jobs,
     /// Builds what can be built when a preset is wrong; without, a wrong preset keeps all from being built.
     #[arg(short, long)]
     pub(super) keep_going: bool,
@@ -83,6 +83,23 @@ pub(super) struct BuildArguments {
     /// `treewright schema messages` tells.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = MessageFormat::Text)]
     pub(super) message_format: MessageFormat,
+}
+
+/// How much of the processor is taken.
+#[derive(Debug, Args)]
+pub(super) struct Jobs {
+    /// How many threads to use; all cores unless RAYON_NUM_THREADS says otherwise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+}
+
+impl Jobs {
+    /// Before anything runs on a thread.
+    pub(super) fn apply(&self) -> Result<(), Failure> {
+        let Some(jobs) = self.jobs else { return Ok(()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs));
+        pool.build_global().map_err(|e| Failure::Other(e.to_string()))
+    }
 }
 
 /// How a build speaks.
@@ -369,6 +386,8 @@ pub(super) struct WatchArguments {
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(10..=3_600_000))]
     pub(super) poll: Option<u32>,
     #[command(flatten)]
+    pub(super) jobs: Jobs,
+    #[command(flatten)]
     pub(super) cache: CacheFolder,
     #[command(flatten)]
     pub(super) limits: LimitArguments,
@@ -397,6 +416,8 @@ pub(super) struct PreviewArguments {
     /// Looks at the files every so many milliseconds instead of asking the system for changes.
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(10..=3_600_000))]
     pub(super) poll: Option<u32>,
+    #[command(flatten)]
+    pub(super) jobs: Jobs,
     #[command(flatten)]
     pub(super) cache: CacheFolder,
     #[command(flatten)]

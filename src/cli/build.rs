@@ -11,12 +11,7 @@ use crate::build::{
 
 /// Builds every preset that was named.
 pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
-    if let Some(jobs) = arguments.jobs {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(jobs))
-            .build_global()
-            .map_err(|e| Failure::Other(e.to_string()))?;
-    }
+    arguments.jobs.apply()?;
     let options = BuildOptions {
         cache: arguments.cache.options(),
         force: arguments.force,
@@ -32,9 +27,11 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     let presets = find_presets(&arguments.presets)?;
     let meter = Meter::new(arguments.message_format);
     let builder = Builder::new(options);
+    let folders: Vec<PathBuf> = arguments.presets.iter().filter(|path| path.is_dir()).cloned().collect();
+    let orphans = || builder.orphans(&folders, &presets);
     if arguments.check || arguments.dry_run {
         return match builder.status(&presets) {
-            Ok(status) => tell(arguments, &meter, &status),
+            Ok(status) => tell(arguments, &meter, &[status, orphans()].concat()),
             Err(error) => {
                 // Of the good ones, as of the sets that a build would go on with.
                 let good = presets
@@ -49,7 +46,8 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();
     let shows = (result.is_ok() || arguments.keep_going) && arguments.shard.is_none();
-    let shown = if shows { show(arguments, &presets, &builder) } else { Ok(()) };
+    let shown = if shows { show(arguments, (&folders, &presets), &builder) } else { Ok(()) };
+    orphans().iter().for_each(|set| meter.status(set, false));
     let built = match &result {
         Ok(outcomes) => Some(outcomes),
         Err(error) => arguments.keep_going.then_some(&error.built),
@@ -66,8 +64,11 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
 }
 
 /// Of a folder of presets there is a page that shows them all and its species.
-fn show(arguments: &BuildArguments, presets: &[PathBuf], builder: &Builder) -> Result<(), Failure> {
-    let folders: Vec<&PathBuf> = arguments.presets.iter().filter(|path| path.is_dir()).collect();
+fn show(
+    arguments: &BuildArguments,
+    (folders, presets): (&[PathBuf], &[PathBuf]),
+    builder: &Builder,
+) -> Result<(), Failure> {
     // Where nothing was built, there is nothing to show.
     if folders.is_empty() || !arguments.out.is_dir() {
         return Ok(());

@@ -98,6 +98,7 @@ pub(super) fn status(status: &SetStatus) {
         SetState::New => ("new", &[]),
         SetState::Changed => ("changed", &[]),
         SetState::Damaged { files } => ("damaged", files),
+        SetState::Orphaned { .. } => ("orphaned", &[]),
     };
     say(&Message::Status { set: &status.set, folder: shown(&status.folder), state, files });
 }

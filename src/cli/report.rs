@@ -172,6 +172,9 @@ impl Meter {
             SetState::New => "not built yet".to_owned(),
             SetState::Changed => "the preset, or a file that it reads, has changed since it was built".to_owned(),
             SetState::Damaged { files } => format!("changed or removed by somebody: {}", files.join(", ")),
+            SetState::Orphaned { preset } => {
+                format!("its preset, {}, is gone; delete the folder if nobody needs it", preset.display())
+            }
         };
         self.line(&format!("{}: {what}", status.folder.display()));
     }

@@ -9,6 +9,7 @@ use crate::watch::{Event, Next, WatchOptions, Watcher};
 
 /// Watches until the process is interrupted.
 pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
+    arguments.jobs.apply()?;
     if !arguments.folder.is_dir() {
         return Err(Failure::Other(format!("{} is not a folder", arguments.folder.display())));
     }
