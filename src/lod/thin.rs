@@ -266,6 +266,7 @@ fn coarse_detail(plant: &Plant, params: &MeshParams, wood: &Wood<'_>, budget: us
         bark_tile: params.bark_tile,
         forks: params.forks,
         added: 0.0,
+        below: params.below,
     };
     let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
     for _ in 0..steps {

@@ -75,14 +75,17 @@ impl Shapes {
         let with_rings = self.parts.iter().flat_map(|part| &part.shapes).filter(|shape| !shape.rings.is_empty());
         with_rings.fold((0, 0), |(vertices, triangles), Shape { rings, skin, .. }| {
             let sides = skin.sides as usize;
-            (vertices + rings.len() * (sides + 1) + 2 * sides, triangles + skin.triangles(rings.len(), true))
+            (
+                vertices + (rings.len() + usize::from(skin.is_sunk)) * (sides + 1) + 2 * sides,
+                triangles + skin.triangles(rings.len(), true),
+            )
         })
     }
 
     /// The wood that bears a chain; none for a stem.
     pub(super) fn bearer(&self, wood: &Wood<'_>, id: ChainId, detail: &TubeDetail) -> Option<Bearer<'_>> {
         let (shape, rings) = self.get(wood.plant.chain(id).parent?)?;
-        let Skin { sides, is_pointed } = shape.skin;
+        let Skin { sides, is_pointed, .. } = shape.skin;
         let out = out_of_middles(sides);
         Some(Bearer { rings, is_pointed, girth: (shape.fuller * out, detail.added * out), left: shape.left })
     }
@@ -110,7 +113,7 @@ impl Part {
         let (first, all) = (self.rings.len(), wood.rings_of(limb));
         self.own.clear();
         self.own.extend(all.iter().filter(|ring| is_kept(ring, error)));
-        let (mut skin, mut fuller) = (Skin { sides: 3, is_pointed: true }, 1.0);
+        let (mut skin, mut fuller) = (Skin { sides: 3, is_pointed: true, is_sunk: false }, 1.0);
         if !self.own.is_empty() {
             skin = wood.skin(limb, detail);
             fit(&mut self.own, all, error);

@@ -61,7 +61,7 @@ impl Wood<'_> {
         let limb = &self.limbs[id.index()];
         let base = limb.base;
         let Some((shape, rings)) = shapes.get(id) else { return };
-        let (Skin { sides, is_pointed }, fuller) = (shape.skin, shape.fuller);
+        let (Skin { sides, is_pointed, is_sunk }, fuller) = (shape.skin, shape.fuller);
         // Those that have vertices all round.
         let body = &rings[..rings.len() - usize::from(is_pointed)];
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
@@ -88,7 +88,7 @@ impl Wood<'_> {
         let mut last = first;
         let start = mesh.positions.len() as u32;
         let is_capped = self.is_capped(id, detail);
-        let vertices = body.len() * columns + sides as usize * (1 + usize::from(is_capped));
+        let vertices = (body.len() + usize::from(is_sunk)) * columns + sides as usize * (1 + usize::from(is_capped));
         mesh.positions.reserve(vertices);
         mesh.normals.reserve(vertices);
         mesh.tangents.reserve(vertices);
@@ -171,6 +171,10 @@ impl Wood<'_> {
             let cap = Cone { rim: start, apex, frame: base_frame, v, density, is_base: true };
             cap.add(mesh, middles, (first.radius, self.thinnest), around(first.radius), shade(apex, first.radius));
         }
+        if is_sunk {
+            let (_, density) = at_base;
+            sink(mesh, start as usize..(start + columns) as usize, (foot.y, detail.below), density);
+        }
         mesh.chains.resize(mesh.positions.len(), id.0);
     }
 
@@ -230,6 +234,29 @@ fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3),
         let down = ((place.y - ground) / way.y).max(0.0);
         *place -= way * down;
         uv.y += down * density;
+    }
+}
+
+/// Goes on with the first ring of a stem, from the ground straight down; `density` is of bark, repeats a metre. A stem that lies
+/// on the ground has no ring around it there.
+fn sink(mesh: &mut Mesh, ring: Range<usize>, (ground, below): (f32, f32), density: f32) {
+    let places = &mesh.positions[ring.clone()];
+    let off = places.iter().fold(0.0_f32, |most, place| most.max((place.y - ground).abs()));
+    let girth = places.array_windows().map(|[a, b]| a.distance(*b)).sum::<f32>();
+    if off > girth * 0.05 {
+        return;
+    }
+    let (first, start, sides) = (mesh.positions.len() as u32, ring.start as u32, ring.len() as u32 - 1);
+    for i in ring {
+        let radial = mesh.normals[i].with_y(0.0).normalize_or(Vec3::X);
+        let down = mesh.positions[i].y - (ground - below);
+        let place = mesh.positions[i] - Vec3::Y * down;
+        let uv = mesh.uvs[i] + Vec2::new(0.0, down * density);
+        push(mesh, place, (radial, tangent_of(radial, radial.cross(Vec3::NEG_Y), Vec3::NEG_Y)), uv, mesh.occlusion[i]);
+    }
+    for k in 0..sides {
+        let (a, b) = (first + k, start + k);
+        mesh.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
     }
 }
 

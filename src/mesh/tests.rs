@@ -125,6 +125,40 @@ fn wood_is_counted_as_it_is_meshed_and_coarser_levels_have_fewer_rings() {
     assert!(counted * 9 < made * 10 && made > 1000, "{counted} {made}");
 }
 
+#[test]
+fn stems_that_go_on_below_the_ground_are_as_sound_and_nothing_else_moves() {
+    let mut sunk = 0;
+    for seed in 0..30 {
+        let plant = plant(seed, false);
+        let posed = plant.pose();
+        let light = CrownLight::of(&plant, &posed);
+        let wood = Wood::of(&plant, &posed, &DETAIL);
+        for (error, forks) in [(DETAIL.error, Forks::Collar), (0.05, Forks::Plain)] {
+            let level = TubeDetail { error, forks, ..DETAIL };
+            let below = TubeDetail { below: 0.7, ..level };
+            let (before, after) = (wood.mesh(&light, &level), wood.mesh(&light, &below));
+            assert_eq!(problems(&after), [""; 0], "{seed}");
+            assert_eq!(closure(&after), closure(&before), "{seed}");
+            let [off_before, off_after] = [&before, &after].map(|mesh| {
+                let (alike, all) = tangents_agree(mesh);
+                all - alike
+            });
+            assert!(off_after <= off_before + 1, "tangents: {off_before} {off_after}");
+            let added = after.indices.len() - before.indices.len();
+            assert!(wood.count(&below) >= after.indices.len() / 3 && wood.count(&below) > wood.count(&level), "{seed}");
+            // What is above is there as it was, and what was added begins where the stem ended.
+            let lowest = |mesh: &Mesh| mesh.positions.iter().fold(f32::MAX, |low, p| low.min(p.y));
+            let stands: Vec<Vec3> = after.positions.iter().copied().filter(|p| p.y > lowest(&before) - 1e-3).collect();
+            assert_eq!(stands, before.positions, "{seed}");
+            if added > 0 && lowest(&before).abs() < 1e-3 {
+                assert!((lowest(&after) + 0.7).abs() < 1e-3, "{seed}: {}", lowest(&after));
+                sunk += 1;
+            }
+        }
+    }
+    assert!(sunk > 20, "{sunk}");
+}
+
 /// A trunk of four metres with twigs that are bent as quarters of circles, and as many leaves on each.
 fn bent_twigs(leaves: u32) -> Plant {
     let mut builder = PlantBuilder::new();

@@ -2,8 +2,8 @@
 //!
 //! Each chain is one skin of welded rings with a doubled column where the texture closes. A branch starts in its parent's
 //! wood as that is meshed (`bearer.rs`) and leaves the parent's surface through a collar a bit wider than itself, so that no
-//! gap shows and no vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground,
-//! and flares.
+//! gap shows and no vertices have to be stitched; its end is a cone. A stem's base is open downward, level with the ground
+//! or below it, and flares.
 //! Bark is as fine on a twig as on the trunk, within a fifth: how it closes round them is told in `bark_uv.rs`.
 
 use glam::Vec3;
@@ -48,6 +48,8 @@ pub struct TubeDetail {
     pub forks: Forks,
     /// Added to every radius, metres, 0 or more: wood that is left makes up for twigs that were dropped.
     pub added: f32,
+    /// How far stems go on straight down from the ground, metres, 0 or more: on a slope none ends in the air.
+    pub below: f32,
 }
 
 impl TubeDetail {
@@ -62,6 +64,7 @@ impl TubeDetail {
             bark_tile: params.bark_tile,
             forks: params.forks,
             added: 0.0,
+            below: params.below,
         }
     }
 }
@@ -313,6 +316,7 @@ impl<'a> Wood<'a> {
             sides: sides(limb.widest, self.thickest, detail, self.error(limb.widest, detail)),
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
             is_pointed: self.is_pointed(limb, detail.error),
+            is_sunk: detail.below > 0.0 && matches!(limb.base, Base::Ground { .. }),
         }
     }
 
@@ -354,12 +358,15 @@ pub(super) struct Skin {
     pub(super) sides: u32,
     /// Whether its end closes in one point.
     pub(super) is_pointed: bool,
+    /// Whether it goes on below the ground.
+    pub(super) is_sunk: bool,
 }
 
 impl Skin {
     /// Of so many rings, with a cap on its base or without.
     pub(super) fn triangles(&self, rings: usize, is_capped: bool) -> usize {
-        (2 * (rings - usize::from(self.is_pointed)) - 1 + usize::from(is_capped)) * self.sides as usize
+        let rings = rings - usize::from(self.is_pointed) + usize::from(self.is_sunk);
+        (2 * rings - 1 + usize::from(is_capped)) * self.sides as usize
     }
 }
 

@@ -32,6 +32,13 @@ pub(super) static MESH: Record = Record {
             about: "how a branch leaves its parent",
         },
         Field {
+            name: "below",
+            kind: Kind::Number { low: 0.0, high: 10.0, unit: "m" },
+            default: Default::Is("0.0"),
+            about: "how far stems go on below the ground, so that none ends in the air on a slope; bounds and pictures hold \
+                    that part, colliders and clips don't",
+        },
+        Field {
             name: "leaves",
             kind: Kind::Choice(&LEAVES),
             default: Default::Is("Folded"),

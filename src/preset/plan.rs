@@ -531,6 +531,9 @@ pub struct MeshParams {
     pub most: u32,
     /// How the backs of leaves are drawn.
     pub backs: Backs,
+    /// How far stems go on below the ground, metres; not written where they don't.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub below: f32,
 }
 
 impl MeshParams {
@@ -538,7 +541,8 @@ impl MeshParams {
     #[must_use]
     pub const fn told(sides: u32, error: f32) -> Self {
         let (forks, leaves, backs) = (Forks::Collar, LeafCards::Folded, Backs::Doubled);
-        Self { sides, most_sides: sides, error, error_share: 0.0, bark_tile: 1.0, forks, leaves, most: ANY, backs }
+        let (error_share, bark_tile, below) = (0.0, 1.0, 0.0);
+        Self { sides, most_sides: sides, error, error_share, bark_tile, forks, leaves, most: ANY, backs, below }
     }
 
     /// As a tree of such an extent, metres, is meshed.
@@ -589,6 +593,10 @@ impl Backs {
             (Self::Doubled, _) => 2,
         }
     }
+}
+
+fn is_nothing(metres: &f32) -> bool {
+    *metres == 0.0
 }
 
 fn is_any(most: &u32) -> bool {
