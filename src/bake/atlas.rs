@@ -37,6 +37,21 @@ pub(crate) const GUTTER: u32 = 8;
 const EVEN: u32 = 8;
 /// Scales are whole multiples of one over this.
 const SCALES: u32 = 1024;
+/// Share of an atlas that echoes may take, in sixteenths.
+const ECHOED: u64 = 3;
+
+/// How often leaf pictures are drawn once more, so that they fill squares of four. Where a leaf is smaller than a texel, engines see
+/// the mean of four pictures that lie in a square: two beside clear cells are clear there, and a tree at that distance would be.
+/// None where they are of other sizes than each other, or would take more than three sixteenths of the atlas.
+#[must_use]
+pub fn echoes(leaves: &[(u32, u32)], params: &AtlasParams) -> usize {
+    let Some(&first) = leaves.first() else { return 0 };
+    let Block { width, height, of } = Cell::of(first, params.gutter).block;
+    let count = leaves.len().next_multiple_of(4) - leaves.len();
+    let are_squares = (width, height) == (of, of) && leaves.iter().all(|&size| size == first);
+    let has_room = count as u64 * u64::from(of) * u64::from(of) * 16 <= ECHOED * u64::from(params.size).pow(2);
+    if are_squares && has_room { count } else { 0 }
+}
 
 /// A picture's cell, texels.
 struct Cell {
@@ -97,6 +112,8 @@ pub struct Layout {
     /// Share of the atlas that pictures take, without gutters, 0..=1.
     pub utilisation: f32,
     gutter: u32,
+    /// Where which pictures are drawn once more ([`echoes`]).
+    echoes: Vec<(u32, Rect)>,
 }
 
 /// Pictures packed into one.
@@ -182,12 +199,36 @@ impl Layout {
     ///
     /// `groups` are numbers of pictures that belong together, in order. As long as all fit at full size, one group is
     /// placed after the other, so that the places of the first do not hang on those that come later; else, and where that
-    /// makes an atlas of half the height, the largest come first, whosever they are.
+    /// makes an atlas of half the height, the largest come first, whosever they are. The first group is of leaf pictures, which
+    /// are drawn once more to fill a square where there is room ([`echoes`]).
     ///
     /// # Errors
     ///
     /// See [`AtlasError`].
     pub fn new(sizes: &[(u32, u32)], groups: &[usize], params: &AtlasParams) -> Result<Self, AtlasError> {
+        let plain = Self::placed(sizes, groups, params)?;
+        let leaves = groups.first().map_or(0, |&count| count.min(sizes.len()));
+        let count = echoes(&sizes[..leaves], params);
+        if count == 0 || plain.scale < 1.0 {
+            return Ok(plain);
+        }
+        let again = (0..count).map(|i| i % leaves);
+        let (first, rest) = sizes.split_at(leaves);
+        let all: Vec<(u32, u32)> =
+            first.iter().copied().chain(again.clone().map(|i| first[i])).chain(rest.iter().copied()).collect();
+        let groups: Vec<usize> = std::iter::once(leaves + count).chain(groups[1..].iter().copied()).collect();
+        match Self::placed(&all, &groups, params) {
+            Ok(mut echoed) if echoed.scale == 1.0 && echoed.height <= plain.height => {
+                let drawn = echoed.rects.drain(leaves..leaves + count);
+                echoed.echoes = again.map(|i| i as u32).zip(drawn).collect();
+                Ok(Self { utilisation: plain.utilisation * plain.height as f32 / echoed.height as f32, ..echoed })
+            }
+            _ => Ok(plain),
+        }
+    }
+
+    /// As [`new`](Self::new), each picture once.
+    fn placed(sizes: &[(u32, u32)], groups: &[usize], params: &AtlasParams) -> Result<Self, AtlasError> {
         let AtlasParams { size, gutter } = *params;
         if !size.is_power_of_two() || !(16..=8192).contains(&size) || gutter > size / 16 {
             return Err(AtlasError::Params { size, gutter });
@@ -265,7 +306,8 @@ impl Layout {
             .collect();
         let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
         let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
-        Ok(Self { width: size, height, rects, scale: k as f32 / SCALES as f32, utilisation, gutter })
+        let scale = k as f32 / SCALES as f32;
+        Ok(Self { width: size, height, rects, scale, utilisation, gutter, echoes: Vec::new() })
     }
 
     /// Width and height, texels.
@@ -386,7 +428,8 @@ impl Layout {
     /// One map: pictures with their edges repeated over their cells, and `blank` between.
     fn draw<const N: usize>(&self, pictures: &[Cow<'_, [[u8; N]]>], blank: [u8; N]) -> Vec<[u8; N]> {
         let mut map = vec![blank; self.width as usize * self.height as usize];
-        for (picture, rect) in pictures.iter().zip(&self.rects) {
+        let echoes = self.echoes.iter().map(|(i, rect)| (&pictures[*i as usize], rect));
+        for (picture, rect) in pictures.iter().zip(&self.rects).chain(echoes) {
             let (x0, y0, x1, y1) = self.cell(rect);
             let (left, right) = ((rect.x - x0) as usize, (x1 - rect.x - rect.width) as usize);
             let wide = rect.width as usize;
@@ -410,7 +453,7 @@ impl Layout {
             return;
         }
         let mut squares = vec![[0_u8; 4]; (columns * rows) as usize];
-        for rect in &self.rects {
+        for rect in self.rects.iter().chain(self.echoes.iter().map(|(_, rect)| rect)) {
             let (x0, y0, x1, y1) = self.cell(rect);
             for (y, x) in (y0 / side..y1 / side).flat_map(|y| (x0 / side..x1 / side).map(move |x| (y, x))) {
                 let middle = (y * side + side / 2) * self.width + x * side + side / 2;
@@ -502,6 +545,40 @@ mod tests {
         // Too many for one after the other at full size: still all of them fit.
         let many: Vec<(u32, u32)> = sizes.iter().cycle().take(900).copied().collect();
         assert!(Layout::new(&many, &[300; 3], &params).unwrap().scale < 1.0);
+    }
+
+    #[test]
+    fn leaf_pictures_fill_squares_of_four_where_there_is_room_and_move_nothing_else() {
+        let params = AtlasParams { size: 1024, gutter: 8 };
+        for leaves in 1..=9 {
+            let sizes: Vec<(u32, u32)> =
+                [(120, 120)].repeat(leaves).into_iter().chain([(300, 300), (40, 90)]).collect();
+            let layout = Layout::new(&sizes, &[leaves, 2], &params).unwrap();
+            assert_eq!((layout.rects.len(), (layout.echoes.len() + leaves) % 4), (leaves + 2, 0), "{leaves}");
+            // Four in a row are the quarters of a square.
+            let own: Vec<&Rect> =
+                layout.rects[..leaves].iter().chain(layout.echoes.iter().map(|(_, rect)| rect)).collect();
+            for four in own.chunks(4) {
+                let squares: Vec<(u32, u32)> = four.iter().map(|rect| (rect.x / 256, rect.y / 256)).collect();
+                assert!(squares.iter().all(|square| *square == squares[0]), "{leaves}: {squares:?}");
+            }
+            // They hold what those hold that they repeat.
+            let maps: Vec<Maps> = (10..).zip(&sizes).map(|(value, &(w, h))| plain(w, h, value)).collect();
+            let picked: Vec<Picked<'_>> = maps.iter().map(Picked::from).collect();
+            let color = layout.color(&picked).unwrap();
+            for (i, rect) in &layout.echoes {
+                assert_eq!(color[(rect.y * layout.width + rect.x) as usize][0], 10 + *i as u8, "{leaves}");
+            }
+        }
+        // No room, other sizes, no leaves.
+        let narrow = AtlasParams { size: 256, gutter: 8 };
+        assert!(Layout::new(&[(120, 120); 2], &[2], &narrow).unwrap().echoes.is_empty());
+        assert!(Layout::new(&[(120, 120), (56, 56)], &[2], &params).unwrap().echoes.is_empty());
+        assert!(Layout::new(&[(120, 120); 2], &[], &params).unwrap().echoes.is_empty());
+        // None where what comes later has no room then.
+        let full: Vec<(u32, u32)> = [[(248, 248)].as_slice(), &[(504, 504); 3], &[(248, 248); 3]].concat();
+        let layout = Layout::new(&full, &[1, 6], &params).unwrap();
+        assert!(layout.echoes.is_empty() && layout.scale == 1.0);
     }
 
     #[test]

@@ -410,7 +410,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "cb1e57a007e789b356545c397a7aedcd9664570b2440fd535933183ea58ef41594608deb442761d5fda2059ff336b3188e29eae1ce2077c6"
+            "cb1e57a007e789b356545c397a7aedcd9664570b2440fd535933183ea58ef41594608deb442761d5fda2059ff336b3188e29eae15720749c"
         );
     }
 

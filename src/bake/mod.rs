@@ -41,7 +41,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use atlas::{ALIGN, GUTTER};
-pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, pack};
+pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, echoes, pack};
 pub use bark_art::bark_maps;
 pub use card_art::{card_maps, own_bark_maps};
 pub use card_cut::{card_cut, card_cuts};

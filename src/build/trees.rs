@@ -210,6 +210,8 @@ impl Space {
     fn of(plan: &Plan, pictures: &Pictures, texels: Texels) -> Self {
         let gutter = plan.atlas.gutter;
         let mut large: Vec<(u32, u32)> = pictures.leaves.iter().map(|maps| (maps.width, maps.height)).collect();
+        let again = bake::echoes(&large, &plan.atlas);
+        large.extend(large.clone().iter().cycle().take(again));
         let mut area: f64 = large.iter().map(|&size| cell(size, gutter)).sum();
         let count = plan.variants.len();
         for LodBudget { lod: level, .. } in &plan.lods {

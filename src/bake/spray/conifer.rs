@@ -104,7 +104,7 @@ pub(super) fn spruce(seed: Seed, growth: Growth) -> Vec<Part> {
 pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
     let lean = seed.child("lean").range(-0.08, 0.08);
     let bend = seed.child("bend").range(-0.1, 0.1);
-    let width = 0.0115 * growth.enlarge.clamp(0.7, 1.7);
+    let width = 0.0145 * growth.enlarge.clamp(0.7, 1.7);
     let mut parts = Vec::new();
     let main = cord(seat(lean, 0.4, seed), 0.95, bend, width * 1.2);
     for k in 0..14_u64 {
@@ -116,7 +116,7 @@ pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
         let depth = 0.2 + 0.6 * seed.child("depth").unit();
         let origin = main.place.to_picture(Vec2::new(0.0, up));
         let side = cord(Seat { origin, ..seat(angle, depth, seed) }, length, -sign * 0.2, width);
-        let count = (length * 29.0) as u64;
+        let count = (length * 33.0) as u64;
         for j in 0..count {
             let seed = seed.child("branchlet").at(j);
             let turn = if j % 2 == 0 { sign } else { -sign };
