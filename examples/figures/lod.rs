@@ -200,7 +200,15 @@ fn simplifier(set: &Set) -> Vec<Against> {
     // Backs, which are written after all fronts, are but the same again.
     let fronts = |tree: &TreeMesh| {
         let mut tree = tree.clone();
-        tree.leaf.indices.truncate(tree.leaf.indices.len() / 2);
+        let Mesh { positions, normals, tangents, uvs, occlusion, indices, .. } = &mut tree.leaf;
+        // Also their vertices: simplifiers take places that several share for seams.
+        let count = positions.len() / 2;
+        positions.truncate(count);
+        normals.truncate(count);
+        tangents.truncate(count);
+        uvs.truncate(count);
+        occlusion.truncate(count);
+        indices.truncate(indices.len() / 2);
         tree
     };
     let one = |(v, levels): (usize, &Vec<(TreeMesh, f32)>)| {
