@@ -2,8 +2,8 @@
 //! brightness of levels of detail; cards are baked without it.
 //!
 //! Lambert's law for the sun; the sky is a hemisphere, blue above and dim brown below; a leaf lit from behind passes a
-//! share on. As glTF has it, vertex colour multiplies the base colour, the occlusion texture dims the sky's light only,
-//! and the normal of a double-sided material is turned round on its back.
+//! share on. As glTF has it, vertex colour multiplies the base colour, and the occlusion texture dims the sky's light only.
+//! Normals are those of the front on both sides: leaves are written with backs of their own that have them (`Mesh::double`).
 
 use glam::Vec3;
 
@@ -20,8 +20,6 @@ pub(super) struct Fragment {
     pub(super) occlusion: f32,
     /// What the picture's colour is multiplied by in all.
     pub(super) light: Vec3,
-    /// Seen from the back.
-    pub(super) back: bool,
     /// Of the vertices: what the picture's colour was multiplied by.
     pub(super) shade: f32,
     /// The texel of the palette that the colour comes from, counted from the surface's first; `u32::MAX` for white.
@@ -45,11 +43,10 @@ pub enum Shading {
     /// The base colour: that of the picture times the vertex's ambient occlusion (glTF's `COLOR_0`); normals as they are
     /// on the front, also where the back is seen. For baking.
     Albedo,
-    /// The base colour as for [`Albedo`](Self::Albedo), normals turned towards the viewer's side, as an engine turns those of
-    /// leaves. For baking what is seen from one side only. A pixel's normal is that of one of its samples: means of many leaves
+    /// The base colour as for [`Albedo`](Self::Albedo), for baking what is seen from one side only. A pixel's normal is that of one of its samples: means of many leaves
     /// all point to the viewer, and what is lit by them is too bright under a sun behind him and too dark against it.
     Seen,
-    /// The base colour in the light, normals turned towards the viewer's side. For looking at.
+    /// The base colour in the light. For looking at.
     Lit(Light),
 }
 
@@ -82,9 +79,6 @@ impl Light {
 impl Shading {
     #[inline]
     pub(super) fn apply(&self, mut fragment: Fragment, repeat: Repeat) -> Fragment {
-        if matches!(self, Self::Lit(_) | Self::Seen) && fragment.back && repeat == Repeat::Cutout {
-            fragment.normal = -fragment.normal;
-        }
         if let Self::Lit(light) = self {
             let facing = light.sun_direction.dot(fragment.normal);
             let passed = if repeat == Repeat::Cutout { light.translucency } else { 0.0 };

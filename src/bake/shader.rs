@@ -56,7 +56,7 @@ impl Worn {
 /// A triangle, ready to be shaded: `value(x, y) = value(a) + w_b * (b - a) + w_c * (c - a)`.
 pub(super) struct Face<'a> {
     points: [Point; 3],
-    /// One over twice the area, in squared units; positive of a back.
+    /// One over twice the area, in squared units; positive where it is seen from behind.
     inverse: f32,
     worn: Worn,
     picture: Option<&'a Picture>,
@@ -142,7 +142,6 @@ impl<'a> Face<'a> {
             light: Vec3::splat(shade),
             normal: Vec3::ZERO,
             occlusion: 1.0,
-            back: self.inverse > 0.0,
             shade,
             place: NONE,
         };

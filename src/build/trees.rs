@@ -18,16 +18,16 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 10);
 const SKETCH: Stage = Stage("sketch", 5);
-const LADDER: Stage = Stage("ladder", 42);
+const LADDER: Stage = Stage("ladder", 43);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 36);
+const LEVEL: Stage = Stage("level", 37);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 9);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 2);
+const COLORS: Stage = Stage("colors", 3);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 5);
-const REFERENCE: Stage = Stage("reference", 6);
+const REFERENCE: Stage = Stage("reference", 7);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 3);
 

@@ -4,7 +4,7 @@
 //! The whole tree is drawn from `frames × frames` directions of the upper half sphere, laid out in a square sheet: frame
 //! (i, j), counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
 //! `2 (i, j) / (frames − 1) − 1`. Colour has alpha, normals are relative to the frame (x right, y up, z to the viewer)
-//! and those that are seen there, with backs of leaves turned round, and the blue channel of the occlusion-roughness map
+//! and those that are seen there, of leaves the front's on both sides, and the blue channel of the occlusion-roughness map
 //! holds depth: 255 is the near side of the bounding sphere, 0 its far side (the leaf material's metallic factor is zero, so
 //! that nothing shines).
 //!
