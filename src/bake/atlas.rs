@@ -310,6 +310,19 @@ impl Layout {
         Ok(Self { width: size, height, rects, scale, utilisation, gutter, echoes: Vec::new() })
     }
 
+    /// Whether its cells lie in it and its echoes are of its pictures, as of one that was not found but read.
+    pub(crate) fn is_sound(&self) -> bool {
+        let is_inside = |rect: &Rect| {
+            let first = corner((rect.width, rect.height), self.gutter);
+            let ends = |at: u32, side: u32, all: u32| at.checked_add(side).is_some_and(|end| side > 0 && end <= all);
+            let is_in = ends(rect.x, rect.width, self.width) && ends(rect.y, rect.height, self.height);
+            is_in && rect.x >= first.0 && rect.y >= first.1
+        };
+        self.gutter <= self.width / 16
+            && self.rects.iter().all(is_inside)
+            && self.echoes.iter().all(|(i, rect)| (*i as usize) < self.rects.len() && is_inside(rect))
+    }
+
     /// Width and height, texels.
     #[must_use]
     pub const fn size(&self) -> (u32, u32) {

@@ -43,8 +43,9 @@ pub enum Shading {
     /// The base colour: that of the picture times the vertex's ambient occlusion (glTF's `COLOR_0`); normals as they are
     /// on the front, also where the back is seen. For baking.
     Albedo,
-    /// The base colour as for [`Albedo`](Self::Albedo), for baking what is seen from one side only. A pixel's normal is that of one of its samples: means of many leaves
-    /// all point to the viewer, and what is lit by them is too bright under a sun behind him and too dark against it.
+    /// The base colour as for [`Albedo`](Self::Albedo), for baking what is seen from one side only. A pixel's normal is that of one
+    /// of its samples: means of many leaves all point to the viewer, and what is lit by them is too bright under a sun behind
+    /// him and too dark against it.
     Seen,
     /// The base colour in the light. For looking at.
     Lit(Light),

@@ -78,7 +78,7 @@ impl Entry for Packed {
 
     fn is_sound(&self) -> bool {
         let texels = self.layout.width as usize * self.layout.height as usize;
-        texels > 0 && [self.alpha.len(), self.normal.len(), self.orm.len()] == [texels; 3]
+        texels > 0 && [self.alpha.len(), self.normal.len(), self.orm.len()] == [texels; 3] && self.layout.is_sound()
     }
 }
 
@@ -266,7 +266,7 @@ pub(super) fn place(
                 }
                 atlas.place(&mut mesh.leaf).map_err(|e| does_not_fit(&e))?;
                 let edge = unwrap_lightmap(plan, &mut mesh)?;
-                if plan.mesh.backs.sides(&level.kind) > 1 {
+                if level.kind.sides(plan.mesh.backs) > 1 {
                     mesh.leaf.double();
                 }
                 Ok((mesh, edge))

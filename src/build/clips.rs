@@ -10,7 +10,7 @@ use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
 use crate::plant::{Plant, Posed, trunk_support};
 use crate::preset::Plan;
-use crate::preset::plan::{Backs, Clip as ClipParams, TextureFormat, Variant};
+use crate::preset::plan::{Clip as ClipParams, TextureFormat, Variant};
 
 /// An animated file.
 #[derive(Clone, Debug)]
@@ -118,7 +118,7 @@ impl Parts {
                 let before = (k > 0).then(|| between(&cards[k - 1], card));
                 let after = cards.get(k + 1).map(|next| between(card, next));
                 let mut around = [before, after];
-                if plan.mesh.backs == Backs::Doubled {
+                if plan.mesh.backs.sides() > 1 {
                     mesh.double();
                     around.iter_mut().flatten().for_each(Key::double);
                 }

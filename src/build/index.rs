@@ -11,6 +11,7 @@
 //! keeping its size, by a program that then sets its time back.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -132,12 +133,14 @@ impl Index {
         folders: &[PathBuf],
         presets: &[PathBuf],
     ) -> Vec<(&'a Path, &'a str)> {
-        let of_preset = |preset: &Path| preset.file_stem().map(|name| name.to_string_lossy().into_owned());
         let known = self.entries.keys().filter(|preset| preset.exists());
-        let made: BTreeSet<String> = presets.iter().chain(known).filter_map(|preset| of_preset(preset)).collect();
+        let made: BTreeSet<&OsStr> = presets.iter().chain(known).filter_map(|preset| preset.file_stem()).collect();
         let is_orphan = |preset: &Path, set: &str| {
             let is_of_these = preset.parent().is_some_and(|folder| folders.iter().any(|of| of == folder));
-            is_of_these && !preset.exists() && !made.contains(set) && record::read(&out.join(set), set).is_some()
+            is_of_these
+                && !preset.exists()
+                && !made.contains(OsStr::new(set))
+                && record::read(&out.join(set), set).is_some()
         };
         let entries = self.entries.iter().map(|(preset, entry)| (preset.as_path(), entry.set.as_str()));
         entries.filter(|(preset, set)| is_orphan(preset, set)).collect()

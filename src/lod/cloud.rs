@@ -27,7 +27,7 @@ use crate::bake::{Cutout, Design, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
 use crate::plant::{Plant, Posed};
-use crate::preset::plan::{Backs, Lod, MeshParams};
+use crate::preset::plan::{Backs, MeshParams};
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
@@ -92,7 +92,7 @@ pub(super) struct Cloud {
 
 /// Triangles that a cloud of so many cards has at most.
 pub(super) fn most_triangles(cards: u32, backs: Backs) -> usize {
-    LIMBS + bent::most_triangles(cards) * backs.sides(&Lod::BillboardCloud { cards })
+    LIMBS + bent::most_triangles(cards) * backs.sides()
 }
 
 /// A cloud as a level's mesh, tiles counted from `first_tile` on, its alpha yet to be settled.
@@ -102,7 +102,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     // A bare tree is its limbs: they may take the triangles by which cards would bend.
     let budget = LIMBS + (params.triangles.saturating_sub(LIMBS) as f32 * scene.wood.bare) as usize;
     // Of a level with few triangles a third is for limbs, whatever the cards are: a crown without its trunk floats.
-    let sides = scene.params.backs.sides(&Lod::BillboardCloud { cards: params.cards });
+    let sides = scene.params.backs.sides();
     let budget =
         budget.min(params.triangles.saturating_sub(2 * params.cards as usize * sides).max(params.triangles / 3));
     let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
@@ -378,7 +378,7 @@ mod tests {
     use super::*;
     use crate::lod::ladder;
     use crate::lod::specimen::{climbed, on_trunk, plain};
-    use crate::preset::plan::LodBudget;
+    use crate::preset::plan::{Lod, LodBudget};
 
     #[test]
     fn cards_bend_by_what_limbs_leave_of_half_the_level_above() {

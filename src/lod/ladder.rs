@@ -181,7 +181,7 @@ pub fn ladder_by<'s>(
                 Lod::Full => Arc::clone(&full),
                 _ => memory.level(&rung, &mut || bench().piece(&scene(), cards, &rung, seed)),
             };
-            above = piece.triangles(mesh.backs.sides(lod));
+            above = piece.triangles(lod.sides(mesh.backs));
             (rung, piece)
         };
         lods.iter().map(one).collect::<Vec<_>>()
@@ -254,7 +254,7 @@ impl Climb {
         self.levels.push(Level {
             kind: lod.clone(),
             mesh,
-            triangles: piece.triangles(backs.sides(lod)),
+            triangles: piece.triangles(lod.sides(backs)),
             screen_coverage: CULL.min(size * 0.5),
             measured: Measured { color: colors.color, flip: colors.flip, ..measured },
             impostor: piece.impostor,

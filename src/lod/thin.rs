@@ -11,7 +11,7 @@ use crate::bake::Cutout;
 use crate::base::Seed;
 use crate::mesh::{Cards, CrownLight, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood, leaf_cards_in};
 use crate::plant::{Leaf, Plant, Posed};
-use crate::preset::plan::{Lod, MeshParams};
+use crate::preset::plan::MeshParams;
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
@@ -58,7 +58,7 @@ impl From<f32> for Share {
 pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: f32, seed: Seed) -> TreeMesh {
     let count = |m: &Mesh| m.indices.len() / 3;
     // A leaf whose back is of triangles of its own is paid for twice.
-    let sides = scene.params.backs.sides(&Lod::Full);
+    let sides = scene.params.backs.sides();
     let all = [count(&scene.full.bark), count(&scene.full.leaf) * sides];
     let Parts { wood, leaves } = Parts::of(all, share);
     let widened = 1.0 + (grown - 1.0) * scene.wood.bare;
@@ -93,7 +93,7 @@ pub(super) fn bounded<'a>(
     cards: Cards<'a>,
     seed: Seed,
 ) -> Option<Bounded<'a>> {
-    let sides = params.backs.sides(&Lod::Full);
+    let sides = params.backs.sides();
     let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves()) * sides];
     let most = params.most as usize;
     if full[0] + full[1] <= most {
@@ -292,7 +292,7 @@ mod tests {
     use crate::lod::twigs::thin_wood;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, palette};
     use crate::plant::{ChainId, PlantBuilder};
-    use crate::preset::plan::{ANY, Backs, LeafCards};
+    use crate::preset::plan::{ANY, Backs, LeafCards, Lod};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {

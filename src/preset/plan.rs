@@ -585,12 +585,12 @@ pub enum Backs {
 }
 
 impl Backs {
-    /// How often a level's cards are written: crossed quads and impostors stand back to back as they are.
+    /// How often leaves and cards are written.
     #[must_use]
-    pub const fn sides(self, lod: &Lod) -> usize {
-        match (self, lod) {
-            (Self::DoubleSided, _) | (_, Lod::CrossedQuads | Lod::Impostor { .. }) => 1,
-            (Self::Doubled, _) => 2,
+    pub const fn sides(self) -> usize {
+        match self {
+            Self::Doubled => 2,
+            Self::DoubleSided => 1,
         }
     }
 }
@@ -639,6 +639,15 @@ pub enum Lod {
 }
 
 impl Lod {
+    /// How often this level's leaves and cards are written: crossed quads and impostors stand back to back as they are.
+    #[must_use]
+    pub const fn sides(&self, backs: Backs) -> usize {
+        match self {
+            Self::CrossedQuads | Self::Impostor { .. } => 1,
+            _ => backs.sides(),
+        }
+    }
+
     /// A share of the full level's triangles, 0..1, and no other bound.
     #[must_use]
     pub const fn thinned(triangles: f32) -> Self {

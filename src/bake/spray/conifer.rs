@@ -39,12 +39,10 @@ pub(super) fn pine(seed: Seed, growth: Growth) -> Vec<Part> {
     let main = wood(seat(lean, 0.3, seed), 0.8, bend, 0.013);
     let mut shoots = vec![Shoot { place: main.place, length: 0.8, bare: 0.5, depth: 0.45 }];
     let mut parts = vec![main];
-    for k in 0..4 {
-        let seed = seed.child("side").at(k);
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0_f32 };
-        let up = [0.16, 0.24, 0.46, 0.54][k as usize] + seed.child("at").range(-0.04, 0.04);
+    let axis = Axis { lean, bend: 0.0, spread: growth.spread };
+    for (k, up) in (0..).zip([0.16, 0.24, 0.46, 0.54]) {
+        let Side { seed, sign, up, angle } = axis.side(seed, k, (0.04, |off| up + off), [0.8, 1.05]);
         let length = (0.66 - 0.5 * up) * seed.child("length").range(0.88, 1.1);
-        let angle = lean + sign * growth.spread * seed.child("angle").range(0.8, 1.05);
         let origin = shoots[0].place.to_picture(Vec2::new(0.0, up));
         let depth = if seed.child("front").unit() < 0.5 { 0.3 } else { 0.6 };
         let side = wood(Seat { origin, ..seat(angle, depth - 0.1, seed) }, length, -sign * 0.16, 0.010);
@@ -70,12 +68,11 @@ pub(super) fn spruce(seed: Seed, growth: Growth) -> Vec<Part> {
     let main = wood(seat(lean, 0.5, seed), 0.94, bend, 0.010);
     let mut shoots = vec![Shoot { place: main.place, length: 0.94, bare: 0.05, depth: 0.55 }];
     let mut parts = vec![main];
+    let axis = Axis { lean, bend, spread: growth.spread };
     for k in 0..SIDES {
-        let seed = seed.child("side").at(k);
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0_f32 };
-        let up = 0.06 + 0.86 * (k as f32 + seed.child("at").range(-0.3, 0.3)) / SIDES as f32;
+        let up = |off: f32| 0.06 + 0.86 * (k as f32 + off) / SIDES as f32;
+        let Side { seed, sign, up, angle } = axis.side(seed, k, (0.3, up), [0.92, 1.12]);
         let length = (0.08 + 0.5 * (1.0 - up)) * seed.child("length").range(0.82, 1.08);
-        let angle = lean + 2.0 * bend * up + sign * growth.spread * seed.child("angle").range(0.92, 1.12);
         let (shoot, side) = branchlet(&shoots[0], up, angle, (length, -sign * 0.14), seed);
         // The longest fork again.
         for (j, at) in [0.38, 0.62].into_iter().enumerate().filter(|_| length > 0.24) {
@@ -102,16 +99,16 @@ pub(super) fn spruce(seed: Seed, growth: Growth) -> Vec<Part> {
 
 /// A spray of cypress: cords of scales that branch and branch again, none thicker than the next.
 pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
+    const SIDES: u64 = 14;
     let lean = seed.child("lean").range(-0.08, 0.08);
     let bend = seed.child("bend").range(-0.1, 0.1);
     let width = 0.0145 * growth.enlarge.clamp(0.7, 1.7);
     let mut parts = Vec::new();
     let main = cord(seat(lean, 0.4, seed), 0.95, bend, width * 1.2);
-    for k in 0..14_u64 {
-        let seed = seed.child("side").at(k);
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0_f32 };
-        let up = 0.05 + 0.85 * (k as f32 + seed.child("at").range(-0.3, 0.3)) / 14.0;
-        let angle = lean + 2.0 * bend * up + sign * growth.spread * seed.child("angle").range(0.75, 1.0);
+    let axis = Axis { lean, bend, spread: growth.spread };
+    for k in 0..SIDES {
+        let up = |off: f32| 0.05 + 0.85 * (k as f32 + off) / SIDES as f32;
+        let Side { seed, sign, up, angle } = axis.side(seed, k, (0.3, up), [0.75, 1.0]);
         let length = (0.14 + 0.46 * (1.0 - up)) * seed.child("length").range(0.75, 1.1);
         let depth = 0.2 + 0.6 * seed.child("depth").unit();
         let origin = main.place.to_picture(Vec2::new(0.0, up));
@@ -131,6 +128,40 @@ pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
     }
     parts.push(main);
     parts
+}
+
+/// What side shoots stand on.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// Radians to the right of +Y, at its base.
+    lean: f32,
+    /// As of a [`Place`].
+    bend: f32,
+    /// As of [`Growth`].
+    spread: f32,
+}
+
+/// Where a side shoot stands.
+struct Side {
+    seed: Seed,
+    /// 1 to the right, -1 to the left.
+    sign: f32,
+    /// Share of the axis.
+    up: f32,
+    /// Radians to the right of +Y.
+    angle: f32,
+}
+
+impl Axis {
+    /// One of its side shoots, which leave to the right and the left in turn: `up` by what is drawn between minus and plus `off`, at
+    /// an angle to the axis between two, radians.
+    fn side(self, seed: Seed, k: u64, (off, up): (f32, impl Fn(f32) -> f32), between: [f32; 2]) -> Side {
+        let seed = seed.child("side").at(k);
+        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let up = up(seed.child("at").range(-off, off));
+        let away = self.spread * seed.child("angle").range(between[0], between[1]);
+        Side { seed, sign, up, angle: self.lean + 2.0 * self.bend * up + sign * away }
+    }
 }
 
 /// A seat at the picture's foot.
