@@ -13,7 +13,7 @@ use super::dilate::filled;
 use super::dye::{self, Dye, Packed};
 use super::leaf_veins::relief;
 use super::noise::{Noise, mix};
-use super::spray::{Growth, Part, Spray, Tissue, half_width, spray};
+use super::spray::{Growth, Part, Spray, Tissue, covered, half_width, spray};
 use super::transmission::{behind, of_blade, of_part, shaded};
 use super::{Maps, dilate, srgb};
 use crate::base::{Seed, math};
@@ -22,8 +22,13 @@ use crate::preset::plan::LeafShape;
 /// Smallest and largest edge of a made picture, pixels.
 const SIZES: (u32, u32) = (16, 4096);
 
-/// Share of the picture that blades should cover.
-const COVERAGE: f32 = 0.45;
+/// How many sprays are drawn by lot for a picture, the best of which is taken, and how often its leaves are counted anew.
+const TRIES: u64 = 8;
+const ROUNDS: usize = 5;
+/// How far what a picture's spray covers may be off.
+const CLOSE: f32 = 0.03;
+/// How much lighter the tip of a shoot is than its base.
+const YOUNG: f32 = 0.9;
 
 /// One pixel while it is drawn; all but `alpha` are multiplied by it.
 #[derive(Clone, Copy, Default)]
@@ -41,7 +46,7 @@ struct Texel {
 ///
 /// `color` is linear, 0..=1; `variation` 0..=1 scales how much hue and brightness differ between pictures, blades and
 /// places of a blade; `size` is the edge in pixels, clamped to 16..=4096; `picture` chooses one of any number of
-/// sprays below `seed`. Alpha is anti-aliased and covers 30 to 60 % of the picture; colour, normal and ORM go on under
+/// sprays below `seed`. Alpha is anti-aliased and covers 20 to 50 % of the picture; colour, normal and ORM go on under
 /// it. Time is linear in the pixels.
 #[must_use]
 pub fn leaf_maps(shape: LeafShape, color: [f32; 3], variation: f32, size: u32, picture: u32, seed: Seed) -> Maps {
@@ -95,29 +100,35 @@ impl LeafPicture {
     }
 }
 
-/// The spray whose blades are enlarged until they cover about [`COVERAGE`] of the picture, and whose leaves stand as
-/// steeply as needed to reach the picture's top.
+/// A spray that fills the picture and covers about as much of it as its species' should. Of some that are drawn by lot the
+/// one that comes nearest is taken, and bears more leaves or fewer; their size may change by little. While blades were enlarged by up to
+/// 2.2 and shoots turned in until a spray was full, that was half of all pictures, and those read as one broad leaf.
 fn filled_spray(shape: LeafShape, seed: Seed) -> Spray {
-    let mut growth = Growth { enlarge: 1.0, spread: 1.0 };
-    // Leaflets of a frond stand apart.
-    let wanted = if shape == LeafShape::Palm { 0.85 * COVERAGE } else { COVERAGE };
-    let mut best = spray(shape, seed, growth);
-    let mut least = f32::MAX;
-    for _ in 0..7 {
+    let wanted = covered(shape);
+    let draw = |seed: Seed, growth: Growth| {
         let scene = spray(shape, seed, growth);
-        let covered = coverage(&scene);
-        let miss = (covered - wanted).abs() + 0.15 * (1.0 - scene.filled);
-        growth.enlarge = (growth.enlarge * (wanted / covered.max(0.05)).clamp(0.7, 1.4)).clamp(0.5, 2.2);
-        growth.spread = (growth.spread * scene.filled.clamp(0.75, 1.0)).max(0.35);
-        if miss < least {
-            least = miss;
-            best = scene;
-        }
-        if least < 0.035 {
+        let covers = coverage(&scene);
+        let miss = (covers - wanted).abs() + 0.3 * (1.0 - scene.filled);
+        (miss, covers, scene)
+    };
+    let mut growth = Growth::default();
+    let tries = (0..TRIES).map(|i| (seed.child("try").at(i), draw(seed.child("try").at(i), growth)));
+    let Some((seed, mut best)) = tries.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) else {
+        return spray(shape, seed, growth);
+    };
+    let (mut covers, mut filled) = (best.1, best.2.filled);
+    for _ in 0..ROUNDS {
+        if (covers - wanted).abs() < CLOSE && filled > 0.97 {
             break;
         }
+        growth = growth.towards(shape, wanted / covers.max(0.05), filled);
+        let next = draw(seed, growth);
+        (covers, filled) = (next.1, next.2.filled);
+        if next.0 < best.0 {
+            best = next;
+        }
     }
-    best
+    best.2
 }
 
 /// Share of the picture that the scene covers, measured on 64 rows.
@@ -191,7 +202,10 @@ impl Brush {
                 continue;
             }
             let touched = cover_row(&outline.points, y, &mut cover, &mut crossings);
-            let blade_color = self.color.map(tint(part.seed.child("tint"), self.variation));
+            // Shoots stay apart in mips, where single blades run together.
+            let light = 1.0 + YOUNG * self.variation * (part.young - 0.5);
+            let own = tint(part.seed.child("tint"), self.variation);
+            let blade_color = self.color.map(|color| own(color) * light);
             for x in touched {
                 let alpha = std::mem::take(&mut cover[x]).min(1.0);
                 let share = alpha * open[x];
@@ -410,7 +424,7 @@ mod tests {
         });
         assert_eq!(
             keys.concat(),
-            "cb1e57a007e789b356545c397a7aedcd9664570b2440fd535933183ea58ef41594608deb442761d5fda2059ff336b3188e29eae15720749c"
+            "829dacdb41513f83232a6542ad0f282545fd4f0ca172e688b6d073c3524228c86612069ba3c67bb4a8501285dfa04dde677b22c5ec3699c7"
         );
     }
 
@@ -432,34 +446,33 @@ mod tests {
     }
 
     #[test]
-    fn alpha_covers_a_third_to_three_fifths_of_every_picture() {
+    fn alpha_covers_a_fifth_to_a_half_of_every_picture() {
         for shape in LeafShape::ALL {
             for picture in 0..6 {
                 let maps = leaf_maps(shape, GREEN, 0.5, 64, picture, Seed::new(9));
                 let share = maps.color.iter().map(|c| f32::from(c[3])).sum::<f32>() / (255.0 * 64.0 * 64.0);
-                assert!((0.3..0.6).contains(&share), "{shape:?} {picture}: {share}");
+                assert!((0.2..0.5).contains(&share), "{shape:?} {picture}: {share}");
             }
         }
     }
 
     #[test]
-    fn a_picture_spans_as_many_leaves_as_told_and_shows_a_twig_of_many() {
-        for shape in LeafShape::ALL {
+    fn every_picture_spans_as_many_leaves_as_told_and_shows_a_twig_of_many() {
+        // Of ash, conifers and palm the picture is the leaf.
+        for shape in LeafShape::ALL.into_iter().filter(|&shape| spray_span(shape) > 1.0) {
             let (mut blades, mut lengths) = (0, 0.0);
             for picture in 0..6 {
                 let scene = filled_spray(shape, Seed::new(41).child("leaf picture").at(picture));
                 let found = scene.parts.iter().filter(|part| matches!(part.tissue, Tissue::Blade | Tissue::Underside));
-                for blade in found {
-                    blades += 1;
-                    lengths += blade.place.length;
-                }
+                let own: Vec<f32> = found.map(|blade| blade.place.length).collect();
+                let (count, sum) = (own.len(), own.iter().sum::<f32>());
+                let span = count as f32 / sum;
+                assert!((span / spray_span(shape) - 1.0).abs() < 0.2, "{shape:?} {picture} {span}");
+                (blades, lengths) = (blades + count, lengths + sum);
             }
-            // Of ash, pine and palm the picture is the leaf.
-            if spray_span(shape) > 1.0 {
-                let span = blades as f32 / lengths;
-                assert!((span / spray_span(shape) - 1.0).abs() < 0.05, "{shape:?} {span}");
-                assert!(blades > 6 * 30, "{shape:?} {blades}");
-            }
+            let span = blades as f32 / lengths;
+            assert!((span / spray_span(shape) - 1.0).abs() < 0.05, "{shape:?} {span}");
+            assert!(blades > 6 * 30, "{shape:?} {blades}");
         }
     }
 

@@ -79,6 +79,8 @@ pub(super) struct Part {
     pub(super) radius: [f32; 2],
     /// 0 is farthest back, 1 is nearest.
     pub(super) depth: f32,
+    /// Where it stands on its shoot, 0 at the base to 1 at the tip: young leaves are lighter.
+    pub(super) young: f32,
     /// Address of its variation.
     pub(super) seed: Seed,
 }
@@ -95,10 +97,47 @@ pub(super) struct Spray {
 /// What a picture may change about its spray to fill the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Growth {
-    /// Scales the blades, not the twig.
+    /// Scales how many leaves stand on a shoot.
+    pub(super) dense: f32,
+    /// Scales the blades, not the twig; of fronds and conifers widths alone.
     pub(super) enlarge: f32,
     /// Scales the angles between twig and leaves, and between shoots.
     pub(super) spread: f32,
+}
+
+impl Default for Growth {
+    fn default() -> Self {
+        Self { dense: 1.0, enlarge: 1.0, spread: 1.0 }
+    }
+}
+
+impl Growth {
+    /// One whose spray covers so many times as much, and stands more steeply where the spray fills less than the height.
+    pub(super) fn towards(self, shape: LeafShape, times: f32, filled: f32) -> Self {
+        let Self { dense, enlarge, spread } = self;
+        let times = times.clamp(0.7, 1.4);
+        let spread = (spread * filled.clamp(0.85, 1.0)).max(0.7);
+        match shape {
+            LeafShape::Palm | LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress => {
+                Self { dense, enlarge: (enlarge * times).clamp(0.5, 2.2), spread }
+            }
+            _ => {
+                let dense = if shape == LeafShape::Ash { 1.0 } else { (dense * times).clamp(0.6, 2.2) };
+                let most = if matches!(shape, LeafShape::Willow | LeafShape::Olive) { 1.3 } else { 1.15 };
+                Self { dense, enlarge: (enlarge * times.sqrt()).clamp(0.9, most), spread }
+            }
+        }
+    }
+}
+
+/// Share of its picture that a spray should cover: less where leaves are so narrow that a fuller one would be solid.
+pub(super) fn covered(shape: LeafShape) -> f32 {
+    match shape {
+        LeafShape::Palm | LeafShape::Pine | LeafShape::Ash => 0.38,
+        LeafShape::Spruce | LeafShape::Cypress => 0.34,
+        LeafShape::Willow | LeafShape::Olive => 0.31,
+        _ => 0.42,
+    }
 }
 
 /// How a species' leaves stand on a twig.
@@ -144,15 +183,17 @@ fn habit(shape: LeafShape) -> Habit {
         LeafShape::Birch => form(13, 1, 5.0, 0.1, [1.1, 0.6], 0.28, 0.95, 6),
         LeafShape::Beech => form(13, 1, 4.8, 0.1, [1.05, 0.65], 0.08, 0.8, 6),
         LeafShape::Maple => form(5, 2, 3.4, 0.12, [1.1, 0.6], 0.45, 0.8, 4),
-        // Shoots hang beside each other.
+        // Narrow strands beside each other: as a fan they would be the lobes of one leaf.
         LeafShape::Willow => {
-            Habit { turn: [0.5, 0.85], reach: 0.95, ..form(32, 1, 4.2, 0.06, [1.0, 0.5], 0.05, 0.9, 6) }
+            Habit { turn: [0.3, 0.56], reach: 1.0, ..form(20, 1, 5.6, 0.04, [0.72, 0.36], 0.05, 0.9, 5) }
         }
         LeafShape::Ash => form(4, 2, 0.95, 0.1, [1.15, 0.4], 0.0, 0.9, 0),
         LeafShape::Linden => form(13, 1, 5.4, 0.1, [1.15, 0.6], 0.4, 0.9, 6),
         LeafShape::Poplar => form(14, 1, 5.6, 0.1, [1.1, 0.6], 0.55, 0.9, 6),
         LeafShape::Elm => form(15, 1, 5.2, 0.08, [1.1, 0.7], 0.06, 0.8, 6),
-        LeafShape::Olive => form(18, 2, 6.2, 0.06, [0.95, 0.55], 0.08, 0.9, 6),
+        LeafShape::Olive => {
+            Habit { turn: [0.4, 0.75], reach: 0.85, ..form(13, 2, 6.2, 0.06, [0.85, 0.45], 0.08, 0.9, 5) }
+        }
         LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress | LeafShape::Palm => {
             form(0, 0, 1.0, 0.1, [1.0, 0.5], 0.0, 1.0, 0)
         }
@@ -161,18 +202,17 @@ fn habit(shape: LeafShape) -> Habit {
 
 /// Leaf lengths that the height of a spray's picture spans, about: a card of height `leaf_size * spray_span(shape)`
 /// shows leaves of their true size. 1 for ash, palm and conifers, whose `leaf_size` is that of the whole picture. Means over six
-/// pictures; single ones differ by up to a fifth, since blades are enlarged until the picture is filled.
+/// pictures; single ones differ by up to a fifth.
 #[must_use]
 pub fn spray_span(shape: LeafShape) -> f32 {
     match shape {
-        LeafShape::Oak => 4.9,
-        LeafShape::Birch | LeafShape::Elm => 6.2,
-        LeafShape::Beech => 5.7,
-        LeafShape::Maple => 5.1,
-        LeafShape::Willow => 3.8,
-        LeafShape::Linden => 6.8,
-        LeafShape::Poplar => 6.3,
-        LeafShape::Olive => 4.5,
+        LeafShape::Oak | LeafShape::Maple => 5.7,
+        LeafShape::Birch => 6.8,
+        LeafShape::Beech => 6.5,
+        LeafShape::Willow => 6.9,
+        LeafShape::Linden | LeafShape::Poplar => 7.6,
+        LeafShape::Elm => 7.3,
+        LeafShape::Olive => 7.2,
         LeafShape::Ash | LeafShape::Pine | LeafShape::Spruce | LeafShape::Cypress | LeafShape::Palm => 1.0,
     }
 }
@@ -258,7 +298,7 @@ fn rod(tissue: Tissue, seat: Seat, length: f32, bend: f32, radius: [f32; 2]) -> 
     };
     let mut outline: Vec<Vec2> = (0..=steps).map(|i| side(1.0, i)).collect();
     outline.extend((0..=steps).rev().map(|i| side(-1.0, i)));
-    Part { tissue, place, outline, slope: [0.0; 3], radius, depth: seat.depth, seed: seat.seed }
+    Part { tissue, place, outline, slope: [0.0; 3], radius, depth: seat.depth, young: 0.5, seed: seat.seed }
 }
 
 /// A blade at a place; tilt and fold by its seed.
@@ -273,7 +313,7 @@ fn blade(shape: LeafShape, seat: Seat, length: f32) -> Part {
     let place = Place { origin: seat.origin, along: heading(seat.angle), length, bend, shorten };
     let outline = outline(shape, seed).into_iter().map(|p| place.to_picture(p)).collect();
     let tissue = if seed.child("side").unit() < 0.07 { Tissue::Underside } else { Tissue::Blade };
-    Part { tissue, place, outline, slope, radius: [0.0; 2], depth: seat.depth, seed }
+    Part { tissue, place, outline, slope, radius: [0.0; 2], depth: seat.depth, young: 0.5, seed }
 }
 
 fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
@@ -284,7 +324,7 @@ fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
     let wood = rod(Tissue::Wood, seat(Vec2::ZERO, lean, 0.42, seed.child("wood")), habit.twig, bend, [0.026, 0.010]);
     let main = wood.place;
     parts.push(wood);
-    shoot(shape, &mut parts, main, habit.nodes, growth, seed);
+    shoot(shape, &mut parts, main, growth.dense * habit.nodes as f32, growth, seed);
     let first = if seed.child("first side").unit() < 0.5 { 1.0 } else { -1.0_f32 };
     for k in 0..habit.shoots {
         let seed = seed.child("side shoot").at(k as u64);
@@ -303,14 +343,15 @@ fn leafy_twig(shape: LeafShape, seed: Seed, growth: Growth) -> Vec<Part> {
         );
         let place = wood.place;
         parts.push(wood);
-        shoot(shape, &mut parts, place, (share * habit.nodes as f32 + 0.5) as usize, growth, seed);
+        shoot(shape, &mut parts, place, share * growth.dense * habit.nodes as f32, growth, seed);
     }
     parts
 }
 
 /// The leaves along a shoot and the one at its end.
-fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, growth: Growth, seed: Seed) {
-    let Growth { enlarge, spread } = growth;
+fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: f32, growth: Growth, seed: Seed) {
+    let Growth { enlarge, spread, .. } = growth;
+    let nodes = (nodes + 0.5) as usize;
     let habit = habit(shape);
     let lean = math::atan2(place.along.x, place.along.y);
     let first = seed.child("first").unit() < 0.5;
@@ -327,12 +368,16 @@ fn shoot(shape: LeafShape, parts: &mut Vec<Part>, place: Place, nodes: usize, gr
             let size = (habit.lower + (1.0 - habit.lower) * t) * seed.child("size").range(0.75, 1.1);
             let depth = 0.05 + 0.4 * t + 0.5 * seed.child("depth").unit();
             let turn = lean + 2.0 * place.bend * up + sign * spread * away;
+            let first = parts.len();
             leaf(shape, parts, seat(origin, turn, depth, seed), sign, size, enlarge);
+            parts[first..].iter_mut().for_each(|part| part.young = t);
         }
     }
     let tip = place.to_picture(Vec2::new(0.0, 1.0));
     let turn = lean + 2.0 * place.bend + seed.child("terminal").range(-0.2, 0.2);
+    let first = parts.len();
     leaf(shape, parts, seat(tip, turn, 0.75, seed.child("top")), 1.0, 0.95, enlarge);
+    parts[first..].iter_mut().for_each(|part| part.young = 1.0);
 }
 
 /// A leaf with its petiole, simple or compound.
@@ -442,11 +487,7 @@ mod tests {
     fn every_part_lies_in_the_picture() {
         for shape in LeafShape::ALL {
             for s in 0..4 {
-                for p in spray(shape, Seed::new(s), Growth { enlarge: 1.0, spread: 1.0 })
-                    .parts
-                    .iter()
-                    .flat_map(|p| &p.outline)
-                {
+                for p in spray(shape, Seed::new(s), Growth::default()).parts.iter().flat_map(|p| &p.outline) {
                     assert!(p.x.abs() <= 0.5 && p.y > -1e-4 && p.y <= 1.0, "{shape:?} {p}");
                 }
             }

@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(edges(&least), [(56, 56)].into());
         let covered = |maps: &Maps| maps.color.iter().filter(|c| c[3] >= 128).count() as f64 / maps.color.len() as f64;
         for (small, large) in least.iter().zip(&few) {
-            assert!((covered(small) / covered(large) - 1.0).abs() < 0.05, "{} {}", covered(small), covered(large));
+            assert!((covered(small) / covered(large) - 1.0).abs() < 0.13, "{} {}", covered(small), covered(large));
         }
     }
 }

@@ -318,8 +318,8 @@ mod tests {
             [(100.0, 1.0), (400.0, 1.0)]
         );
         let is_near = |a: f32, b: f32| (a / b - 1.0).abs() < 0.1;
-        let olive = 0.06 * bake::spray_span(crate::preset::plan::LeafShape::Olive);
-        for (length, shown) in worn("leaf: \"olive\", size: 0.06") {
+        let olive = 0.03 * bake::spray_span(crate::preset::plan::LeafShape::Olive);
+        for (length, shown) in worn("leaf: \"olive\", size: 0.03") {
             assert!(is_near(length, olive) && is_near(shown, 1.0), "{length} {shown}");
         }
         // Where no length is told the card of a whole branch stays one.

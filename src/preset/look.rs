@@ -50,16 +50,16 @@ static LEAVES: [LeafKind; 14] = [
     LeafKind { shape: LeafShape::Birch,  size: 0.051, angle: 50.0, droop: 0.50, twig: 0.40, full: 1.0, color: "#6a8a35", autumn: ["#c9a02c", "#9a9a35"], bark: BarkPattern::Papery },
     LeafKind { shape: LeafShape::Beech,  size: 0.062, angle: 50.0, droop: 0.20, twig: 0.35, full: 1.0, color: "#55752f", autumn: ["#a8622a", "#b08a30"], bark: BarkPattern::Smooth },
     LeafKind { shape: LeafShape::Maple,  size: 0.081, angle: 60.0, droop: 0.30, twig: 0.35, full: 1.0, color: "#5a7a30", autumn: ["#b8451f", "#c08a2a"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Willow, size: 0.095, angle: 35.0, droop: 0.80, twig: 0.55, full: 1.0, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Ash,    size: 0.36,  angle: 55.0, droop: 0.25, twig: 0.30, full: 1.0, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Pine,   size: 0.30,  angle: 40.0, droop: 0.10, twig: 0.30, full: 1.0, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Willow, size: 0.095, angle: 35.0, droop: 0.80, twig: 0.55, full: 1.5, color: "#7d9650", autumn: ["#b3a03a", "#8f9a45"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Ash,    size: 0.36,  angle: 55.0, droop: 0.25, twig: 0.30, full: 1.15, color: "#567a34", autumn: ["#b09a35", "#7f8f38"], bark: BarkPattern::Furrowed },
+    LeafKind { shape: LeafShape::Pine,   size: 0.42,  angle: 40.0, droop: 0.10, twig: 0.30, full: 1.0, color: "#3d5a2e", autumn: ["", ""], bark: BarkPattern::Plated },
     LeafKind { shape: LeafShape::Linden, size: 0.058, angle: 55.0, droop: 0.40, twig: 0.40, full: 1.0, color: "#5f7f35", autumn: ["#c2a030", "#8f9538"], bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Poplar, size: 0.052, angle: 55.0, droop: 0.35, twig: 0.40, full: 1.0, color: "#648238", autumn: ["#cda52e", "#9a9c38"], bark: BarkPattern::Furrowed },
     LeafKind { shape: LeafShape::Elm,    size: 0.059, angle: 50.0, droop: 0.25, twig: 0.40, full: 1.0, color: "#50702d", autumn: ["#b08c2c", "#7c8432"], bark: BarkPattern::Furrowed },
-    LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, full: 1.0, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Olive,  size: 0.047, angle: 45.0, droop: 0.15, twig: 0.30, full: 1.3, color: "#75845c", autumn: ["", ""], bark: BarkPattern::Plated },
     LeafKind { shape: LeafShape::Palm,   size: 0.75,  angle: 55.0, droop: 0.30, twig: 0.00, full: 3.0, color: "#5f8038", autumn: ["", ""], bark: BarkPattern::Ringed },
-    LeafKind { shape: LeafShape::Spruce, size: 0.42,  angle: 40.0, droop: 0.35, twig: 0.30, full: 1.0, color: "#3f5c36", autumn: ["", ""], bark: BarkPattern::Plated },
-    LeafKind { shape: LeafShape::Cypress, size: 0.26, angle: 30.0, droop: 0.00, twig: 0.25, full: 1.0, color: "#45602f", autumn: ["", ""], bark: BarkPattern::Fibrous },
+    LeafKind { shape: LeafShape::Spruce, size: 0.50,  angle: 40.0, droop: 0.35, twig: 0.30, full: 1.2, color: "#3f5c36", autumn: ["", ""], bark: BarkPattern::Plated },
+    LeafKind { shape: LeafShape::Cypress, size: 0.30, angle: 30.0, droop: 0.00, twig: 0.25, full: 1.2, color: "#45602f", autumn: ["", ""], bark: BarkPattern::Fibrous },
 ];
 
 const BARK_NAMES: &[&str] = &["furrowed", "papery", "plated", "smooth", "fibrous", "ringed"];

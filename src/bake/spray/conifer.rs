@@ -32,28 +32,29 @@ struct Needles {
     bundle: u64,
 }
 
-/// A branch end of pine: shoots that are bare at the base and end in brushes of long needles, two and two.
+/// A branch end of pine: crooked shoots that are bare but for their ends, and there a tuft of long needles, two and two. Tufts
+/// are small and stand apart: five large brushes in a fan read as one leaf of a maple.
 pub(super) fn pine(seed: Seed, growth: Growth) -> Vec<Part> {
     let lean = seed.child("lean").range(-0.1, 0.1);
     let bend = seed.child("bend").range(-0.1, 0.1);
-    let main = wood(seat(lean, 0.3, seed), 0.8, bend, 0.013);
-    let mut shoots = vec![Shoot { place: main.place, length: 0.8, bare: 0.5, depth: 0.45 }];
+    let main = wood(seat(lean, 0.3, seed), 0.86, bend, 0.011);
+    let mut shoots = vec![Shoot { place: main.place, length: 0.86, bare: 0.74, depth: 0.45 }];
     let mut parts = vec![main];
-    let axis = Axis { lean, bend: 0.0, spread: growth.spread };
-    for (k, up) in (0..).zip([0.16, 0.24, 0.46, 0.54]) {
-        let Side { seed, sign, up, angle } = axis.side(seed, k, (0.04, |off| up + off), [0.8, 1.05]);
-        let length = (0.66 - 0.5 * up) * seed.child("length").range(0.88, 1.1);
-        let origin = shoots[0].place.to_picture(Vec2::new(0.0, up));
-        let depth = if seed.child("front").unit() < 0.5 { 0.3 } else { 0.6 };
-        let side = wood(Seat { origin, ..seat(angle, depth - 0.1, seed) }, length, -sign * 0.16, 0.010);
-        shoots.push(Shoot { place: side.place, length, bare: 0.35, depth });
+    let axis = Axis { lean, bend, spread: growth.spread };
+    for (k, up) in (0..).zip([0.2, 0.29, 0.37, 0.47, 0.54, 0.63, 0.72]) {
+        let Side { seed, sign, up, angle } = axis.side(seed, k, (0.03, |off| up + off), [0.75, 1.15]);
+        // Short ones stand between long ones.
+        let share = if k % 3 == 1 { 0.62 } else { 1.0 };
+        let length = share * (0.6 - 0.5 * up) * seed.child("length").range(0.85, 1.15);
+        let (shoot, side) = branchlet(&shoots[0], up, angle, (length, -sign * 0.2), seed);
+        shoots.push(Shoot { bare: (1.0 - 0.2 / length).clamp(0.1, 0.7), ..shoot });
         parts.push(side);
     }
     let needles = Needles {
         dense: 420.0,
-        long: 0.155,
-        away: [1.15, 0.5],
-        width: 0.0034 * growth.enlarge.clamp(0.8, 1.8),
+        long: 0.118,
+        away: [1.35, 0.45],
+        width: 0.0032 * growth.enlarge.clamp(0.8, 1.6),
         bundle: 2,
     };
     needled(&mut parts, &shoots, &needles, seed);
@@ -72,10 +73,10 @@ pub(super) fn spruce(seed: Seed, growth: Growth) -> Vec<Part> {
     for k in 0..SIDES {
         let up = |off: f32| 0.06 + 0.86 * (k as f32 + off) / SIDES as f32;
         let Side { seed, sign, up, angle } = axis.side(seed, k, (0.3, up), [0.92, 1.12]);
-        let length = (0.08 + 0.5 * (1.0 - up)) * seed.child("length").range(0.82, 1.08);
+        let length = (0.08 + 0.32 * (1.0 - up)) * seed.child("length").range(0.82, 1.08);
         let (shoot, side) = branchlet(&shoots[0], up, angle, (length, -sign * 0.14), seed);
         // The longest fork again.
-        for (j, at) in [0.38, 0.62].into_iter().enumerate().filter(|_| length > 0.24) {
+        for (j, at) in [0.38, 0.62].into_iter().enumerate().filter(|_| length > 0.2) {
             let seed = seed.child("fork").at(j as u64);
             let turn = if j == 0 { sign } else { -sign };
             let angle = angle - sign * 0.28 * at + turn * growth.spread * seed.child("angle").range(0.6, 0.8);
@@ -109,7 +110,7 @@ pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
     for k in 0..SIDES {
         let up = |off: f32| 0.05 + 0.85 * (k as f32 + off) / SIDES as f32;
         let Side { seed, sign, up, angle } = axis.side(seed, k, (0.3, up), [0.75, 1.0]);
-        let length = (0.14 + 0.46 * (1.0 - up)) * seed.child("length").range(0.75, 1.1);
+        let length = (0.12 + 0.3 * (1.0 - up)) * seed.child("length").range(0.75, 1.1);
         let depth = 0.2 + 0.6 * seed.child("depth").unit();
         let origin = main.place.to_picture(Vec2::new(0.0, up));
         let side = cord(Seat { origin, ..seat(angle, depth, seed) }, length, -sign * 0.2, width);
@@ -122,7 +123,8 @@ pub(super) fn cypress(seed: Seed, growth: Growth) -> Vec<Part> {
             let angle = angle - sign * 0.4 * at + turn * growth.spread * seed.child("angle").range(0.5, 0.85);
             let length = (0.04 + 0.1 * (1.0 - at)) * seed.child("length").range(0.7, 1.2);
             let depth = depth + seed.child("depth").range(-0.15, 0.15);
-            parts.push(cord(Seat { origin, ..seat(angle, depth, seed) }, length, -turn * 0.15, width * 0.85));
+            let scales = cord(Seat { origin, ..seat(angle, depth, seed) }, length, -turn * 0.15, width * 0.85);
+            parts.push(Part { young: at, ..scales });
         }
         parts.push(side);
     }
@@ -208,6 +210,7 @@ fn needled(parts: &mut Vec<Part>, shoots: &[Shoot], needles: &Needles, seed: See
                 let width = [needles.width, needles.width * 0.4];
                 let mut needle = rod(Tissue::Needle, Seat { origin, angle, depth, seed }, long, bend, width);
                 needle.slope[0] = 0.5 * sin;
+                needle.young = t;
                 parts.push(needle);
             }
         }
