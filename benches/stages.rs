@@ -128,7 +128,7 @@ fn export_a_glb(bencher: Bencher<'_, '_>) {
         })
         .collect();
     let materials = export::SetMaterials::of("oak", treewright::preset::plan::TextureFormat::Png);
-    let asset = export::AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = export::AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     bencher.bench(|| export::glb(&asset));
 }
 

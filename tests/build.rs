@@ -311,6 +311,32 @@ fn budgets_in_triangles_are_kept() {
 }
 
 #[test]
+fn a_file_whose_stems_go_on_below_the_ground_is_read_back_as_the_tree_that_it_was() {
+    let project = small_project();
+    let at = |name: &str| project.path().join(name);
+    let out = at("out");
+    let built = |name: &str, preset: &str| {
+        fs::write(at(name), preset).unwrap();
+        let output = treewright(&[&"build", &at(name), &"--out", &out]);
+        assert!(output.status.success(), "{}", errors(&output));
+        let set = name.trim_end_matches(".ron");
+        let manifest = fs::read(out.join(set).join(format!("{set}.manifest.json"))).unwrap();
+        let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+        let of = &manifest["variants"][0];
+        [of["height"].as_f64().unwrap(), of["bounds"]["max"][1].as_f64().unwrap()]
+    };
+    // A mesh loses some twigs on its way back, whatever is below it.
+    let again = |set: &str| {
+        let file = format!("Import(file: \"out/{set}/{set}_001.glb\")");
+        SMALL.replace("Grow(species: \"species/shrub.ron\", seed: 1)", &file)
+    };
+    built("plain.ron", SMALL);
+    built("sunk.ron", &SMALL.replace("lods: [Full, CrossedQuads]", "mesh: (below: 1.0), lods: [Full]"));
+    let [plain, sunk] = [built("a.ron", &again("plain")), built("b.ron", &again("sunk"))];
+    assert!(plain.into_iter().zip(sunk).all(|(a, b)| (a - b).abs() < 0.01), "{plain:?} {sunk:?}");
+}
+
+#[test]
 fn leaves_that_are_too_few_and_sources_that_nothing_is_made_of_are_told() {
     let project = small_project();
     let preset = project.path().join("small.ron");

@@ -109,7 +109,7 @@ fn asset(plan: &Plan, threads: usize) {
                 })
                 .collect();
             let materials = SetMaterials::of("oak", TextureFormat::Png);
-            let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+            let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
             let (glb, maps) = rayon::join(|| glb(&asset), || encode_maps(&atlas.maps, PngKind::Rgba));
             drop((glb.expect("it is whole"), maps.expect("they are whole")));
         })
@@ -204,7 +204,7 @@ fn fifty(plan: &Plan, name: &str, kind: &str, threads: usize, tree: &(dyn Fn(u64
                         wind: None,
                     })
                     .collect();
-                let asset = AssetIn { name: "oak", seed: i, levels: &levels, materials: &materials };
+                let asset = AssetIn { name: "oak", seed: i, below: 0.0, levels: &levels, materials: &materials };
                 (glb(&asset).expect("it is whole"), count(&meshes[0]))
             })
             .collect();

@@ -449,7 +449,7 @@ fn engine_files(
         let materials = &SetMaterials::of(&parts.plan.name, profile.textures)
             .letting_through(placed.through)
             .drawn_by(parts.plan.mesh.backs);
-        let asset = AssetIn { name, seed, levels: &levels, materials };
+        let asset = AssetIn { name, seed, below: parts.plan.mesh.below, levels: &levels, materials };
         let made = export::engine_files(&asset, colliders, profile.engine)?;
         Ok((profile.engine, made.into_iter().map(|(name, bytes)| (name, bytes.into())).collect()))
     };

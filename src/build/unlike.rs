@@ -32,6 +32,9 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
                     if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
                 }
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
+                Lod::Impostor { .. } => {
+                    "give the atlas a larger `size`, the level a smaller `screen`, or put one before it"
+                }
                 _ => "give it a smaller `screen`, or put a level before it",
             };
             let (many, all) = (unlike.len(), trees.len());

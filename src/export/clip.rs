@@ -276,7 +276,7 @@ impl Build<'_> {
                 samplers: self.samplers,
             });
         }
-        self.writer.seal(clip.name, clip.seed, vec![node])
+        self.writer.seal((clip.name, clip.seed, 0.0), vec![node])
     }
 }
 

@@ -23,9 +23,9 @@ use gltf_json as json;
 use json::Index;
 use json::validation::Checked::Valid;
 use json::validation::USize64;
-use serde::Serialize;
 
 use super::ImpostorEntry;
+use super::extras::{AssetExtras, Coverage, raw};
 use super::packed::Cube;
 use super::textures::SetMaterials;
 use crate::mesh::{Mesh, TreeMesh, Wind};
@@ -52,6 +52,8 @@ pub struct AssetIn<'a> {
     pub name: &'a str,
     /// The preset's seed, told in the file's extras.
     pub seed: u64,
+    /// How far stems go on below the ground, metres: told there, too, so that the file is read back as the tree that it was.
+    pub below: f32,
     /// The levels, finest first.
     pub levels: &'a [AssetLevel<'a>],
     /// The set's materials.
@@ -557,16 +559,25 @@ impl<'a> Writer<'a> {
             root.extras = raw(&Coverage { coverage });
             self.root.extensions_used.push("MSFT_lod".to_owned());
         }
-        self.seal(asset.name, asset.seed, vec![Index::new(0)])
+        self.seal((asset.name, asset.seed, asset.below), vec![Index::new(0)])
     }
 
     /// Adds the scene with its root nodes and packs both chunks.
-    pub(super) fn seal(mut self, name: &str, seed: u64, nodes: Vec<Index<json::Node>>) -> Result<Vec<u8>, ExportError> {
+    pub(super) fn seal(
+        mut self,
+        (name, seed, below): (&str, u64, f32),
+        nodes: Vec<Index<json::Node>>,
+    ) -> Result<Vec<u8>, ExportError> {
         self.root.scenes.push(json::Scene { extensions: None, extras: None, name: Some(name.to_owned()), nodes });
         self.root.scene = Some(Index::new(0));
         self.root.asset = json::Asset {
             generator: Some(concat!("Treewright ", env!("CARGO_PKG_VERSION")).to_owned()),
-            extras: raw(&AssetExtras { set: &self.materials.set, variant: name, seed }),
+            extras: raw(&AssetExtras {
+                set: &self.materials.set,
+                variant: name,
+                seed,
+                below: (below > 0.0).then_some(below),
+            }),
             ..Default::default()
         };
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
@@ -597,25 +608,6 @@ impl<'a> Writer<'a> {
         let text = json::serialize::to_vec(&self.root).map_err(|_| too_large())?;
         container(text, self.bin).ok_or_else(too_large)
     }
-}
-
-/// Extras of the root node, as MSFT_lod wants them.
-#[derive(Serialize)]
-struct Coverage {
-    #[serde(rename = "MSFT_screencoverage")]
-    coverage: Vec<f32>,
-}
-
-/// Extras of the asset.
-#[derive(Serialize)]
-struct AssetExtras<'a> {
-    set: &'a str,
-    variant: &'a str,
-    seed: u64,
-}
-
-pub(super) fn raw(value: &impl Serialize) -> json::Extras {
-    serde_json::to_string(value).and_then(json::extras::RawValue::from_string).ok()
 }
 
 /// The two chunks in a GLB container (glTF 2.0, 4.4); none above 4 GiB. `bin` has a length divisible by four.

@@ -8,6 +8,7 @@ mod clip;
 mod collider;
 mod convex;
 mod crown_hull;
+mod extras;
 mod glb;
 mod ktx2;
 mod manifest;

@@ -17,7 +17,8 @@
 use gltf_json as json;
 use json::Index;
 
-use super::glb::{Writer, raw};
+use super::extras::raw;
+use super::glb::Writer;
 use super::manifest::switch_distance;
 use super::{AssetIn, Capsule, ExportError, Hull, glb, level_name};
 use crate::base::{Frame, math};
@@ -84,7 +85,7 @@ pub fn engine_files(
                         children.push(collider(&mut writer, &name, &points, &triangles));
                     }
                 }
-                files.push((format!("{of_level}.unreal.glb"), writer.seal(name, asset.seed, children)?));
+                files.push((format!("{of_level}.unreal.glb"), writer.seal((name, asset.seed, asset.below), children)?));
             }
         }
     }
@@ -121,7 +122,7 @@ fn siblings(asset: &AssetIn<'_>, colliders: Colliders<'_>, engine: Engine) -> Re
         children: Some(children),
         ..Default::default()
     });
-    writer.seal(asset.name, asset.seed, vec![root])
+    writer.seal((asset.name, asset.seed, asset.below), vec![root])
 }
 
 /// Colliders in a file of their own.
@@ -131,7 +132,7 @@ fn alone(asset: &AssetIn<'_>, colliders: Colliders<'_>) -> Result<Vec<u8>, Expor
     for ((points, triangles), name) in colliders.meshes().zip(colliders.names("collider_")) {
         nodes.push(collider(&mut writer, &format!("{}_{name}", asset.name), &points, &triangles));
     }
-    writer.seal(asset.name, asset.seed, nodes)
+    writer.seal((asset.name, asset.seed, asset.below), nodes)
 }
 
 fn node(writer: &mut Writer<'_>, name: &str, mesh: Index<json::Mesh>) -> Index<json::Node> {

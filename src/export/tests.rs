@@ -36,7 +36,7 @@ fn write(trees: &[TreeMesh]) -> Result<Vec<u8>, ExportError> {
         .map(|(i, mesh)| AssetLevel { mesh, screen_coverage: share(i), impostor: None, wind: None })
         .collect();
     let materials = SetMaterials::of("two words", TextureFormat::Png);
-    glb(&AssetIn { name: "oak_001", seed: 41, levels: &levels, materials: &materials })
+    glb(&AssetIn { name: "oak_001", seed: 41, below: 0.0, levels: &levels, materials: &materials })
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn colliders_have_the_names_that_each_engine_knows() {
     let mesh = tree(2, 2);
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];
     let materials = SetMaterials::of("oak", TextureFormat::Png);
-    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     let capsules = [Capsule { a: [0.0; 3], b: [0.0, 1.0, 0.0], radius: 0.2 }];
     let hull = Hull {
         points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
@@ -203,7 +203,7 @@ fn wind_is_in_texture_sets_and_in_files_for_bevy_in_an_attribute_of_its_own() {
     let winds = [wind(&mesh.bark), wind(&mesh.leaf)];
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&winds) }];
     let materials = SetMaterials::of("set", TextureFormat::Png);
-    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     for engine in [Engine::Generic, Engine::Godot, Engine::Unity, Engine::Bevy] {
         let files = engine_files(&asset, Colliders::default(), engine).unwrap();
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&files[0].1).unwrap();
@@ -242,7 +242,7 @@ fn beside_light_maps_bevy_reads_bend_and_phase_from_an_attribute_of_their_own() 
     });
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&wind) }];
     let materials = SetMaterials::of("set", TextureFormat::Png);
-    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     for engine in [Engine::Bevy, Engine::Generic] {
         let files = engine_files(&asset, Colliders::default(), engine).unwrap();
         let gltf::Gltf { document, .. } = gltf::Gltf::from_slice(&files[0].1).unwrap();
@@ -265,7 +265,7 @@ fn wind_for_the_web_is_packed_too() {
     });
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: Some(&wind) }];
     let materials = SetMaterials::of("set", TextureFormat::Png);
-    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     let files = engine_files(&asset, Colliders::default(), Engine::Web).unwrap();
     let gltf::Gltf { document, .. } = gltf::Gltf::from_slice_without_validation(&files[0].1).unwrap();
     for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
@@ -284,7 +284,7 @@ fn positions_for_the_web_are_whole_numbers_that_the_node_scales() {
     let mesh = tree(2, 3);
     let levels = [AssetLevel { mesh: &mesh, screen_coverage: 0.1, impostor: None, wind: None }];
     let materials = SetMaterials::of("set", TextureFormat::Png);
-    let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+    let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
     let files = engine_files(&asset, Colliders::default(), Engine::Web).unwrap();
     let json: serde_json::Value = {
         let bytes = &files[0].1;
@@ -308,7 +308,7 @@ fn leaves_say_in_every_file_what_they_let_through_and_ask_nobody_to_read_it() {
     let engines = [Engine::Generic, Engine::Web, Engine::Godot, Engine::Unity, Engine::Unreal, Engine::Bevy];
     for (engine, through) in engines.into_iter().flat_map(|engine| [(engine, 84), (engine, 0)]) {
         let materials = SetMaterials::of("set", TextureFormat::Png).letting_through(through);
-        let asset = AssetIn { name: "oak_001", seed: 1, levels: &levels, materials: &materials };
+        let asset = AssetIn { name: "oak_001", seed: 1, below: 0.0, levels: &levels, materials: &materials };
         let (_, bytes) = &engine_files(&asset, Colliders::default(), engine).unwrap()[0];
         let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
         let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();

@@ -173,12 +173,16 @@ pub(super) static FOLIAGE: Record = Record {
 static SEASONS: Choice = Choice {
     title: "Seasons",
     kinds: &[
-        KindOf { name: "Spring", form: Form::Plain, about: "light green, four fifths of the leaves" },
+        KindOf {
+            name: "Spring",
+            form: Form::Plain,
+            about: "light green, four fifths of the leaves; evergreens keep all",
+        },
         KindOf { name: "Summer", form: Form::Plain, about: "as the leaf" },
         KindOf {
             name: "Autumn",
             form: Form::Plain,
-            about: "the leaf's autumn colours, another in each picture, three fifths of the leaves",
+            about: "the leaf's autumn colours, another in each picture, three fifths of the leaves; evergreens keep all",
         },
         KindOf {
             name: "Winter",

@@ -444,6 +444,9 @@ fn volume_count(fields: &Reader<'_, '_>, shape: &Volume) -> Count {
             fields.report().at(fields.span(), fields.path(), "neither `count` nor `density`", "give one of the two");
         }
         (_, true) if point => fields.fault("density", "a Point is one endpoint", "leave it out"),
+        (true, _) if point && fields.integer_or("count", 1) > 1 => {
+            fields.fault("count", "a Point is one endpoint", "1, or another shape for more of them");
+        }
         _ => {}
     }
     if fields.has("density") {

@@ -68,6 +68,9 @@ pub struct GlbInfo<'a> {
     buffers: Buffers<'a>,
     #[serde(skip)]
     layouts: Vec<Layout>,
+    /// How far stems go on below the ground, metres, as a file of Treewright's own tells.
+    #[serde(skip)]
+    pub(super) below: f32,
     /// What materials wear and pictures hold.
     #[serde(skip)]
     pub(super) look: look::Look,
@@ -386,12 +389,19 @@ fn read<'a>(
         images,
         look: look::Look::of(&root, &buffers)?,
         materials: root.materials.into_iter().map(material).collect(),
+        below: below(&root.asset),
         generator: root.asset.generator,
         extensions_used: root.extensions_used,
         extensions_required: root.extensions_required,
         buffers,
         layouts,
     })
+}
+
+/// What a file of Treewright's own tells of its stems; zero of others.
+fn below(asset: &json::Asset) -> f32 {
+    let told = asset.extras.get("below").and_then(serde_json::Value::as_f64).unwrap_or(0.0) as f32;
+    if asset.generator.starts_with("Treewright ") && told.is_finite() { told.max(0.0) } else { 0.0 }
 }
 
 /// The files that a glTF names, binary or text, as far as its text can be read.

@@ -79,3 +79,10 @@ fn twins_are_told_with_what_would_part_them() {
     assert!(hint("Source(\"a\"), Source(\"a\")").contains("leave one"));
     assert!(hint("Blend(of: [\"a\", \"b\"], count: 2), Blend(of: [\"a\", \"b\"], count: 2)").contains("`seed`"));
 }
+
+#[test]
+fn a_point_is_one_endpoint() {
+    let many = OAK.replace("Point(height: 0.4), count: 1", "Point(height: 0.4), count: 50");
+    let errors = species("oak.ron", &many).unwrap_err();
+    assert!(errors.len() == 1 && errors[0].to_string().contains("a Point is one endpoint"), "{errors:?}");
+}

@@ -130,6 +130,10 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
             _ => {}
         }
     }
+    if parts.art.leaves.iter().any(|leaf| matches!(leaf, LeafPicture::Card(card) if card.is_blank())) {
+        let help = "name a leaf in the preset, `foliage: (leaf: \"oak\")`, or import a file with PNG or JPEG pictures";
+        parts.notes.push(format!("leaves have no picture that can be read, and are white; {help}"));
+    }
     parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
     parts.art.images = gallery.images;
     parts

@@ -56,6 +56,14 @@ pub struct CardPicture {
     pub cutoff: f32,
 }
 
+impl CardPicture {
+    /// Whether nothing in the file colours it: no picture that can be read, no factor, no colours of corners.
+    pub(super) fn is_blank(&self) -> bool {
+        let is_white = |color: &[f32]| color.iter().all(|c| *c > 0.98);
+        self.image.is_none() && is_white(&self.color) && self.triangles.iter().flatten().all(|c| is_white(&c.color))
+    }
+}
+
 /// A corner of a triangle in a card.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CardCorner {

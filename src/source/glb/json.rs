@@ -31,6 +31,8 @@ pub(super) struct Root {
 pub(super) struct Asset {
     pub(super) version: String,
     pub(super) generator: String,
+    /// Anything, of whoever wrote the file.
+    pub(super) extras: serde_json::Value,
 }
 
 #[derive(Deserialize)]

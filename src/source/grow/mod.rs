@@ -118,6 +118,8 @@ pub enum GrowError {
 /// Share of its height below which a plant among others has not grown, and how many of such are named.
 const STUNTED: f32 = 0.35;
 const TOLD: usize = 8;
+/// Share of a plant's branches whose loss is told with what helps.
+const MUCH: f32 = 0.4;
 
 /// Grows a plant: `params.height` metres tall, its root at the origin, without leaves.
 ///
@@ -218,12 +220,19 @@ pub fn grow_on(
             skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
         }
         let plant = radii::with_radii(&skeleton.into_plant()?, tree.params);
-        let slenderness = tree.params.slenderness;
+        let (slenderness, all) = (tree.params.slenderness, plant.chains().len());
         let (plant, slim) =
             if bound { shed::shed_in_place(&plant, slenderness) } else { shed::shed(&plant, slenderness) };
         if slim > 0 {
             let s = if slim == 1 { "" } else { "es" };
-            notes.push(named(format!("{slim} branch{s} longer than {slenderness} times the radius shed")));
+            let lost = 1.0 - plant.chains().len() as f32 / all as f32;
+            // Most of a crown is no blemish that was mended, but a species that asks for what it forbids.
+            let much = if lost > MUCH {
+                format!(", and with them {:.0} % of all branches; raise `slenderness` or `tip_radius`", lost * 100.0)
+            } else {
+                String::new()
+            };
+            notes.push(named(format!("{slim} branch{s} longer than {slenderness} times the radius shed{much}")));
         }
         plants.push(plant);
     }

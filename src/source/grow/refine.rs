@@ -44,6 +44,8 @@ pub(super) struct Ways {
     pub(super) places: Vec<Vec3>,
     /// Parents before children; the root is its own.
     pub(super) parents: Vec<u32>,
+    /// How high the ways of the first pass reach: no clear bole ends above it.
+    pub(super) first: f32,
     /// Edges in a hop of the graph.
     pub(super) fine: f32,
     /// How many finer nodes there were to choose from.
@@ -54,7 +56,8 @@ impl Ways {
     /// The axes of a structure along the edges of its graph.
     pub(super) fn of(structure: &Structure, nodes: &Nodes) -> Self {
         let places = structure.members.iter().map(|m| nodes.at(m.node)).collect();
-        Self { places, parents: structure.members.iter().map(|m| m.parent).collect(), fine: 1.0, finer: 0 }
+        let parents = structure.members.iter().map(|m| m.parent).collect();
+        Self { places, parents, first: structure.first(nodes), fine: 1.0, finer: 0 }
     }
 }
 
@@ -276,7 +279,13 @@ fn joined(
     detail: f32,
 ) -> Ways {
     let (foot, share) = (nodes.at(planned.nodes.root), nodes.disc / planned.nodes.disc);
-    let mut axes = Ways { places: vec![Vec3::ZERO], parents: vec![0], fine: detail, finer: 0 };
+    let mut axes = Ways {
+        places: vec![Vec3::ZERO],
+        parents: vec![0],
+        first: planned.structure.first(planned.nodes),
+        fine: detail,
+        finer: 0,
+    };
     let mut firsts = vec![0_u32; runs.len()];
     for (r, (run, course)) in runs.iter().zip(courses).enumerate().filter(|(_, (run, _))| run.plant == plant) {
         firsts[r] = axes.places.len() as u32;

@@ -9,7 +9,7 @@ use glam::Vec3;
 use crate::plant::{ChainId, Curve, Plant, PlantBuilder};
 
 /// The plant without the branches that are longer than `slenderness` times their base radius, and what these bore, scaled
-/// to the height that it had; and how many of them there were. Stems stay, and so do branches of no radius. Linear in
+/// to the height that it had; and how many of them there were, what they bore not counted. Stems stay, and so do branches of no radius. Linear in
 /// points.
 pub(super) fn shed(plant: &Plant, slenderness: f32) -> (Plant, usize) {
     let (rest, slim) = without(plant, slenderness, 1.0);

@@ -50,7 +50,7 @@ pub(super) fn skeleton(
     scale: Option<f32>,
     barred: &dyn Fn(Vec3, Vec3) -> bool,
 ) -> Option<Skeleton> {
-    let (places, parents) = stems(ways, params.bole);
+    let (places, parents) = stems(ways, params.bole.min(ways.first));
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
     let fine = ways.fine;
     let paths = axes.places.clone();

@@ -60,6 +60,12 @@ impl Structure {
         self.places[node as usize] != NONE
     }
 
+    /// How high the ways of the first pass reach.
+    pub(super) fn first(&self, nodes: &Nodes) -> f32 {
+        let end = self.runs.iter().find(|run| run.pass > 0).map_or(self.members.len(), |run| run.first as usize);
+        self.members[..end].iter().map(|m| nodes.at(m.node).y).fold(0.0, f32::max)
+    }
+
     /// The members as the sources of a pass. Those below the clear bole bear nothing and are closed to paths; a
     /// structure that is nowhere higher starts at its top.
     pub(super) fn sources(&self, nodes: &Nodes, start: GuideStart, guide: &Guide, bole: f32) -> Vec<PathSource> {

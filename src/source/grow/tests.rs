@@ -160,6 +160,28 @@ fn nothing_forks_below_the_clear_bole() {
 }
 
 #[test]
+fn a_bole_above_the_trunks_top_makes_no_stems() {
+    for detail in [1.0, 2.0] {
+        let mut params = small();
+        params.bole = 0.6;
+        params.space.detail = detail;
+        let plant = grown(&params);
+        assert_eq!(plant.chains().iter().filter(|c| c.parent.is_none()).count(), 1, "{detail}");
+        assert!(plant.chains().len() > 20);
+    }
+}
+
+#[test]
+fn a_crown_that_is_shed_is_told_with_what_helps() {
+    let note = |slenderness: f32| {
+        let notes = grow(&GrowParams { slenderness, ..small() }, Seed::new(7)).unwrap().1;
+        notes.into_iter().find(|note| note.contains("shed")).unwrap_or_default()
+    };
+    assert_eq!(note(10_000.0), "");
+    assert!(note(50.0).ends_with("% of all branches; raise `slenderness` or `tip_radius`"), "{}", note(50.0));
+}
+
+#[test]
 fn many_first_endpoints_make_stems_of_their_own() {
     let mut params = small();
     let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.8, radius: 0.35, hollow: 0.7 };

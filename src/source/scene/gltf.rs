@@ -48,7 +48,10 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene,
     let mut used = Used::default();
     for instance in &info.instances {
         for primitive in 0..info.meshes[instance.mesh].primitives.len() {
-            let part = part(&info, instance, primitive, &mut used, &mut left).map_err(fail)?;
+            let mut part = part(&info, instance, primitive, &mut used, &mut left).map_err(fail)?;
+            if info.below > 0.0 {
+                unsink(&mut part, info.below);
+            }
             if !part.triangles.is_empty() {
                 scene.parts.push(part);
             }
@@ -188,6 +191,36 @@ fn part(
             vertices[vertex]
         ))),
         None => Ok(part),
+    }
+}
+
+/// Takes off what stems have below the ground (`below` of a preset's `mesh`): one band of triangles, from the first ring of a
+/// stem straight down. A tree that kept it would stand on it.
+fn unsink(part: &mut Part, below: f32) {
+    let half = -0.5 * below;
+    let is_sunk = |triangle: &[u32; 3]| {
+        let heights = triangle.map(|i| part.positions[i as usize].y);
+        let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &y| (l.min(y), h.max(y)));
+        low < half && high < -half
+    };
+    let kept: Vec<usize> = (0..part.triangles.len()).filter(|&i| !is_sunk(&part.triangles[i])).collect();
+    if kept.len() == part.triangles.len() {
+        return;
+    }
+    part.faces = kept.iter().map(|&i| part.faces[i]).collect();
+    part.triangles = kept.iter().map(|&i| part.triangles[i]).collect();
+    let mut used: Vec<u32> = part.triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    fn pick<T: Copy>(values: &mut Vec<T>, used: &[u32]) {
+        *values = used.iter().filter_map(|&i| values.get(i as usize).copied()).collect();
+    }
+    pick(&mut part.positions, &used);
+    pick(&mut part.normals, &used);
+    pick(&mut part.uvs, &used);
+    pick(&mut part.colors, &used);
+    for corner in part.triangles.iter_mut().flatten() {
+        *corner = used.binary_search(corner).unwrap_or(0) as u32;
     }
 }
 
