@@ -100,35 +100,42 @@ impl LeafPicture {
     }
 }
 
-/// A spray that fills the picture and covers about as much of it as its species' should. Of some that are drawn by lot the
-/// one that comes nearest is taken, and bears more leaves or fewer; their size may change by little. While blades were enlarged by up to
-/// 2.2 and shoots turned in until a spray was full, that was half of all pictures, and those read as one broad leaf.
+/// A spray as its picture would show it.
+struct Drawn {
+    seed: Seed,
+    scene: Spray,
+    /// Share of the picture.
+    covers: f32,
+    /// How far it is from what is wanted; 0 is best.
+    miss: f32,
+}
+
+/// A spray that fills the picture and covers about as much of it as its species' should: the nearest of some that are drawn
+/// by lot, with more leaves or fewer. Their size may change by little: enlarged until a spray is full, they read as one
+/// broad leaf.
 fn filled_spray(shape: LeafShape, seed: Seed) -> Spray {
     let wanted = covered(shape);
     let draw = |seed: Seed, growth: Growth| {
         let scene = spray(shape, seed, growth);
         let covers = coverage(&scene);
-        let miss = (covers - wanted).abs() + 0.3 * (1.0 - scene.filled);
-        (miss, covers, scene)
+        Drawn { miss: (covers - wanted).abs() + 0.3 * (1.0 - scene.filled), seed, scene, covers }
     };
+    let nearer = |a: Drawn, b: Drawn| if b.miss < a.miss { b } else { a };
     let mut growth = Growth::default();
-    let tries = (0..TRIES).map(|i| (seed.child("try").at(i), draw(seed.child("try").at(i), growth)));
-    let Some((seed, mut best)) = tries.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) else {
-        return spray(shape, seed, growth);
-    };
-    let (mut covers, mut filled) = (best.1, best.2.filled);
+    let lot = |i: u64| draw(seed.child("try").at(i), growth);
+    let mut best = (1..TRIES).map(lot).fold(lot(0), nearer);
+    let seed = best.seed;
+    let (mut covers, mut filled) = (best.covers, best.scene.filled);
     for _ in 0..ROUNDS {
         if (covers - wanted).abs() < CLOSE && filled > 0.97 {
             break;
         }
         growth = growth.towards(shape, wanted / covers.max(0.05), filled);
         let next = draw(seed, growth);
-        (covers, filled) = (next.1, next.2.filled);
-        if next.0 < best.0 {
-            best = next;
-        }
+        (covers, filled) = (next.covers, next.scene.filled);
+        best = nearer(best, next);
     }
-    best.2
+    best.scene
 }
 
 /// Share of the picture that the scene covers, measured on 64 rows.

@@ -111,7 +111,7 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let cells = bent::cells(count, left);
 
     let (mut units, unit_of) = sprays(scene);
-    let twigs = thin_wood(scene.plant, scene.posed, scene.light, [scene.wood.least, min_radius]);
+    let twigs = thin_wood((scene.plant, scene.posed, &scene.wood.shown), scene.light, min_radius);
     let leaves = units.len();
     if scene.wood.bare > 0.0 {
         units.extend(twigs.iter().map(|twig| twig.unit(scene.wood.bare)));

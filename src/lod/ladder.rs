@@ -15,13 +15,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::bench::Bench;
+use super::bounded::{Bounded, bounded};
 use super::cloud::{CARD_TEXELS, Scene, most_triangles};
 use super::impostor::Impostor;
 use super::measure::Measured;
 use super::memory::{Colors, Footing, Forgetful, Memory, Piece, Rung};
 use super::sizes::{COARSE, SCREEN, Sizes, sizes};
 use super::stock::Stock;
-use super::thin::{Bounded, bounded, thinned};
+use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Maps, PictureKind};
 use crate::base::{Seed, once};
@@ -160,7 +161,7 @@ pub fn ladder_by<'s>(
     let bound = (mesh.most < ANY).then(|| bounded((plant, &posed, &light), mesh, wood(), cards, seed)).flatten();
     let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
     let left = OnceLock::new();
-    let wood = || bound.as_ref().map_or_else(wood, |bound| once(&left, || wood().at_least(bound.least)));
+    let wood = || bound.as_ref().map_or_else(wood, |bound| once(&left, || wood().only(bound.shown.clone())));
     let (plant, posed, cards) = (dressed.plant, &*dressed.posed, dressed.cards);
     let mut is_new = false;
     let full = memory.level(&Rung { lod: Lod::Full, texels: None, triangles: 0 }, &mut || {
@@ -287,7 +288,7 @@ pub fn mesh_levels_on(plant: &Plant, mesh: &MeshParams, cards: Cards<'_>, shares
     let dressed = Dressed::of(plant, &posed, cards, bound.as_ref());
     let full = full_level(&dressed, &light, (&wood, mesh));
     let Dressed { plant, posed, cards, .. } = &dressed;
-    let wood = bound.as_ref().map_or_else(|| Cow::Borrowed(&wood), |bound| Cow::Owned(wood.at_least(bound.least)));
+    let wood = bound.as_ref().map_or_else(|| Cow::Borrowed(&wood), |bound| Cow::Owned(wood.only(bound.shown.clone())));
     let scene = Scene { plant, posed, params: mesh, full: &full, leaf_of: &[], light: &light, wood: &wood };
     let at = |&share: &f32| thinned(&scene, *cards, share.into(), 1.0, seed);
     let coarse: Vec<TreeMesh> = shares.iter().map(at).collect();

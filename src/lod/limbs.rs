@@ -94,8 +94,8 @@ pub(super) struct Lines {
 }
 
 impl<'a> Limbs<'a> {
-    /// All but those that are thinner than `least` all along, metres.
-    pub(super) fn of(plant: &'a Plant, posed: &'a Posed, least: f32) -> Self {
+    /// Those that are shown.
+    pub(super) fn of(plant: &'a Plant, posed: &'a Posed, shown: &[bool]) -> Self {
         let mut thick: Vec<f32> = Vec::with_capacity(plant.chains().len());
         for id in plant.chain_ids() {
             let (mut length, mut area) = (0.0, 0.0);
@@ -108,7 +108,6 @@ impl<'a> Limbs<'a> {
             let most = plant.chain(id).parent.map_or(f32::MAX, |parent| thick[parent.index()]);
             thick.push(mean.min(most));
         }
-        let shown = plant.thick(least);
         let mut order: Vec<ChainId> = plant.chain_ids().filter(|id| shown[id.index()]).collect();
         order.sort_by(|a, b| thick[b.index()].total_cmp(&thick[a.index()]));
         Self { plant, posed, order, below: f32::MIN }
@@ -276,7 +275,7 @@ mod tests {
             let plant = builder.finish().unwrap();
             let posed = plant.pose();
             for frame in [(0, 0), (3, 0), (2, 3), (6, 5)] {
-                let lines = Limbs::of(&plant, &posed, 0.0).lines(&LAYOUT, frame, TEXELS);
+                let lines = Limbs::of(&plant, &posed, &plant.thick(0.0)).lines(&LAYOUT, frame, TEXELS);
                 for part in 4..50 {
                     let at = lines.seen(way * (part as f32 / 50.0));
                     let (x, y) = (at.x as usize, at.y as usize);
@@ -300,7 +299,7 @@ mod tests {
             builder.stem(-way * 0.5 + Vec3::Y, &[Vec3::ZERO, way], &[0.3, 0.3]);
             let plant = builder.finish().unwrap();
             let posed = plant.pose();
-            let lines = Limbs::of(&plant, &posed, 0.0).lines(&LAYOUT, (7, 0), TEXELS);
+            let lines = Limbs::of(&plant, &posed, &plant.thick(0.0)).lines(&LAYOUT, (7, 0), TEXELS);
             let along = lines.axes.to_local(way).truncate().length();
             let texel = 1.0 / (lines.scale.x * lines.scale.y);
             // One end stands and is cut off, the other is half a disc.
@@ -327,9 +326,9 @@ mod tests {
     fn as_many_limbs_are_drawn_as_cover_what_all_do_and_bearers_come_first() {
         let plant = forked(12, 0.012);
         let posed = plant.pose();
-        let all = Limbs::of(&plant, &posed, 0.0);
+        let all = Limbs::of(&plant, &posed, &plant.thick(0.0));
         assert_eq!((all.order.len(), all.order[0]), (13, ChainId(0)));
-        assert_eq!(Limbs::of(&plant, &posed, 0.02).order, [ChainId(0)]);
+        assert_eq!(Limbs::of(&plant, &posed, &plant.thick(0.02)).order, [ChainId(0)]);
         let frames: Vec<(u32, u32)> = vec![(0, 0), (3, 0), (7, 4)];
         let count = |share: f32| {
             let seen: Vec<Seen> = frames
@@ -341,7 +340,7 @@ mod tests {
                 })
                 .collect();
             let asked: Vec<((u32, u32), &Seen)> = frames.iter().copied().zip(&seen).collect();
-            Limbs::of(&plant, &posed, 0.0).enough(&LAYOUT, TEXELS, &asked).order.len()
+            Limbs::of(&plant, &posed, &plant.thick(0.0)).enough(&LAYOUT, TEXELS, &asked).order.len()
         };
         let counts = [0.0, 0.4, 0.7, 1.0].map(count);
         assert!(counts == [0, 1, counts[2], 13] && (3..9).contains(&counts[2]), "{counts:?}");
@@ -351,10 +350,10 @@ mod tests {
     fn twigs_of_a_bare_tree_are_left_out_and_limbs_are_not() {
         let texel = 0.1;
         let (twigs, limbs) = (forked(300, 0.004), forked(3, 0.09));
-        let below = |plant: &Plant| Limbs::of(plant, &plant.pose(), 0.0).thick(texel).below;
+        let below = |plant: &Plant| Limbs::of(plant, &plant.pose(), &plant.thick(0.0)).thick(texel).below;
         assert!(below(&limbs) < 0.0 && (0.003..0.01).contains(&below(&twigs)), "{} {}", below(&limbs), below(&twigs));
         let posed = twigs.pose();
-        let (all, thick) = (Limbs::of(&twigs, &posed, 0.0), Limbs::of(&twigs, &posed, 0.0).thick(texel));
+        let (all, thick) = (Limbs::of(&twigs, &posed, &twigs.thick(0.0)), Limbs::of(&twigs, &posed, &twigs.thick(0.0)).thick(texel));
         let count = |limbs: &Limbs<'_>| solid(&limbs.lines(&LAYOUT, (0, 0), TEXELS));
         assert!(count(&thick) > 0 && count(&thick) * 2 < count(&all));
     }

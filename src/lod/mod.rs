@@ -8,6 +8,7 @@ mod bake_card;
 mod bench;
 mod bent;
 mod between;
+mod bounded;
 mod cloud;
 mod crossed;
 mod flip;

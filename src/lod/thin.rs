@@ -75,57 +75,21 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: 
     TreeMesh { leaf: leaf_cards_in(scene.plant, scene.posed, scene.light, &kept, cards), bark }
 }
 
-/// A plant within a budget of triangles: its wood, the leaves that are left, and what they are drawn on.
-pub(super) struct Bounded<'a> {
-    pub(super) plant: Plant,
-    pub(super) bark: Mesh,
-    /// What is thinner all along is not in it, metres.
-    pub(super) least: f32,
-    pub(super) cards: Cards<'a>,
-}
-
-/// The full level of a plant that has more triangles than it may have; none for one that has not. Coarser levels go on from
-/// the leaves and limbs that are left, so none has one that this has not.
-pub(super) fn bounded<'a>(
-    (plant, posed, light): (&Plant, &Posed, &CrownLight),
-    params: &MeshParams,
-    wood: &Wood<'_>,
-    cards: Cards<'a>,
-    seed: Seed,
-) -> Option<Bounded<'a>> {
-    let sides = params.backs.sides();
-    let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves()) * sides];
-    let most = params.most as usize;
-    if full[0] + full[1] <= most {
-        return None;
-    }
-    let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
-    let detail = coarse_detail(plant, params, wood, parts.wood);
-    let bark = wood.mesh(light, &detail);
-    let (cards, count) = affordable(plant, cards, parts.leaves.of(bark.indices.len() / 3) / sides);
-    let leaves = kept(plant, posed, count, 1.0, seed);
-    let leaves = leaves.iter().map(|card| {
-        let leaf = plant.leaves()[card.leaf];
-        Leaf { size: leaf.size * card.scale, ..leaf }
-    });
-    Some(Bounded { plant: plant.clone().with_leaves(leaves.collect()), bark, least: detail.min_radius, cards })
-}
-
 /// How the triangles of a level are shared.
-struct Parts {
+pub(super) struct Parts {
     /// Most of the wood.
-    wood: usize,
-    leaves: Room,
+    pub(super) wood: usize,
+    pub(super) leaves: Room,
 }
 
 /// Triangles for leaves: what wood leaves of all, and some in any case.
-struct Room {
+pub(super) struct Room {
     all: usize,
     least: usize,
 }
 
 impl Room {
-    const fn of(&self, wood: usize) -> usize {
+    pub(super) const fn of(&self, wood: usize) -> usize {
         let left = self.all.saturating_sub(wood);
         if left > self.least { left } else { self.least }
     }
@@ -133,7 +97,7 @@ impl Room {
 
 impl Parts {
     /// Of wood and leaves that have so many triangles in all.
-    fn of([wood, leaves]: [usize; 2], Share { of_full, most }: Share) -> Self {
+    pub(super) fn of([wood, leaves]: [usize; 2], Share { of_full, most }: Share) -> Self {
         let total = wood + leaves;
         let share = of_full.clamp(0.0, 1.0).min(most as f32 / total.max(1) as f32);
         let all = ((total as f32 * share) as usize).min(most as usize);
@@ -144,12 +108,12 @@ impl Parts {
 }
 
 /// Triangles of leaves on cards.
-fn on_cards(cards: &Cards<'_>, leaves: &[Leaf]) -> usize {
+pub(super) fn on_cards(cards: &Cards<'_>, leaves: &[Leaf]) -> usize {
     leaves.iter().map(|leaf| cards.triangles(leaf)).sum()
 }
 
 /// The cards on which nearly all leaves fit into so many triangles, or the simplest, and how many leaves do.
-fn affordable<'a>(plant: &Plant, mut cards: Cards<'a>, room: usize) -> (Cards<'a>, usize) {
+pub(super) fn affordable<'a>(plant: &Plant, mut cards: Cards<'a>, room: usize) -> (Cards<'a>, usize) {
     let mut all = on_cards(&cards, plant.leaves());
     while room < all * 4 / 5
         && let Some(simpler) = cards.simpler()
@@ -195,7 +159,8 @@ pub(super) fn thinned_as_seen(
 /// The first `count` leaves in the fixed order, enlarged.
 pub(super) fn kept(plant: &Plant, posed: &Posed, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
     let leaves = plant.leaves();
-    let mut order = spread(plant, posed, seed.child("thin"));
+    let places: Vec<Vec3> = posed.leaves(plant).iter().map(|pose| pose.position).collect();
+    let mut order = spread(&places, seed.child("thin"));
     order.truncate(count);
     // Vertices stay in the order of the plant.
     order.sort_unstable();
@@ -206,24 +171,23 @@ pub(super) fn kept(plant: &Plant, posed: &Posed, count: usize, grown: f32, seed:
     order.into_iter().map(|leaf| LeafCard { leaf, scale }).collect()
 }
 
-/// All leaves in an order whose every beginning is spread evenly over the crown: along a curve through space (Morton
-/// 1966), each half before its quarters (van der Corput 1935). Leaves that are drawn by lot leave gaps and heaps, and those
-/// are what is seen of a thinned crown.
-fn spread(plant: &Plant, posed: &Posed, seed: Seed) -> Vec<usize> {
-    let poses = posed.leaves(plant);
-    let (low, high) = poses.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), p| (l.min(p.position), h.max(p.position)));
+/// Places in an order whose every beginning is spread evenly over all: along a curve through space (Morton 1966), each half
+/// before its quarters (van der Corput 1935). Leaves that are drawn by lot leave gaps and heaps, and those are what is seen
+/// of a thinned crown.
+pub(super) fn spread(places: &[Vec3], seed: Seed) -> Vec<usize> {
+    let (low, high) = places.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), &p| (l.min(p), h.max(p)));
     let whole = (high - low).max_element().max(1e-6);
     let code = |p: Vec3| {
         let cell = (p - low) / whole * 1023.0;
         spaced(cell.x as u32) | spaced(cell.y as u32) << 1 | spaced(cell.z as u32) << 2
     };
-    let mut curve: Vec<(u32, u32)> = (0..).zip(poses).map(|(leaf, pose)| (code(pose.position), leaf)).collect();
+    let mut curve: Vec<(u32, u32)> = (0..).zip(places).map(|(i, &place)| (code(place), i)).collect();
     curve.sort_unstable();
     // Places whose bits, the lowest first, are those of 0, 1, 2, ..., some of them turned.
     let bits = usize::BITS - curve.len().leading_zeros();
     let turn = (seed.bits() as u32).checked_shr(32 - bits).unwrap_or(0);
     let place = |k: u32| ((k ^ turn) as u64).reverse_bits().checked_shr(64 - bits).unwrap_or(0) as usize;
-    (0..1_u32 << bits).filter_map(|k| curve.get(place(k))).map(|&(_, leaf)| leaf as usize).collect()
+    (0..1_u32 << bits).filter_map(|k| curve.get(place(k))).map(|&(_, i)| i as usize).collect()
 }
 
 /// The ten lowest bits of a number, two clear ones between each and the next.
@@ -251,24 +215,23 @@ fn coarse_wood(
 
 /// How wood is meshed in at most `budget` triangles, as finely as bisection finds; coarsest where even that has more.
 fn coarse_detail(plant: &Plant, params: &MeshParams, wood: &Wood<'_>, budget: usize) -> TubeDetail {
-    let thickest = plant.all_radii().iter().fold(0.0_f32, |a, &r| a.max(r));
     // Twigs are all that is seen of a bare crown: they go last.
-    let leafy = !plant.leaves().is_empty();
     let dropped = |coarse: f32| coarse * coarse * (1.0 + wood.bare * (coarse * coarse - 1.0));
-    let steps = if leafy { STEPS.0 } else { STEPS.1 };
-    // Girths are seen of a bare crown: it loses rings before sides.
-    let flattened = 0.75 * (1.0 - wood.bare);
-    let at = |coarse: f32| TubeDetail {
-        sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
-        most_sides: params.most_sides,
-        error: params.error.max(thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
-        min_radius: thickest * 0.35 * dropped(coarse),
-        bark_tile: params.bark_tile,
-        forks: params.forks,
-        added: 0.0,
-        below: params.below,
-    };
-    let (mut fine, mut coarse) = (0.0_f32, 1.0_f32);
+    let steps = if plant.leaves().is_empty() { STEPS.1 } else { STEPS.0 };
+    let thickest = wood.thickest;
+    let at = |c: f32| TubeDetail { min_radius: thickest * 0.35 * dropped(c), ..coarse(params, wood, c) };
+    finest_within(wood, budget, (1.0, steps), at)
+}
+
+/// Of details that get coarser from 0 to `most`, the finest by which wood has no more than `budget` triangles, as bisection
+/// finds it.
+pub(super) fn finest_within(
+    wood: &Wood<'_>,
+    budget: usize,
+    (most, steps): (f32, usize),
+    at: impl Fn(f32) -> TubeDetail,
+) -> TubeDetail {
+    let (mut fine, mut coarse) = (0.0_f32, most);
     for _ in 0..steps {
         let middle = (fine + coarse) * 0.5;
         if wood.count(&at(middle)) <= budget {
@@ -280,19 +243,27 @@ fn coarse_detail(plant: &Plant, params: &MeshParams, wood: &Wood<'_>, budget: us
     at(coarse)
 }
 
+/// Wood with all its chains, `coarse` of 0 to 1.
+pub(super) fn coarse(params: &MeshParams, wood: &Wood<'_>, coarse: f32) -> TubeDetail {
+    // Girths are seen of a bare crown: it loses rings before sides.
+    let flattened = 0.75 * (1.0 - wood.bare);
+    TubeDetail {
+        sides: ((params.sides as f32 * (1.0 - flattened * coarse)) as u32).max(3),
+        error: params.error.max(wood.thickest * 0.005) * (1.0 + 24.0 * coarse * coarse),
+        ..TubeDetail::full(params)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use glam::Vec2;
 
     use super::*;
     use crate::bake::Maps;
     use crate::base::Rotation;
-    use crate::lod::twigs::thin_wood;
-    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, mesh_levels, palette};
-    use crate::plant::{ChainId, PlantBuilder};
-    use crate::preset::plan::{ANY, Backs, LeafCards, Lod};
+    use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, palette};
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::{LeafCards, Lod};
 
     /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
     fn crown(leaves: u64, girth: f32) -> Plant {
@@ -406,44 +377,6 @@ mod tests {
         let wood = levels[1].triangles - leaves(1);
         assert!(wood * 100 > levels[0].triangles * 3, "wood alone takes all of it: {wood}");
         assert!(leaves(1) * 200 >= leaves(0) * 3 - 400, "{} of {}", leaves(1), leaves(0));
-    }
-
-    #[test]
-    fn a_full_level_keeps_to_its_budget_and_leaves_cover_what_they_did() {
-        let plant = crown(20, 1.0);
-        let levels = |most: u32| {
-            let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
-            mesh_levels(&plant, &params, &[0.4], Seed::new(1))
-        };
-        let count = |mesh: &Mesh| mesh.indices.len() / 3;
-        let all = &levels(ANY)[0];
-        let most = (count(&all.bark) + count(&all.leaf)) as u32 * 2 / 5;
-        let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
-        let triangles = |tree: &TreeMesh| count(&tree.bark) + count(&tree.leaf);
-        assert!(triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19, "{}", triangles(full));
-        let share = triangles(thinned) as f32 / triangles(full) as f32;
-        assert!((share - 0.4).abs() < 0.03, "{share}");
-        assert!((full.leaf.area() / all.leaf.area() - 1.0).abs() < 0.05, "{}", full.leaf.area() / all.leaf.area());
-        let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.2);
-        assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
-        assert_eq!(&levels(most * 10)[0], all, "who asks for enough changes nothing");
-    }
-
-    #[test]
-    fn no_level_has_limbs_that_the_full_level_has_no_triangles_for() {
-        let plant = crown(20, 1.0);
-        let (posed, params) = (plant.pose(), MeshParams { most: 800, ..MeshParams::told(8, 0.004) });
-        let light = CrownLight::of(&plant, &posed);
-        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
-        let cards = Cards::of(params.leaves, &[]);
-        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
-        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
-        let shown = chains(&bound.bark);
-        assert!(shown.len() > 1 && shown.len() < plant.chains().len() / 2, "{}", shown.len());
-        let fine = wood.at_least(bound.least).mesh(&light, &TubeDetail::full(&params));
-        assert_eq!(chains(&fine), shown);
-        let twigs = thin_wood(&plant, &posed, &light, [bound.least, f32::MAX]).len();
-        assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
     }
 
     #[test]

@@ -51,14 +51,13 @@ impl Segment {
     }
 }
 
-/// The segments of all chains that `tubes` drops at the second of these radii, but not at the first.
+/// The segments of all chains that are shown and that `tubes` drops at such a radius.
 pub(super) fn thin_wood(
-    plant: &Plant,
-    posed: &Posed,
+    (plant, posed, shown): (&Plant, &Posed, &[bool]),
     light: &CrownLight,
-    [least, min_radius]: [f32; 2],
+    min_radius: f32,
 ) -> Vec<Segment> {
-    let (shown, thick) = (plant.thick(least), plant.thick(min_radius));
+    let thick = plant.thick(min_radius);
     let mut segments = Vec::new();
     for id in plant.chain_ids().filter(|id| shown[id.index()] && !thick[id.index()]) {
         let radii = plant.radii(id);

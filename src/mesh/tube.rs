@@ -91,14 +91,15 @@ pub struct Wood<'a> {
     pub(super) limbs: Vec<Limb>,
     rings: Vec<Ring>,
     pub(super) bark: BarkScale,
-    thickest: f32,
+    /// The largest radius of the plant, metres.
+    pub(crate) thickest: f32,
     pub(super) thinnest: f32,
     /// See [`bareness`].
     pub(crate) bare: f32,
     /// The finest detail's error, metres.
     finest: f32,
-    /// Chains that are thinner all along are part of no mesh, metres.
-    pub(crate) least: f32,
+    /// Which chains are part of meshes.
+    pub(crate) shown: Vec<bool>,
 }
 
 /// What is known of a chain's skin before it is made.
@@ -139,7 +140,7 @@ impl<'a> Wood<'a> {
             thinnest,
             bare,
             finest: finest.error,
-            least: 0.0,
+            shown: vec![true; plant.chains().len()],
         };
         let read = |ids: &[ChainId]| {
             let (mut limbs, mut rings, mut scratch) = (Vec::with_capacity(ids.len()), Vec::new(), Scratch::default());
@@ -162,9 +163,9 @@ impl<'a> Wood<'a> {
         wood.with_exposed_bases(finest)
     }
 
-    /// Without all that is thinner, metres.
-    pub(crate) fn at_least(&self, least: f32) -> Self {
-        Self { least, ..self.clone() }
+    /// Of these chains alone.
+    pub(crate) fn only(&self, shown: Vec<bool>) -> Self {
+        Self { shown, ..self.clone() }
     }
 
     fn with_exposed_bases(mut self, finest: &TubeDetail) -> Self {
@@ -244,7 +245,7 @@ impl<'a> Wood<'a> {
         let mut kept = Vec::with_capacity(self.limbs.len());
         for (id, limb) in self.plant.chain_ids().zip(&self.limbs) {
             let bears = self.plant.chain(id).parent.is_none_or(|p| is_kept[p.index()]);
-            if limb.own >= detail.min_radius.max(self.least) && bears {
+            if self.shown[id.index()] && limb.own >= detail.min_radius && bears {
                 is_kept[id.index()] = true;
                 kept.push(id);
             }
@@ -284,13 +285,15 @@ impl<'a> Wood<'a> {
     /// and they are few.
     #[must_use]
     pub fn count(&self, detail: &TubeDetail) -> usize {
-        let of = |id: &ChainId| {
-            let limb = &self.limbs[id.index()];
-            let error = self.error(limb.widest, detail);
-            let kept = self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)).count();
-            if kept == 0 { 0 } else { self.skin(limb, detail).triangles(kept, self.is_capped(*id, detail)) }
-        };
-        self.kept(detail).iter().map(of).sum()
+        self.kept(detail).into_iter().map(|id| self.count_of(id, detail)).sum()
+    }
+
+    /// How many of them a chain has that is kept.
+    pub(crate) fn count_of(&self, id: ChainId, detail: &TubeDetail) -> usize {
+        let limb = &self.limbs[id.index()];
+        let error = self.error(limb.widest, detail);
+        let kept = self.rings_of(limb).iter().filter(|ring| is_kept(ring, error)).count();
+        if kept == 0 { 0 } else { self.skin(limb, detail).triangles(kept, self.is_capped(id, detail)) }
     }
 
     /// Mean radius along the chains that are meshed, metres.

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::grid::Lattice;
 use super::nodes::Nodes;
+use super::paths::PathSource;
 use super::solid::Solids;
 use super::space::Space;
 use super::structure::Structure;
@@ -26,17 +27,17 @@ const MOST: f32 = 50_000.0;
 const BATCH: usize = 512;
 const MOST_BATCH: usize = 16_384;
 
-/// The nodes at which branches may end, without those of the structure; in no particular order. The second value has
+/// The nodes at which branches may end, without those of the structure, whose `sources` may bear them; in no particular order. The second value has
 /// the nodes that ways to them may use, where these are confined: twigs of some hops keep to what lies as near to the
 /// structure as their ends, and a hop further.
 pub(super) fn candidates(
     endpoints: &Endpoints,
     solids: &Solids,
     space: &Space,
-    structure: &Structure,
+    (structure, sources): (&Structure, &[PathSource]),
     seed: Seed,
 ) -> (Vec<u32>, Option<Vec<bool>>) {
-    let (mut places, ways) = places(endpoints, solids, space, structure, seed);
+    let (mut places, ways) = places(endpoints, solids, space, (structure, sources), seed);
     if let Sampling::Whorls { spacing } = sampling(endpoints) {
         places.retain(|&node| (space.nodes.at(node).y / spacing).fract() < 0.25);
     }
@@ -52,7 +53,7 @@ fn places(
     endpoints: &Endpoints,
     solids: &Solids,
     space: &Space,
-    structure: &Structure,
+    (structure, sources): (&Structure, &[PathSource]),
     seed: Seed,
 ) -> (Vec<u32>, Option<Vec<bool>>) {
     let Space { nodes, graph, from_root } = space;
@@ -70,7 +71,8 @@ fn places(
             (held.filter(free).collect(), None)
         }
         Endpoints::Surface { k, t, .. } => {
-            let sources: Vec<u32> = structure.members.iter().map(|m| m.node).collect();
+            // What is closed to paths bears none: ways from afar would run down beside a clear bole.
+            let sources: Vec<u32> = sources.iter().filter(|source| !source.closed).map(|source| source.node).collect();
             let most = k.saturating_add(1);
             let near = graph.hops(&sources, most);
             let ways = near.iter().map(|&hops| hops <= most).collect();
@@ -227,6 +229,12 @@ fn spread(candidates: &[u32], nodes: &Nodes, count: usize, seed: Seed) -> Vec<u3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::plan::{Guide, GuideStart};
+
+    /// All that is in a structure may bear.
+    fn open(structure: &Structure, space: &Space) -> Vec<PathSource> {
+        structure.sources(&space.nodes, GuideStart::Kept, &Guide::Constant { alpha: 0.0 }, 0.0)
+    }
 
     #[test]
     fn chosen_endpoints_keep_their_distance() {
@@ -286,7 +294,7 @@ mod tests {
         let of = |sampling| {
             let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
             let endpoints = Endpoints::Volume { shape, count: Count::Number(80), sampling };
-            let (candidates, _) = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1));
+            let (candidates, _) = candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1));
             choose(&endpoints, &candidates, &space.nodes, 80, Seed::new(1))
         };
         let chosen = of(Sampling::Whorls { spacing: 0.2 });
@@ -322,7 +330,7 @@ mod tests {
         let shape = Volume::Point { height: 0.6, out: 0.3 };
         let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
         let tip = |seed| {
-            let (found, _) = candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(seed));
+            let (found, _) = candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(seed));
             assert_eq!(found.len(), 1);
             space.nodes.at(found[0])
         };
@@ -340,7 +348,7 @@ mod tests {
         let structure = Structure::new(&space.nodes);
         let surface = |t| {
             let endpoints = Endpoints::Surface { k: 3, t, count: 9, sampling: Sampling::Poisson };
-            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1)).0
+            candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1)).0
         };
         let all = surface(1.0);
         assert!(!all.is_empty() && all.iter().all(|&n| space.from_root[n as usize] == 3));
@@ -354,14 +362,14 @@ mod tests {
         let space = Space::new(Nodes::scatter(4000, 1.0, Seed::new(4)));
         let mut structure = Structure::new(&space.nodes);
         let tip = space.nodes.nearest(Vec3::Y * 0.6);
-        let guide = crate::preset::plan::Guide::Constant { alpha: 0.0 };
-        let sources = structure.sources(&space.nodes, crate::preset::plan::GuideStart::Kept, &guide, 0.0);
+        let guide = Guide::Constant { alpha: 0.0 };
+        let sources = open(&structure, &space);
         let paths =
             crate::source::grow::paths::Paths::find(&space.nodes, &space.graph, &sources, &[tip], &guide, Seed::new(1));
         structure.add(&paths, tip);
         let surface = |t| {
             let endpoints = Endpoints::Surface { k: 2, t, count: 9, sampling: Sampling::Poisson };
-            candidates(&endpoints, &Solids::new(), &space, &structure, Seed::new(1)).0
+            candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1)).0
         };
         let (all, outer) = (surface(1.0), surface(0.3));
         let least = outer.iter().map(|&n| space.from_root[n as usize]).min().unwrap();

@@ -175,8 +175,10 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
             continue;
         };
         let wanted = endpoints::count(&iteration.endpoints, solids, params.width) as usize;
+        let structure = &trees[t].structure;
+        let sources = structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
         let (mut candidates, ways) =
-            endpoints::candidates(&iteration.endpoints, solids, view, &trees[t].structure, seed);
+            endpoints::candidates(&iteration.endpoints, solids, view, (structure, &sources), seed);
         candidates
             .retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
         if candidates.is_empty() && wanted > 0 {
@@ -188,7 +190,6 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
             EndpointRule::Any => endpoints::choose(&iteration.endpoints, &candidates, &view.nodes, wanted, seed),
             EndpointRule::Lower | EndpointRule::Higher => candidates,
         };
-        let sources = trees[t].structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
         wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed });
     }
     let straight = Guide::Constant { alpha: 0.0 };

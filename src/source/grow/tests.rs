@@ -160,6 +160,19 @@ fn nothing_forks_below_the_clear_bole() {
 }
 
 #[test]
+fn no_twigs_hang_down_beside_a_clear_bole() {
+    // A crown from 0.35 up, and twigs anywhere around it.
+    let mut params = GrowParams { bole: 0.35, ..small() };
+    params.iterations[2] = pass(surface(2, 1.0, 400), 0.5);
+    let plant = grown(&params);
+    let posed = plant.pose();
+    let low = 9.0 * 0.2;
+    let hanging = |id: &crate::plant::ChainId| posed.chain(&plant, *id).iter().any(|point| point.y < low);
+    let hanging = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()).filter(hanging).count();
+    assert_eq!(hanging, 0);
+}
+
+#[test]
 fn a_bole_above_the_trunks_top_makes_no_stems() {
     for detail in [1.0, 2.0] {
         let mut params = small();

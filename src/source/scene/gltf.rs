@@ -50,7 +50,7 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene,
         for primitive in 0..info.meshes[instance.mesh].primitives.len() {
             let mut part = part(&info, instance, primitive, &mut used, &mut left).map_err(fail)?;
             if info.below > 0.0 {
-                unsink(&mut part, info.below);
+                unsink(&mut part, info.below, &mut used);
             }
             if !part.triangles.is_empty() {
                 scene.parts.push(part);
@@ -196,32 +196,29 @@ fn part(
 
 /// Takes off what stems have below the ground (`below` of a preset's `mesh`): one band of triangles, from the first ring of a
 /// stem straight down. A tree that kept it would stand on it.
-fn unsink(part: &mut Part, below: f32) {
-    let half = -0.5 * below;
-    let is_sunk = |triangle: &[u32; 3]| {
-        let heights = triangle.map(|i| part.positions[i as usize].y);
-        let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &y| (l.min(y), h.max(y)));
-        low < half && high < -half
-    };
-    let kept: Vec<usize> = (0..part.triangles.len()).filter(|&i| !is_sunk(&part.triangles[i])).collect();
-    if kept.len() == part.triangles.len() {
+fn unsink(part: &mut Part, below: f32, used: &mut Used) {
+    let reach = 0.5 * below;
+    let height = |&corner: &u32| part.positions[corner as usize].y;
+    let is_sunk = |t: &[u32; 3]| t.iter().any(|c| height(c) < -reach) && t.iter().all(|c| height(c) < reach);
+    let sunk: Vec<bool> = part.triangles.iter().map(is_sunk).collect();
+    if !sunk.contains(&true) {
         return;
     }
-    part.faces = kept.iter().map(|&i| part.faces[i]).collect();
-    part.triangles = kept.iter().map(|&i| part.triangles[i]).collect();
-    let mut used: Vec<u32> = part.triangles.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    fn pick<T: Copy>(values: &mut Vec<T>, used: &[u32]) {
-        *values = used.iter().filter_map(|&i| values.get(i as usize).copied()).collect();
-    }
-    pick(&mut part.positions, &used);
-    pick(&mut part.normals, &used);
-    pick(&mut part.uvs, &used);
-    pick(&mut part.colors, &used);
-    for corner in part.triangles.iter_mut().flatten() {
-        *corner = used.binary_search(corner).unwrap_or(0) as u32;
-    }
+    let is_kept = || sunk.iter().map(|sunk| !sunk);
+    retain(&mut part.faces, is_kept());
+    retain(&mut part.triangles, is_kept());
+    let mut is_used = vec![false; part.positions.len()];
+    used.keep(&mut part.triangles).iter().for_each(|&vertex| is_used[vertex as usize] = true);
+    let is_used = || is_used.iter().copied();
+    retain(&mut part.positions, is_used());
+    retain(&mut part.normals, is_used());
+    retain(&mut part.uvs, is_used());
+    retain(&mut part.colors, is_used());
+}
+
+/// Keeps those of the values that are told; none where there are none.
+fn retain<T>(values: &mut Vec<T>, mut is_kept: impl Iterator<Item = bool>) {
+    values.retain(|_| is_kept.next().unwrap_or(false));
 }
 
 /// Texture coordinates where the picture's transform takes them: scaled, turned, moved.

@@ -1,0 +1,174 @@
+//! The full level of a plant that has more triangles than it may have (`most` of a preset's `mesh`).
+//!
+//! This level is seen from near: a leaf whose twig is gone would float. So twigs go with all their leaves, evenly over the
+//! crown, once wood is as coarse as may be; leaves that stay are enlarged. Coarser levels go on from what is left, so none
+//! has a limb or a leaf that this one has not.
+
+use glam::Vec3;
+
+use super::thin::{Parts, Share, affordable, coarse, finest_within, kept, on_cards, spread};
+use crate::base::Seed;
+use crate::mesh::{Cards, CrownLight, Mesh, TubeDetail, Wood};
+use crate::plant::{ChainId, Leaf, Plant, Posed};
+use crate::preset::plan::MeshParams;
+
+/// How coarse wood may get before twigs go, of what coarser levels may be, and steps in search of that.
+const COARSE: (f32, usize) = (0.5, 6);
+/// Limbs that have this share of the thickest radius go last.
+const THICK: f32 = 0.2;
+
+/// A plant within a budget of triangles: its wood, the leaves that are left, and what they are drawn on.
+pub(super) struct Bounded<'a> {
+    pub(super) plant: Plant,
+    pub(super) bark: Mesh,
+    /// Which chains are in it, each with what bears it.
+    pub(super) shown: Vec<bool>,
+    pub(super) cards: Cards<'a>,
+}
+
+/// As much of a plant as it may have triangles for; none where that is all of it.
+pub(super) fn bounded<'a>(
+    (plant, posed, light): (&Plant, &Posed, &CrownLight),
+    params: &MeshParams,
+    wood: &Wood<'_>,
+    cards: Cards<'a>,
+    seed: Seed,
+) -> Option<Bounded<'a>> {
+    let sides = params.backs.sides();
+    let full = [wood.count(&TubeDetail::full(params)), on_cards(&cards, plant.leaves()) * sides];
+    let most = params.most as usize;
+    if full[0] + full[1] <= most {
+        return None;
+    }
+    let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
+    let detail = finest_within(wood, parts.wood, COARSE, |c| coarse(params, wood, c));
+    // Leaves get simpler before they go.
+    let simplest = std::iter::successors(Some(cards), |cards| cards.simpler()).last().unwrap_or(cards);
+    let of_leaf = |leaf: &Leaf| simplest.triangles(leaf) * sides;
+    let shown = shown((plant, posed), (wood, &detail), of_leaf, [parts.wood, most], seed);
+    let bark = wood.only(shown.clone()).mesh(light, &detail);
+    let left = plant.clone().keep_leaves(|_, leaf| shown[leaf.chain.index()].then_some(*leaf));
+    let (cards, count) = affordable(&left, cards, parts.leaves.of(bark.indices.len() / 3) / sides);
+    // Leaves make up for those that went with their twigs, too.
+    let grown = (area(plant) / area(&left).max(f32::MIN_POSITIVE)).sqrt();
+    let leaves = kept(&left, &left.pose(), count, grown, seed).into_iter().map(|card| {
+        let leaf = left.leaves()[card.leaf];
+        Leaf { size: leaf.size * card.scale, ..leaf }
+    });
+    let plant = left.clone().with_leaves(leaves.collect());
+    Some(Bounded { plant, bark, shown, cards })
+}
+
+/// What a plant's leaves cover, square metres times a constant.
+fn area(plant: &Plant) -> f32 {
+    plant.leaves().iter().map(|leaf| leaf.size * leaf.size * leaf.form.width()).sum()
+}
+
+/// The chains that there are triangles for: stems and stout limbs, then those that bear leaves, evenly over the crown, then
+/// the others. As many as `wood` triangles are enough for, and as `all` are with their leaves.
+fn shown(
+    (plant, posed): (&Plant, &Posed),
+    (wood, detail): (&Wood<'_>, &TubeDetail),
+    of_leaf: impl Fn(&Leaf) -> usize,
+    [most_wood, most]: [usize; 2],
+    seed: Seed,
+) -> Vec<bool> {
+    let of_wood: Vec<usize> = plant.chain_ids().map(|id| wood.count_of(id, detail)).collect();
+    let mut of_leaves = vec![0; of_wood.len()];
+    plant.leaves().iter().for_each(|leaf| of_leaves[leaf.chain.index()] += of_leaf(leaf));
+    let is_thick = plant.thick(wood.thickest * THICK);
+    let middles: Vec<Vec3> = plant.chain_ids().map(|id| middle(posed.chain(plant, id))).collect();
+    let mut order = spread(&middles, seed.child("twigs"));
+    let rank = |&chain: &usize| {
+        let is_stem = plant.chains()[chain].parent.is_none();
+        (!is_stem, !is_thick[chain], of_leaves[chain] == 0)
+    };
+    order.sort_by_key(rank);
+    let mut shown = vec![false; of_wood.len()];
+    let (mut in_wood, mut in_leaves) = (0, 0);
+    for chain in order {
+        let is_missing = |id: &ChainId| !shown[id.index()];
+        let way = std::iter::successors(Some(ChainId(chain as u32)), |id| plant.chain(*id).parent);
+        let way: Vec<usize> = way.take_while(is_missing).map(ChainId::index).collect();
+        let sum = |of: &[usize]| way.iter().map(|&i| of[i]).sum::<usize>();
+        let (more_wood, more_leaves) = (in_wood + sum(&of_wood), in_leaves + sum(&of_leaves));
+        let is_stem = plant.chains()[chain].parent.is_none();
+        if !is_stem && more_wood > most_wood && more_wood + more_leaves > most {
+            continue;
+        }
+        (in_wood, in_leaves) = (more_wood, more_leaves);
+        way.iter().for_each(|&i| shown[i] = true);
+    }
+    shown
+}
+
+fn middle(points: &[Vec3]) -> Vec3 {
+    points.iter().sum::<Vec3>() / points.len().max(1) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::lod::mesh_levels;
+    use crate::lod::specimen::on_trunk;
+    use crate::lod::twigs::thin_wood;
+    use crate::mesh::TreeMesh;
+    use crate::preset::plan::{ANY, Backs};
+
+    /// Of three hundred leafy twigs.
+    fn crown() -> Plant {
+        on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10))
+    }
+
+    fn count(mesh: &Mesh) -> usize {
+        mesh.indices.len() / 3
+    }
+
+    #[test]
+    fn a_full_level_keeps_to_its_budget_and_leaves_cover_what_they_did() {
+        let plant = crown();
+        let levels = |most: u32| {
+            let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
+            mesh_levels(&plant, &params, &[0.4], Seed::new(1))
+        };
+        let triangles = |tree: &TreeMesh| count(&tree.bark) + count(&tree.leaf);
+        let all = &levels(ANY)[0];
+        for part in [8, 4, 3] {
+            let most = triangles(all) as u32 * part / 10;
+            let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
+            assert!(triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19, "{}", triangles(full));
+            let share = triangles(thinned) as f32 / triangles(full) as f32;
+            assert!((share - 0.4).abs() < 0.03, "{share}");
+            assert!((full.leaf.area() / all.leaf.area() - 1.0).abs() < 0.05, "{}", full.leaf.area() / all.leaf.area());
+            let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.4);
+            assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
+        }
+        assert_eq!(&levels(triangles(all) as u32)[0], all, "who asks for enough changes nothing");
+    }
+
+    #[test]
+    fn leaves_keep_their_twigs_and_twigs_go_evenly_over_the_crown() {
+        let plant = crown();
+        let (posed, params) = (plant.pose(), MeshParams { most: 2500, ..MeshParams::told(8, 0.004) });
+        let light = CrownLight::of(&plant, &posed);
+        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
+        let cards = Cards::of(params.leaves, &[]);
+        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
+        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
+        let shown = chains(&bound.bark);
+        assert!((30..200).contains(&shown.len()), "{}", shown.len());
+        assert!(bound.plant.leaves().len() > 100);
+        assert!(bound.plant.leaves().iter().all(|leaf| shown.contains(&leaf.chain.0)));
+        for side in [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z] {
+            let here = |&&chain: &&u32| middle(posed.chain(&plant, ChainId(chain))).dot(side) > 0.0;
+            let share = shown.iter().filter(here).count() as f32 / shown.len() as f32;
+            assert!((share - 0.5).abs() < 0.12, "{side}: {share}");
+        }
+        let fine = wood.only(bound.shown.clone()).mesh(&light, &TubeDetail::full(&params));
+        assert_eq!(chains(&fine), shown, "coarser levels have no others");
+        let twigs = thin_wood((&plant, &posed, &bound.shown), &light, f32::MAX).len();
+        assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
+    }
+}
