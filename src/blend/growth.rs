@@ -16,8 +16,8 @@ use crate::plant::{Leaf, Plant};
 use crate::relate::{Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go. Short, so that leaders are not
-/// bare above a sapling's branches: at 0.3, a tree of a fifth of its age had none on the upper half of its stem.
-const PACE: f32 = 0.12;
+/// bare above a sapling's branches: at 0.12, a tree of a twentieth of its age was a bush below a hairline.
+const PACE: f32 = 0.04;
 /// How much faster young branches grow than old ones.
 const SLOWING: f32 = 1.6;
 
