@@ -57,7 +57,8 @@ pub(crate) fn print() {
         let plant = plant(Seed::new(i));
         let posed = plant.pose();
         for forks in [Forks::Collar, Forks::Plain] {
-            let detail = TubeDetail::full(&MeshParams { bark_tile: 0.7, forks, ..MeshParams::told(12, 0.004) });
+            let detail =
+                TubeDetail::full(&MeshParams { bark_tile: 0.7, forks, roots: 0.7, ..MeshParams::told(12, 0.004) });
             let mut bark = tubes(&plant, &posed, &detail);
             broken += usize::from(add_tangents(&mut bark).is_err() || !problems(&bark).is_empty());
             for shape in SHAPES {

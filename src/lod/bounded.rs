@@ -138,7 +138,11 @@ mod tests {
         for part in [8, 4, 3] {
             let most = triangles(all) as u32 * part / 10;
             let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
-            assert!(triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19, "{}", triangles(full));
+            assert!(
+                triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19,
+                "{}",
+                triangles(full)
+            );
             let share = triangles(thinned) as f32 / triangles(full) as f32;
             assert!((share - 0.4).abs() < 0.03, "{share}");
             assert!((full.leaf.area() / all.leaf.area() - 1.0).abs() < 0.05, "{}", full.leaf.area() / all.leaf.area());

@@ -353,7 +353,8 @@ mod tests {
         let below = |plant: &Plant| Limbs::of(plant, &plant.pose(), &plant.thick(0.0)).thick(texel).below;
         assert!(below(&limbs) < 0.0 && (0.003..0.01).contains(&below(&twigs)), "{} {}", below(&limbs), below(&twigs));
         let posed = twigs.pose();
-        let (all, thick) = (Limbs::of(&twigs, &posed, &twigs.thick(0.0)), Limbs::of(&twigs, &posed, &twigs.thick(0.0)).thick(texel));
+        let (all, thick) =
+            (Limbs::of(&twigs, &posed, &twigs.thick(0.0)), Limbs::of(&twigs, &posed, &twigs.thick(0.0)).thick(texel));
         let count = |limbs: &Limbs<'_>| solid(&limbs.lines(&LAYOUT, (0, 0), TEXELS));
         assert!(count(&thick) > 0 && count(&thick) * 2 < count(&all));
     }

@@ -15,6 +15,7 @@ mod keyed;
 #[cfg(feature = "lightmap")]
 mod lightmap;
 mod rings;
+mod roots;
 mod shapes;
 mod sides;
 mod sweep;

@@ -223,7 +223,7 @@ pub(super) fn stand(rings: &mut [Ring], foot: Vec3) -> usize {
 }
 
 /// Whether one of two rings in a row reaches through the plane of the other.
-fn folds(a: &Ring, b: &Ring) -> bool {
+pub(super) fn folds(a: &Ring, b: &Ring) -> bool {
     let way = b.centre - a.centre;
     let sin = a.tangent.cross(b.tangent).length();
     let turned = a.tangent.dot(b.tangent) < 0.0;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::bearer::Bearer;
 use super::fit::fit;
 use super::rings::{Base, Ring, span_at, stand, unfold};
+use super::roots::Foot;
 use super::sides::{out_of_corners, out_of_middles};
 use super::sweep::Circles;
 use super::tube::{PART, Skin, TubeDetail, Wood, is_kept};
@@ -23,6 +24,8 @@ pub(super) struct Shape {
     pub(super) fuller: f32,
     /// Share of its first ring that surely is left where it lies within the bearer's skin; 1 where all does.
     pub(super) left: f32,
+    /// Where roots are drawn; without a share where none are.
+    pub(super) foot: Foot,
 }
 
 /// Shapes of [`PART`] chains.
@@ -87,7 +90,8 @@ impl Shapes {
         let (shape, rings) = self.get(wood.plant.chain(id).parent?)?;
         let Skin { sides, is_pointed, .. } = shape.skin;
         let out = out_of_middles(sides);
-        Some(Bearer { rings, is_pointed, girth: (shape.fuller * out, detail.added * out), left: shape.left })
+        let girth = (shape.fuller * out, detail.added * out);
+        Some(Bearer { rings, is_pointed, girth, left: shape.left, foot: shape.foot })
     }
 
     /// Moves the first ring of a branch to the axis of its bearer, and says what is left of it there. Bearers come first.
@@ -114,13 +118,16 @@ impl Part {
         self.own.clear();
         self.own.extend(all.iter().filter(|ring| is_kept(ring, error)));
         let (mut skin, mut fuller) = (Skin { sides: 3, is_pointed: true, is_sunk: false }, 1.0);
+        let mut foot = Foot::default();
         if !self.own.is_empty() {
             skin = wood.skin(limb, detail);
             fit(&mut self.own, all, error);
             fuller = wood.fuller(limb, &self.own, skin.is_pointed);
             unfold(&mut self.own, matches!(limb.base, Base::Ground { .. }));
+            foot =
+                Some(Wood::foot(limb, detail)).filter(|f| f.shows(&self.own, (skin.sides, error))).unwrap_or_default();
             self.rings.extend_from_slice(&self.own);
         }
-        self.shapes.push(Shape { rings: first..self.rings.len(), skin, fuller, left: 1.0 });
+        self.shapes.push(Shape { rings: first..self.rings.len(), skin, fuller, left: 1.0, foot });
     }
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::{Vec2, Vec3};
 
 use super::rings::{Base, span_at};
+use super::roots::Roots;
 use super::shapes::Shapes;
 use super::sides::out_of_corners;
 use super::tangent::tangent_of;
@@ -84,6 +85,13 @@ impl Wood<'_> {
         let once = &circle.corners[..sides as usize];
         let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
         let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
+        // Of roots, how far out each corner is, and by how much more on.
+
+        let roots = (shape.foot.share > 0.0).then(|| {
+            let roots = Roots::of(id.0);
+            let at = |k: usize| roots.at(std::f32::consts::TAU * (k % sides as usize) as f32 / sides as f32);
+            (0..columns).map(at).collect::<Vec<_>>()
+        });
         let mut density_before = None;
         let mut last = first;
         let start = mesh.positions.len() as u32;
@@ -108,15 +116,23 @@ impl Wood<'_> {
             let slope = ring.slope.clamp(-2.0, 2.0);
             // Normals stand at one angle to the axis all round.
             let (across, along) = (1.0 / (1.0 + slope * slope).sqrt(), frame.y * -slope);
+            let spread = shape.foot.spread(ring.radius);
+            let rooted = roots.as_deref().filter(|_| spread > 0.0);
             for (k, &(sin, cos)) in corners.iter().enumerate() {
                 let radial = frame.x * cos - frame.z * sin;
                 // From the side that lies opposite the seam, so that changes of the number shear the least.
                 let u = here * (k as f32 / sides as f32 - 0.5);
-                let normal = (radial + along) * across;
-                let place = ring.centre + radial * ((ring.radius * fuller + detail.added) * widened);
+                let (mut radius, mut normal) = (ring.radius, (radial + along) * across);
                 // Round the wood u grows, against its way v does.
                 let around = frame.x * -sin - frame.z * cos;
                 let mut seen = (normal, [around.x, around.y, around.z, 1.0]);
+                if let Some(&(out, turning)) = rooted.map(|roots| &roots[k]) {
+                    radius += spread * out;
+                    normal = radial - around * (spread * turning / radius) + along * (1.0 + shape.foot.share * out);
+                    normal = normal.normalize_or(radial);
+                    seen = (normal, tangent_of(normal, around, -frame.y));
+                }
+                let place = ring.centre + radial * ((radius * fuller + detail.added) * widened);
                 if j <= leaning {
                     own.push(normal);
                 }

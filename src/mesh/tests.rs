@@ -45,7 +45,7 @@ fn plant(seed: u64, wild: bool) -> Plant {
     builder.finish().unwrap()
 }
 
-const DETAIL: TubeDetail = TubeDetail::full(&MeshParams { bark_tile: 0.7, ..MeshParams::told(12, 0.004) });
+const DETAIL: TubeDetail = TubeDetail::full(&MeshParams { bark_tile: 0.7, roots: 0.7, ..MeshParams::told(12, 0.004) });
 
 #[test]
 fn broken_limbs_stay_blunt_on_coarse_tubes_and_twigs_end_in_points() {
@@ -414,7 +414,7 @@ fn tubes_face_outward() {
     let mut builder = PlantBuilder::new();
     builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[0.3, 0.25, 0.2]);
     let plant = builder.finish().unwrap();
-    let mesh = tubes(&plant, &plant.pose(), &DETAIL);
+    let mesh = tubes(&plant, &plant.pose(), &TubeDetail { roots: 0.0, ..DETAIL });
     for t in mesh.indices.chunks_exact(3) {
         let [a, b, c] = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize]);
         let face = (b - a).cross(c - a);

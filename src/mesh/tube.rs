@@ -13,6 +13,7 @@ use super::bareness::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
 use super::bearer::NARROW;
 use super::rings::{Base, Ring, Scratch, add_rings, span_at, taper};
+use super::roots::{self, Foot};
 use super::shapes::Shapes;
 use super::sides::{out_of_middles, sides};
 use super::{CrownLight, Mesh};
@@ -50,6 +51,8 @@ pub struct TubeDetail {
     pub added: f32,
     /// How far stems go on straight down from the ground, metres, 0 or more: on a slope none ends in the air.
     pub below: f32,
+    /// Share of a foot's flare that is drawn out into roots, 0..=1.
+    pub roots: f32,
 }
 
 impl TubeDetail {
@@ -65,6 +68,7 @@ impl TubeDetail {
             forks: params.forks,
             added: 0.0,
             below: params.below,
+            roots: params.roots,
         }
     }
 }
@@ -111,6 +115,8 @@ pub(super) struct Limb {
     /// Largest radius, as the plant has it and as it is meshed, metres.
     own: f32,
     pub(super) widest: f32,
+    /// The radius of a stem above its flare, metres; of what does not stand on the ground none is as thick.
+    above: f32,
     /// Whether its bearer has no room for its base, which is closed then.
     is_exposed: bool,
 }
@@ -196,7 +202,9 @@ impl<'a> Wood<'a> {
         let first = rings.len() as u32;
         add_rings(rings, (points, radii), base, (self.error(widest, finest), self.thinnest), scratch);
         let own = self.plant.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
-        Limb { rings: (first, rings.len() as u32), base, own, widest, is_exposed: false }
+        let stands = chain.parent.is_none() && roots::stands(points);
+        let above = if stands { self.above_flare(id) } else { f32::INFINITY };
+        Limb { rings: (first, rings.len() as u32), base, own, widest, above, is_exposed: false }
     }
 
     /// Whether the wood that bears a chain is too thin there, or ends too near, for its first ring to lie within.
@@ -315,12 +323,20 @@ impl<'a> Wood<'a> {
 
     /// How a chain that has rings is skinned.
     pub(super) fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
+        let error = self.error(limb.widest, detail);
+        let usual = sides(limb.widest, self.thickest, detail, error);
+        let spread = Self::foot(limb, detail).spread(self.rings[limb.rings.0 as usize].radius);
         Skin {
-            sides: sides(limb.widest, self.thickest, detail, self.error(limb.widest, detail)),
+            sides: if spread > error { usual.max(roots::SIDES.min(detail.most_sides)) } else { usual },
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
             is_pointed: self.is_pointed(limb, detail.error),
             is_sunk: detail.below > 0.0 && matches!(limb.base, Base::Ground { .. }),
         }
+    }
+
+    /// The foot of a chain; only those of stems are wider than the wood above.
+    pub(super) const fn foot(limb: &Limb, detail: &TubeDetail) -> Foot {
+        Foot { share: detail.roots, above: limb.above }
     }
 
     /// Whether a chain that has rings ends in a point. Of coarse tubes not all that the error lets be one: a broken limb would

@@ -1,7 +1,8 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
 use super::plan::{
-    ANY, AtlasParams, Backs, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, TextureFormat, WindData,
+    ANY, AtlasParams, Backs, BarkPattern, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile,
+    TextureFormat, WindData,
 };
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -30,6 +31,12 @@ pub(super) static MESH: Record = Record {
             kind: Kind::Choice(&FORKS),
             default: Default::Is("Collar"),
             about: "how a branch leaves its parent",
+        },
+        Field {
+            name: "roots",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Else("0.7, of palms 0"),
+            about: "how much of what a stem's foot flares is drawn out into roots; 0 for a round foot",
         },
         Field {
             name: "below",
@@ -68,8 +75,8 @@ pub(super) static MESH: Record = Record {
             name: "most",
             kind: TRIANGLES,
             default: Default::Else("as many as it takes"),
-            about: "most triangles of a tree at the full level: branches get coarser, leaves fewer and larger, at most \
-                    twice as long. Clips have budgets of their own",
+            about: "most triangles of a tree at the full level: branches get coarser, twigs fewer, with all their leaves, and \
+                    leaves fewer and larger, at most twice as long. Clips have budgets of their own",
         },
     ],
 };
@@ -429,6 +436,14 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
         levels.push(level);
     }
     if has_wrong || levels.is_empty() { vec![Lod::Full.into()] } else { levels }
+}
+
+/// Share of a foot's flare that roots take, unless told.
+const ROOTS: f32 = 0.7;
+
+/// The same as it is told, or usual below such bark: a palm's foot is round.
+pub(super) fn roots(fields: &Reader<'_, '_>, bark_of_leaf: BarkPattern) -> f32 {
+    fields.number_or("roots", if bark_of_leaf == BarkPattern::Ringed { 0.0 } else { ROOTS })
 }
 
 /// A share, a number of triangles, or both.

@@ -534,15 +534,17 @@ pub struct MeshParams {
     /// How far stems go on below the ground, metres; not written where they don't.
     #[serde(skip_serializing_if = "is_nothing")]
     pub below: f32,
+    /// Share of what a stem's foot flares that is drawn out into roots, 0..=1.
+    pub roots: f32,
 }
 
 impl MeshParams {
-    /// Those of a preset that tells sides and error, metres, and nothing else, with bark tiles of a metre.
+    /// Those of a preset that tells sides and error, metres, and nothing else, with bark tiles of a metre and round feet.
     #[must_use]
     pub const fn told(sides: u32, error: f32) -> Self {
         let (forks, leaves, backs) = (Forks::Collar, LeafCards::Folded, Backs::Doubled);
-        let (error_share, bark_tile, below) = (0.0, 1.0, 0.0);
-        Self { sides, most_sides: sides, error, error_share, bark_tile, forks, leaves, most: ANY, backs, below }
+        let (error_share, bark_tile, below, roots) = (0.0, 1.0, 0.0, 0.0);
+        Self { sides, most_sides: sides, error, error_share, bark_tile, forks, leaves, most: ANY, backs, below, roots }
     }
 
     /// As a tree of such an extent, metres, is meshed.

@@ -344,7 +344,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
             (error, error_share),
             (output::forks(fields), output::leaves(fields), output::backs(fields), output::wind(fields)),
             (fields.count("lightmap"), output::most_triangles(fields)),
-            fields.number("below"),
+            (fields.number("below"), output::roots(fields, of_leaf)),
         )
     });
     let lods = output::lods(set);
@@ -354,7 +354,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let (
         foliage,
         (bark_art, bark_wear, bark_tile),
-        ((sides, most_sides), (error, error_share), (forks, leaves, backs, wind), (lightmap, most), below),
+        ((sides, most_sides), (error, error_share), (forks, leaves, backs, wind), (lightmap, most), (below, roots)),
     ) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
@@ -373,7 +373,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves, most, backs, below },
+        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves, most, backs, below, roots },
         lightmap,
         wind,
         lods,

@@ -294,7 +294,8 @@ mod tests {
         let of = |sampling| {
             let shape = Volume::Cylinder { bottom: 0.0, top: 1.0, radius: 0.5, hollow: 0.0 };
             let endpoints = Endpoints::Volume { shape, count: Count::Number(80), sampling };
-            let (candidates, _) = candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1));
+            let (candidates, _) =
+                candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1));
             choose(&endpoints, &candidates, &space.nodes, 80, Seed::new(1))
         };
         let chosen = of(Sampling::Whorls { spacing: 0.2 });
@@ -330,7 +331,13 @@ mod tests {
         let shape = Volume::Point { height: 0.6, out: 0.3 };
         let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
         let tip = |seed| {
-            let (found, _) = candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(seed));
+            let (found, _) = candidates(
+                &endpoints,
+                &Solids::new(),
+                &space,
+                (&structure, &open(&structure, &space)),
+                Seed::new(seed),
+            );
             assert_eq!(found.len(), 1);
             space.nodes.at(found[0])
         };

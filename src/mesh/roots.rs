@@ -1,0 +1,171 @@
+//! Roots: a foot that flares is drawn out into a few buttresses.
+//!
+//! By how much a ring of a stem is wider than the wood above its flare is shared out by direction: more where a root runs, less
+//! between two, as much in the mean. So roots end where the flare does, no skin lies within the wood above it, and bark goes
+//! round as on a round foot.
+
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+
+use super::rings::{Ring, folds};
+use crate::base::{Seed, math};
+
+/// Fewest roots of a foot, and how many more there may be at most.
+const COUNT: (u32, u32) = (4, 2);
+/// How narrow they are: of a root of so many, what is left at an angle off its middle is `exp(narrow · (cos angle − 1))` (von Mises).
+const NARROW: f32 = 5.0;
+/// How far from even distances they stand, and by how much one may be weaker than another.
+const UNEVEN: f32 = 0.3;
+const WEAKER: f32 = 0.4;
+/// Sides of a foot that shows its roots, and the fewest that can.
+pub(super) const SIDES: u32 = 28;
+const LEAST_SIDES: u32 = 8;
+/// How upright a stem with roots is: the rise of a metre of it, metres.
+const UPRIGHT: f32 = 0.5;
+/// Roots that move the skin by less of its error are not drawn.
+const WORTH: f32 = 0.5;
+
+/// Whether a stem with these points stands: one that lies on the ground has no roots all round.
+pub(super) fn stands(points: &[Vec3]) -> bool {
+    matches!(points, [foot, next, ..] if (next - foot).normalize_or_zero().y > UPRIGHT)
+}
+
+/// The foot of a stem.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Foot {
+    /// Share of what it is wider than the wood above that roots take, 0..=1.
+    pub(super) share: f32,
+    /// The radius of that wood, metres.
+    pub(super) above: f32,
+}
+
+impl Foot {
+    /// How far the skin lies within and without a ring, between roots and, times their height, on them, metres.
+    pub(super) fn spread(self, radius: f32) -> f32 {
+        self.share * (radius - self.above).max(0.0)
+    }
+
+    /// Whether roots are worth drawing on a foot of so many sides with these rings, and none folds with them.
+    pub(super) fn shows(self, rings: &[Ring], (sides, error): (u32, f32)) -> bool {
+        let widest = |ring: &Ring| Ring { radius: ring.radius + HIGHEST * self.spread(ring.radius), ..*ring };
+        let is_foot = |pair: &&[Ring; 2]| self.spread(pair[0].radius) > 0.0;
+        let is_sound = |[a, b]: &[Ring; 2]| !folds(&widest(a), &widest(b));
+        sides >= LEAST_SIDES
+            && rings.first().is_some_and(|ring| self.spread(ring.radius) > error * WORTH)
+            && rings.array_windows().take_while(is_foot).all(is_sound)
+    }
+}
+
+/// The highest that a root may be, in spreads.
+const HIGHEST: f32 = 2.0;
+
+/// How far out roots are by direction: −1 in the deepest valley, 0 in the mean.
+pub(super) struct Roots {
+    /// Angle, how narrow, how strong.
+    each: Vec<(f32, f32, f32)>,
+    mean: f32,
+    scale: f32,
+}
+
+impl Roots {
+    /// Those of a stem by its number.
+    pub(super) fn of(stem: u32) -> Self {
+        const LOOKED_AT: u32 = 128;
+        let seed = Seed::new(0).child("roots").at(u64::from(stem));
+        let count = COUNT.0 + seed.child("count").index(COUNT.1 as usize + 1) as u32;
+        let narrow = NARROW * (count * count) as f32 / 8.0;
+        let one = |i: u32| {
+            let seed = seed.at(u64::from(i));
+            let angle = (i as f32 + UNEVEN * seed.at(0).range(-1.0, 1.0)) / count as f32 * TAU;
+            (angle, narrow * seed.at(1).range(0.7, 1.3), 1.0 - WEAKER * seed.at(2).unit())
+        };
+        let mut roots = Self { each: (0..count).map(one).collect(), mean: 0.0, scale: 1.0 };
+        let all: Vec<f32> = (0..LOOKED_AT).map(|i| roots.at(TAU * i as f32 / LOOKED_AT as f32).0).collect();
+        roots.mean = all.iter().sum::<f32>() / LOOKED_AT as f32;
+        let (low, high) = all.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+        roots.scale = (roots.mean - low).max((high - roots.mean) / HIGHEST).recip();
+        roots
+    }
+
+    /// How far out the skin is at an angle, in spreads, and by how much more a radian on.
+    pub(super) fn at(&self, angle: f32) -> (f32, f32) {
+        let (mut value, mut slope) = (-self.mean, 0.0);
+        for &(middle, narrow, strong) in &self.each {
+            let (sin, cos) = math::sin_cos(angle - middle);
+            let here = strong * math::exp(narrow * (cos - 1.0));
+            value += here;
+            slope -= here * narrow * sin;
+        }
+        (value * self.scale, slope * self.scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, TubeDetail, closure, problems, tubes};
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::MeshParams;
+
+    /// A pole of 30 cm whose foot flares by its own radii or is left to, meshed with so much of that in roots.
+    fn pole(radii: &[f32], way: Vec3, roots: f32) -> Mesh {
+        let mut builder = PlantBuilder::new();
+        let points: Vec<Vec3> = (0..radii.len()).map(|i| way * i as f32 * 0.25).collect();
+        builder.stem(Vec3::ZERO, &points, radii);
+        let plant = builder.finish().unwrap();
+        let mesh = tubes(
+            &plant,
+            &plant.pose(),
+            &TubeDetail::full(&MeshParams { roots, most_sides: 64, ..MeshParams::told(12, 0.01) }),
+        );
+        assert_eq!((problems(&mesh), closure(&mesh).faulty_edges, closure(&mesh).inside_out), (vec![], 0, 0));
+        mesh
+    }
+
+    /// The least and largest distance from the axis of vertices between two heights.
+    fn girth(mesh: &Mesh, [low, high]: [f32; 2]) -> [f32; 2] {
+        let here = mesh.positions.iter().filter(|p| (low..high).contains(&p.y)).map(|p| p.x.hypot(p.z));
+        here.fold([f32::MAX, 0.0], |[least, most], r| [least.min(r), most.max(r)])
+    }
+
+    #[test]
+    fn a_foot_that_flares_has_roots_and_is_round_above() {
+        let own = [&[0.45, 0.36, 0.32][..], &[0.3; 17][..]].concat();
+        for radii in [&own[..], &[0.3; 20][..]] {
+            let (round, rooted) = (pole(radii, Vec3::Y, 0.0), pole(radii, Vec3::Y, 0.7));
+            let [least, most] = girth(&round, [-0.01, 0.01]);
+            assert!(most < least * 1.01, "{least} {most}");
+            let [least, most] = girth(&rooted, [-0.01, 0.01]);
+            assert!(most > least * 1.3 && least > 0.3, "{least} {most}");
+            let [least, most] = girth(&rooted, [2.0, 4.0]);
+            assert!(most < least * 1.02, "{least} {most}");
+        }
+        // Without sides or upright wood to draw them on there are none.
+        assert_eq!(
+            pole(&own, Vec3::new(1.0, 0.4, 0.0), 0.7).positions,
+            pole(&own, Vec3::new(1.0, 0.4, 0.0), 0.0).positions
+        );
+    }
+
+    #[test]
+    fn roots_take_as_much_as_valleys_give_and_are_no_deeper_than_the_spread() {
+        for stem in 0..50 {
+            let roots = Roots::of(stem);
+            let all: Vec<(f32, f32)> = (0..360).map(|i| roots.at(TAU * i as f32 / 360.0)).collect();
+            let mean = all.iter().map(|at| at.0).sum::<f32>() / 360.0;
+            let (low, high) = all.iter().fold((f32::MAX, f32::MIN), |(l, h), at| (l.min(at.0), h.max(at.0)));
+            assert!(mean.abs() < 0.01 && low > -1.02 && high < HIGHEST * 1.02, "{stem}: {mean} {low} {high}");
+            assert!(low < -0.4 && high > 0.5, "{stem}: {low} {high}");
+            let peaks = (0..360).filter(|&i| all[i].0 > all[(i + 359) % 360].0 && all[i].0 >= all[(i + 1) % 360].0);
+            let peaks = peaks.count() as u32;
+            assert!((2..=COUNT.0 + COUNT.1).contains(&peaks), "{stem}: {peaks}");
+            let step = TAU / 360.0;
+            let is_slope = |i: usize| {
+                let rise = (all[(i + 1) % 360].0 - all[(i + 359) % 360].0) / (2.0 * step);
+                (rise - all[i].1).abs() < 0.1
+            };
+            assert!((0..360).all(is_slope), "{stem}");
+        }
+    }
+}
