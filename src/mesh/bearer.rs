@@ -10,7 +10,6 @@
 use glam::Vec3;
 
 use super::rings::{Ring, span_at};
-use super::roots::Foot;
 
 /// How near to its foot a vertex is drawn at most, as a share of its way: triangles must not vanish.
 const LEAST: f32 = 0.04;
@@ -32,8 +31,6 @@ pub(super) struct Bearer<'a> {
     pub(super) girth: (f32, f32),
     /// Share of its own first ring that is left in the wood that bears it.
     pub(super) left: f32,
-    /// Between its roots the skin lies nearer.
-    pub(super) foot: Foot,
 }
 
 impl Bearer<'_> {
@@ -59,12 +56,10 @@ impl Bearer<'_> {
 
     /// How far the middles of a ring's sides are from the axis, metres.
     fn radius(&self, ring: usize) -> f32 {
-        let radius = self.rings[ring].radius;
-        let here = (radius - self.foot.spread(radius)) * self.girth.0 + self.girth.1;
         match ring {
-            0 => here * self.left,
+            0 => (self.rings[0].radius * self.girth.0 + self.girth.1) * self.left,
             last if self.is_pointed && last + 1 == self.rings.len() => 0.0,
-            _ => here,
+            _ => self.rings[ring].radius * self.girth.0 + self.girth.1,
         }
     }
 

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::rings::{Ring, folds};
 use crate::base::{Seed, math};
+use crate::plant::Curve;
 
 /// Fewest roots of a foot, and how many more there may be at most.
 const COUNT: (u32, u32) = (4, 2);
@@ -23,36 +24,65 @@ pub(super) const SIDES: u32 = 28;
 const LEAST_SIDES: u32 = 8;
 /// How upright a stem with roots is: the rise of a metre of it, metres.
 const UPRIGHT: f32 = 0.5;
+/// How straight it is: the cosine between its foot and any ring there.
+const STRAIGHT: f32 = 0.8;
 /// Roots that move the skin by less of its error are not drawn.
 const WORTH: f32 = 0.5;
 
-/// Whether a stem with these points stands: one that lies on the ground has no roots all round.
-pub(super) fn stands(points: &[Vec3]) -> bool {
-    matches!(points, [foot, next, ..] if (next - foot).normalize_or_zero().y > UPRIGHT)
-}
+/// How far up roots run, in radii of the stem at the ground, and as a share of its length at most.
+const REACH: (f32, f32) = (4.0, 0.12);
 
-/// The foot of a stem.
+/// The foot of a stem: as far as it is wider than the wood above.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Foot {
-    /// Share of what it is wider than the wood above that roots take, 0..=1.
+    /// Share of what it is wider that roots take, 0..=1.
     pub(super) share: f32,
-    /// The radius of that wood, metres.
-    pub(super) above: f32,
+    /// Where it ends: length along the stem, and the radius of the wood there, metres.
+    end: f32,
+    above: f32,
+    /// Up to where the stem bears nothing, metres along it: a branch would begin beside the skin between two roots.
+    clear: f32,
 }
 
 impl Foot {
-    /// How far the skin lies within and without a ring, between roots and, times their height, on them, metres.
-    pub(super) fn spread(self, radius: f32) -> f32 {
-        self.share * (radius - self.above).max(0.0)
+    /// Of a stem with these points and radii; one that lies on the ground has no roots all round it.
+    pub(super) fn of(points: &[Vec3], radii: &[f32]) -> Self {
+        let stands = matches!(points, [foot, next, ..] if (next - foot).normalize_or_zero().y > UPRIGHT);
+        if !stands {
+            return Self::default();
+        }
+        let curve = Curve::new(points);
+        let length = curve.length();
+        let end = (radii[0] * REACH.0).min(length * REACH.1);
+        let above = curve.value(radii, f64::from(end / length.max(1e-9)));
+        Self { share: 1.0, end, above, clear: f32::INFINITY }
     }
 
-    /// Whether roots are worth drawing on a foot of so many sides with these rings, and none folds with them.
-    pub(super) fn shows(self, rings: &[Ring], (sides, error): (u32, f32)) -> bool {
-        let widest = |ring: &Ring| Ring { radius: ring.radius + HIGHEST * self.spread(ring.radius), ..*ring };
-        let is_foot = |pair: &&[Ring; 2]| self.spread(pair[0].radius) > 0.0;
-        let is_sound = |[a, b]: &[Ring; 2]| !folds(&widest(a), &widest(b));
+    /// With such a share of its flare in roots, 0..=1.
+    pub(super) fn with(self, share: f32) -> Self {
+        Self { share: self.share * share, ..self }
+    }
+
+    /// With a branch of such a radius that leaves it so far up, metres.
+    pub(super) fn bears(&mut self, along: f32, radius: f32) {
+        self.clear = self.clear.min(along - radius);
+    }
+
+    /// How far the skin lies within a ring between two roots and, times their height, out of it on them, metres.
+    pub(super) fn spread(&self, ring: &Ring) -> f32 {
+        let fades = 1.0 - math::smoothstep(0.5, 1.0, ring.arc / self.end.max(1e-9));
+        self.share * (ring.radius - self.above).max(0.0) * fades
+    }
+
+    /// Whether roots are worth drawing on a foot of so many sides with these rings, none of which folds with them.
+    pub(super) fn shows(&self, rings: &[Ring], (sides, error): (u32, f32)) -> bool {
+        let [first, ..] = rings else { return false };
+        let widest = |ring: &Ring| Ring { radius: ring.radius + HIGHEST * self.spread(ring), ..*ring };
+        let is_foot = |pair: &&[Ring; 2]| pair[0].arc < self.end;
+        let is_straight = |ring: &Ring| ring.tangent.dot(first.tangent) > STRAIGHT;
+        let is_sound = |[a, b]: &[Ring; 2]| b.arc <= self.clear && is_straight(b) && !folds(&widest(a), &widest(b));
         sides >= LEAST_SIDES
-            && rings.first().is_some_and(|ring| self.spread(ring.radius) > error * WORTH)
+            && self.spread(first) > error * WORTH
             && rings.array_windows().take_while(is_foot).all(is_sound)
     }
 }

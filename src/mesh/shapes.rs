@@ -91,7 +91,7 @@ impl Shapes {
         let Skin { sides, is_pointed, .. } = shape.skin;
         let out = out_of_middles(sides);
         let girth = (shape.fuller * out, detail.added * out);
-        Some(Bearer { rings, is_pointed, girth, left: shape.left, foot: shape.foot })
+        Some(Bearer { rings, is_pointed, girth, left: shape.left })
     }
 
     /// Moves the first ring of a branch to the axis of its bearer, and says what is left of it there. Bearers come first.

@@ -116,7 +116,7 @@ impl Wood<'_> {
             let slope = ring.slope.clamp(-2.0, 2.0);
             // Normals stand at one angle to the axis all round.
             let (across, along) = (1.0 / (1.0 + slope * slope).sqrt(), frame.y * -slope);
-            let spread = shape.foot.spread(ring.radius);
+            let spread = shape.foot.spread(ring);
             let rooted = roots.as_deref().filter(|_| spread > 0.0);
             for (k, &(sin, cos)) in corners.iter().enumerate() {
                 let radial = frame.x * cos - frame.z * sin;

@@ -115,8 +115,8 @@ pub(super) struct Limb {
     /// Largest radius, as the plant has it and as it is meshed, metres.
     own: f32,
     pub(super) widest: f32,
-    /// The radius of a stem above its flare, metres; of what does not stand on the ground none is as thick.
-    above: f32,
+    /// Where roots may be, with all of the flare for a share; branches have none.
+    foot: Foot,
     /// Whether its bearer has no room for its base, which is closed then.
     is_exposed: bool,
 }
@@ -177,6 +177,11 @@ impl<'a> Wood<'a> {
     fn with_exposed_bases(mut self, finest: &TubeDetail) -> Self {
         for id in self.plant.chain_ids() {
             self.limbs[id.index()].is_exposed = self.is_exposed(id, finest);
+            let chain = self.plant.chain(id);
+            if let Some(parent) = chain.parent {
+                let (own, length) = (self.limbs[id.index()].own, self.length(&self.limbs[parent.index()]));
+                self.limbs[parent.index()].foot.bears(length * chain.location, own);
+            }
         }
         self
     }
@@ -202,9 +207,8 @@ impl<'a> Wood<'a> {
         let first = rings.len() as u32;
         add_rings(rings, (points, radii), base, (self.error(widest, finest), self.thinnest), scratch);
         let own = self.plant.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
-        let stands = chain.parent.is_none() && roots::stands(points);
-        let above = if stands { self.above_flare(id) } else { f32::INFINITY };
-        Limb { rings: (first, rings.len() as u32), base, own, widest, above, is_exposed: false }
+        let foot = if chain.parent.is_none() { Foot::of(points, radii) } else { Foot::default() };
+        Limb { rings: (first, rings.len() as u32), base, own, widest, foot, is_exposed: false }
     }
 
     /// Whether the wood that bears a chain is too thin there, or ends too near, for its first ring to lie within.
@@ -325,7 +329,7 @@ impl<'a> Wood<'a> {
     pub(super) fn skin(&self, limb: &Limb, detail: &TubeDetail) -> Skin {
         let error = self.error(limb.widest, detail);
         let usual = sides(limb.widest, self.thickest, detail, error);
-        let spread = Self::foot(limb, detail).spread(self.rings[limb.rings.0 as usize].radius);
+        let spread = Self::foot(limb, detail).spread(&self.rings[limb.rings.0 as usize]);
         Skin {
             sides: if spread > error { usual.max(roots::SIDES.min(detail.most_sides)) } else { usual },
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
@@ -334,9 +338,14 @@ impl<'a> Wood<'a> {
         }
     }
 
-    /// The foot of a chain; only those of stems are wider than the wood above.
-    pub(super) const fn foot(limb: &Limb, detail: &TubeDetail) -> Foot {
-        Foot { share: detail.roots, above: limb.above }
+    /// The foot of a stem at a detail.
+    pub(super) fn foot(limb: &Limb, detail: &TubeDetail) -> Foot {
+        limb.foot.with(detail.roots)
+    }
+
+    /// Along a chain, metres; 0 of one without rings.
+    fn length(&self, limb: &Limb) -> f32 {
+        self.rings_of(limb).last().map_or(0.0, |ring| ring.arc)
     }
 
     /// Whether a chain that has rings ends in a point. Of coarse tubes not all that the error lets be one: a broken limb would
