@@ -65,7 +65,7 @@ fn area(plant: &Plant) -> f32 {
 }
 
 /// The chains that there are triangles for: stems and stout limbs, then those that bear leaves, evenly over the crown, then
-/// the others. As many as `wood` triangles are enough for, and as `all` are with their leaves.
+/// the others. As many as `most_wood` triangles are enough for, or `most` with all their leaves.
 fn shown(
     (plant, posed): (&Plant, &Posed),
     (wood, detail): (&Wood<'_>, &TubeDetail),

@@ -155,7 +155,8 @@ mod tests {
 
     /// The least and largest distance from the axis of vertices between two heights.
     fn girth(mesh: &Mesh, [low, high]: [f32; 2]) -> [f32; 2] {
-        let here = mesh.positions.iter().filter(|p| (low..high).contains(&p.y)).map(|p| p.x.hypot(p.z));
+        let here =
+            mesh.positions.iter().filter(|p| (low..high).contains(&p.y)).map(|p| Vec3::new(p.x, 0.0, p.z).length());
         here.fold([f32::MAX, 0.0], |[least, most], r| [least.min(r), most.max(r)])
     }
 
