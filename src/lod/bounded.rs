@@ -14,6 +14,8 @@ use crate::preset::plan::MeshParams;
 
 /// How coarse wood may get before twigs go, of what coarser levels may be, and steps in search of that.
 const COARSE: (f32, usize) = (0.5, 6);
+/// The same of stems that are too many triangles alone.
+const COARSEST: (f32, usize) = (1.0, 7);
 /// Limbs that have this share of the thickest radius go last.
 const THICK: f32 = 0.2;
 
@@ -41,14 +43,25 @@ pub(super) fn bounded<'a>(
         return None;
     }
     let parts = Parts::of(full, Share { of_full: 1.0, most: params.most });
-    let detail = finest_within(wood, parts.wood, COARSE, |c| coarse(params, wood, c));
+    let at = |c| coarse(params, wood, c);
+    let of_stems = |detail: &TubeDetail| {
+        let stems = plant.chain_ids().filter(|&id| is_stem(plant, id));
+        stems.map(|id| wood.count_of(id, detail)).sum::<usize>()
+    };
+    let mut detail = finest_within(&|detail| wood.count(detail), parts.wood, COARSE, at);
+    // Stems are in it in any case, and coarser than limbs would be where there is nothing else for it.
+    if of_stems(&detail) > parts.wood {
+        detail = finest_within(&of_stems, parts.wood, COARSEST, at);
+    }
     // Leaves get simpler before they go.
     let simplest = std::iter::successors(Some(cards), |cards| cards.simpler()).last().unwrap_or(cards);
     let of_leaf = |leaf: &Leaf| simplest.triangles(leaf) * sides;
     let shown = shown((plant, posed), (wood, &detail), of_leaf, [parts.wood, most], seed);
     let bark = wood.only(shown.clone()).mesh(light, &detail);
     let left = plant.clone().keep_leaves(|_, leaf| shown[leaf.chain.index()].then_some(*leaf));
-    let (cards, count) = affordable(&left, cards, parts.leaves.of(bark.indices.len() / 3) / sides);
+    let made = bark.indices.len() / 3;
+    let room = if of_stems(&detail) > parts.wood { parts.leaves.of(made) } else { most.saturating_sub(made) };
+    let (cards, count) = affordable(&left, cards, room / sides);
     // Leaves make up for those that went with their twigs, too.
     let grown = (area(plant) / area(&left).max(f32::MIN_POSITIVE)).sqrt();
     let leaves = kept(&left, &left.pose(), count, grown, seed).into_iter().map(|card| {
@@ -79,27 +92,27 @@ fn shown(
     let is_thick = plant.thick(wood.thickest * THICK);
     let middles: Vec<Vec3> = plant.chain_ids().map(|id| middle(posed.chain(plant, id))).collect();
     let mut order = spread(&middles, seed.child("twigs"));
-    let rank = |&chain: &usize| {
-        let is_stem = plant.chains()[chain].parent.is_none();
-        (!is_stem, !is_thick[chain], of_leaves[chain] == 0)
-    };
-    order.sort_by_key(rank);
+    let id = |chain: usize| ChainId(chain as u32);
+    order.sort_by_key(|&chain| (!is_stem(plant, id(chain)), !is_thick[chain], of_leaves[chain] == 0));
     let mut shown = vec![false; of_wood.len()];
     let (mut in_wood, mut in_leaves) = (0, 0);
     for chain in order {
         let is_missing = |id: &ChainId| !shown[id.index()];
-        let way = std::iter::successors(Some(ChainId(chain as u32)), |id| plant.chain(*id).parent);
+        let way = std::iter::successors(Some(id(chain)), |id| plant.chain(*id).parent);
         let way: Vec<usize> = way.take_while(is_missing).map(ChainId::index).collect();
         let sum = |of: &[usize]| way.iter().map(|&i| of[i]).sum::<usize>();
         let (more_wood, more_leaves) = (in_wood + sum(&of_wood), in_leaves + sum(&of_leaves));
-        let is_stem = plant.chains()[chain].parent.is_none();
-        if !is_stem && more_wood > most_wood && more_wood + more_leaves > most {
+        if !is_stem(plant, id(chain)) && more_wood > most_wood && more_wood + more_leaves > most {
             continue;
         }
         (in_wood, in_leaves) = (more_wood, more_leaves);
         way.iter().for_each(|&i| shown[i] = true);
     }
     shown
+}
+
+fn is_stem(plant: &Plant, id: ChainId) -> bool {
+    plant.chain(id).parent.is_none()
 }
 
 fn middle(points: &[Vec3]) -> Vec3 {
@@ -112,49 +125,83 @@ mod tests {
 
     use super::*;
     use crate::lod::mesh_levels;
-    use crate::lod::specimen::on_trunk;
+    use crate::lod::specimen::{crown, on_trunk};
     use crate::lod::twigs::thin_wood;
     use crate::mesh::TreeMesh;
     use crate::preset::plan::{ANY, Backs};
 
-    /// Of three hundred leafy twigs.
-    fn crown() -> Plant {
-        on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10))
+    /// Three hundred leafy twigs, and leafy limbs with bare ones.
+    fn plants() -> [Plant; 2] {
+        [on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10)), crown(20, 1.0)]
     }
 
     fn count(mesh: &Mesh) -> usize {
         mesh.indices.len() / 3
     }
 
+    fn levels(plant: &Plant, most: u32) -> Vec<TreeMesh> {
+        let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
+        mesh_levels(plant, &params, &[0.4], Seed::new(1))
+    }
+
+    fn triangles(tree: &TreeMesh) -> usize {
+        count(&tree.bark) + count(&tree.leaf)
+    }
+
     #[test]
     fn a_full_level_keeps_to_its_budget_and_leaves_cover_what_they_did() {
-        let plant = crown();
-        let levels = |most: u32| {
-            let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
-            mesh_levels(&plant, &params, &[0.4], Seed::new(1))
-        };
-        let triangles = |tree: &TreeMesh| count(&tree.bark) + count(&tree.leaf);
-        let all = &levels(ANY)[0];
-        for part in [8, 4, 3] {
-            let most = triangles(all) as u32 * part / 10;
-            let [full, thinned] = &levels(most)[..] else { panic!("two levels") };
-            assert!(
-                triangles(full) <= most as usize && triangles(full) * 20 > most as usize * 19,
-                "{}",
-                triangles(full)
-            );
-            let share = triangles(thinned) as f32 / triangles(full) as f32;
-            assert!((share - 0.4).abs() < 0.03, "{share}");
-            assert!((full.leaf.area() / all.leaf.area() - 1.0).abs() < 0.05, "{}", full.leaf.area() / all.leaf.area());
-            let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.4);
-            assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
+        for plant in plants() {
+            let all = &levels(&plant, ANY)[0];
+            for part in [8, 4, 3] {
+                let most = triangles(all) as u32 * part / 10;
+                let [full, thinned] = &levels(&plant, most)[..] else { panic!("two levels") };
+                let made = triangles(full);
+                assert!(made <= most as usize && made * 20 > most as usize * 19, "{made} of {most}");
+                let share = triangles(thinned) as f32 / made as f32;
+                assert!((share - 0.4).abs() < 0.03, "{share}");
+                let area = full.leaf.area() / all.leaf.area();
+                assert!((area - 1.0).abs() < 0.05, "{area}");
+                let has = |p: &Vec3| full.leaf.positions.iter().any(|q| p.distance(*q) < 0.4);
+                assert!(thinned.leaf.positions.iter().all(has), "a leaf that the full level has not");
+            }
+            assert_eq!(&levels(&plant, triangles(all) as u32)[0], all, "who asks for enough changes nothing");
         }
-        assert_eq!(&levels(triangles(all) as u32)[0], all, "who asks for enough changes nothing");
+    }
+
+    #[test]
+    fn no_budget_that_stems_leave_room_for_is_exceeded() {
+        for plant in plants() {
+            for most in (100..1500).step_by(50) {
+                let full = &levels(&plant, most)[0];
+                let [made, leaves] = [triangles(full), count(&full.leaf)];
+                assert!(
+                    made <= most as usize && made + 40 > most as usize && leaves > 0,
+                    "{made} of {most}, {leaves} of leaves"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn no_level_has_limbs_that_the_full_level_has_no_triangles_for() {
+        let plant = crown(20, 1.0);
+        let (posed, params) = (plant.pose(), MeshParams { most: 800, ..MeshParams::told(8, 0.004) });
+        let light = CrownLight::of(&plant, &posed);
+        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
+        let cards = Cards::of(params.leaves, &[]);
+        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
+        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
+        let shown = chains(&bound.bark);
+        assert!(shown.len() > 1 && shown.len() < plant.chains().len() / 2, "{}", shown.len());
+        let fine = wood.only(bound.shown.clone()).mesh(&light, &TubeDetail::full(&params));
+        assert_eq!(chains(&fine), shown);
+        let twigs = thin_wood((&plant, &posed, &bound.shown), &light, f32::MAX).len();
+        assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
     }
 
     #[test]
     fn leaves_keep_their_twigs_and_twigs_go_evenly_over_the_crown() {
-        let plant = crown();
+        let plant = on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10));
         let (posed, params) = (plant.pose(), MeshParams { most: 2500, ..MeshParams::told(8, 0.004) });
         let light = CrownLight::of(&plant, &posed);
         let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
@@ -170,9 +217,5 @@ mod tests {
             let share = shown.iter().filter(here).count() as f32 / shown.len() as f32;
             assert!((share - 0.5).abs() < 0.12, "{side}: {share}");
         }
-        let fine = wood.only(bound.shown.clone()).mesh(&light, &TubeDetail::full(&params));
-        assert_eq!(chains(&fine), shown, "coarser levels have no others");
-        let twigs = thin_wood((&plant, &posed, &bound.shown), &light, f32::MAX).len();
-        assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
     }
 }

@@ -27,6 +27,34 @@ pub(super) fn on_trunk(foot: Vec3, (height, radius): (f32, f32), (twigs, leaves)
     builder.finish().expect("it is sound")
 }
 
+/// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
+pub(super) fn crown(leaves: u64, girth: f32) -> Plant {
+    let mut builder = PlantBuilder::new();
+    let stem =
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0], &[0.2, 0.15, 0.05].map(|r| r * girth));
+    for i in 0..60 {
+        let seed = Seed::new(4).at(i);
+        let way = (seed.direction() + Vec3::Y * 0.4) * 1.5;
+        let limb = builder.branch(
+            stem,
+            seed.at(1).range(0.3, 1.0),
+            &[Vec3::ZERO, way * 0.5, way],
+            &[0.03, 0.02, 0.01].map(|r| r * girth),
+        );
+        for k in 0..6 {
+            let seed = seed.at(10 + k);
+            let way = seed.direction() * 0.5;
+            builder.branch(limb, seed.at(1).range(0.3, 1.0), &[Vec3::ZERO, way], &[0.012, 0.008].map(|r| r * girth));
+        }
+        for k in 0..leaves {
+            let seed = seed.at(30 + k);
+            let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
+            builder.leaf(Leaf::new(limb, seed.at(2).unit(), orientation, 0.2, 0));
+        }
+    }
+    builder.finish().expect("it is sound")
+}
+
 /// An opaque picture.
 pub(crate) fn plain() -> Maps {
     Maps {

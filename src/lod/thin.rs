@@ -220,13 +220,13 @@ fn coarse_detail(plant: &Plant, params: &MeshParams, wood: &Wood<'_>, budget: us
     let steps = if plant.leaves().is_empty() { STEPS.1 } else { STEPS.0 };
     let thickest = wood.thickest;
     let at = |c: f32| TubeDetail { min_radius: thickest * 0.35 * dropped(c), ..coarse(params, wood, c) };
-    finest_within(wood, budget, (1.0, steps), at)
+    finest_within(&|detail| wood.count(detail), budget, (1.0, steps), at)
 }
 
-/// Of details that get coarser from 0 to `most`, the finest by which wood has no more than `budget` triangles, as bisection
-/// finds it.
+/// Of details that get coarser from 0 to `most`, the finest by which there are no more than `budget` triangles, as bisection
+/// finds it; the coarsest where even that has more.
 pub(super) fn finest_within(
-    wood: &Wood<'_>,
+    count: &dyn Fn(&TubeDetail) -> usize,
     budget: usize,
     (most, steps): (f32, usize),
     at: impl Fn(f32) -> TubeDetail,
@@ -234,7 +234,7 @@ pub(super) fn finest_within(
     let (mut fine, mut coarse) = (0.0_f32, most);
     for _ in 0..steps {
         let middle = (fine + coarse) * 0.5;
-        if wood.count(&at(middle)) <= budget {
+        if count(&at(middle)) <= budget {
             coarse = middle;
         } else {
             fine = middle;
@@ -261,45 +261,10 @@ mod tests {
     use super::*;
     use crate::bake::Maps;
     use crate::base::Rotation;
+    use crate::lod::specimen::crown;
     use crate::lod::{Asked, Ladder, Reference, Wardrobe, ladder, palette};
     use crate::plant::PlantBuilder;
     use crate::preset::plan::{LeafCards, Lod};
-
-    /// A trunk with 60 limbs of six twigs and so many leaves each; all wood is `girth` times as thick as it might be.
-    fn crown(leaves: u64, girth: f32) -> Plant {
-        let mut builder = PlantBuilder::new();
-        let stem = builder.stem(
-            Vec3::ZERO,
-            &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0],
-            &[0.2, 0.15, 0.05].map(|r| r * girth),
-        );
-        for i in 0..60 {
-            let seed = Seed::new(4).at(i);
-            let way = (seed.direction() + Vec3::Y * 0.4) * 1.5;
-            let limb = builder.branch(
-                stem,
-                seed.at(1).range(0.3, 1.0),
-                &[Vec3::ZERO, way * 0.5, way],
-                &[0.03, 0.02, 0.01].map(|r| r * girth),
-            );
-            for k in 0..6 {
-                let seed = seed.at(10 + k);
-                let way = seed.direction() * 0.5;
-                builder.branch(
-                    limb,
-                    seed.at(1).range(0.3, 1.0),
-                    &[Vec3::ZERO, way],
-                    &[0.012, 0.008].map(|r| r * girth),
-                );
-            }
-            for k in 0..leaves {
-                let seed = seed.at(30 + k);
-                let orientation = Rotation::about(seed.at(0).direction(), seed.at(1).range(0.0, 6.0));
-                builder.leaf(Leaf::new(limb, seed.at(2).unit(), orientation, 0.2, 0));
-            }
-        }
-        builder.finish().unwrap()
-    }
 
     fn plain() -> Maps {
         Maps {

@@ -19,8 +19,8 @@ const NARROW: f32 = 5.0;
 /// How far from even distances they stand, and by how much one may be weaker than another.
 const UNEVEN: f32 = 0.3;
 const WEAKER: f32 = 0.4;
-/// Sides of a foot that shows its roots, and the fewest that can.
-pub(super) const SIDES: u32 = 28;
+/// Sides of a foot that shows its roots, for twelve of a round one and at most, and the fewest that can.
+const SIDES: u32 = 28;
 const LEAST_SIDES: u32 = 8;
 /// How upright a stem with roots is: the rise of a metre of it, metres.
 const UPRIGHT: f32 = 0.5;
@@ -28,6 +28,12 @@ const UPRIGHT: f32 = 0.5;
 const STRAIGHT: f32 = 0.8;
 /// Roots that move the skin by less of its error are not drawn.
 const WORTH: f32 = 0.5;
+
+/// Sides of a stem whose roots are drawn, where so many are usual: coarse wood gets none for them that it can't pay.
+pub(super) const fn sides(usual: u32) -> u32 {
+    let wanted = usual * SIDES / 12;
+    if wanted < SIDES { wanted } else { SIDES }
+}
 
 /// How far up roots run, in radii of the stem at the ground, and as a share of its length at most.
 const REACH: (f32, f32) = (4.0, 0.12);
@@ -118,8 +124,13 @@ impl Roots {
         roots
     }
 
+    /// The same at the corners of a ring, the first of them again at the end.
+    pub(super) fn corners(&self, sides: u32) -> Vec<(f32, f32)> {
+        (0..=sides).map(|k| self.at(TAU * (k % sides) as f32 / sides as f32)).collect()
+    }
+
     /// How far out the skin is at an angle, in spreads, and by how much more a radian on.
-    pub(super) fn at(&self, angle: f32) -> (f32, f32) {
+    fn at(&self, angle: f32) -> (f32, f32) {
         let (mut value, mut slope) = (-self.mean, 0.0);
         for &(middle, narrow, strong) in &self.each {
             let (sin, cos) = math::sin_cos(angle - middle);

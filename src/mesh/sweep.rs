@@ -85,13 +85,7 @@ impl Wood<'_> {
         let once = &circle.corners[..sides as usize];
         let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
         let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
-        // Of roots, how far out each corner is, and by how much more on.
-
-        let roots = (shape.foot.share > 0.0).then(|| {
-            let roots = Roots::of(id.0);
-            let at = |k: usize| roots.at(std::f32::consts::TAU * (k % sides as usize) as f32 / sides as f32);
-            (0..columns).map(at).collect::<Vec<_>>()
-        });
+        let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0).corners(sides));
         let mut density_before = None;
         let mut last = first;
         let start = mesh.positions.len() as u32;

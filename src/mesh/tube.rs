@@ -331,7 +331,7 @@ impl<'a> Wood<'a> {
         let usual = sides(limb.widest, self.thickest, detail, error);
         let spread = Self::foot(limb, detail).spread(&self.rings[limb.rings.0 as usize]);
         Skin {
-            sides: if spread > error { usual.max(roots::SIDES.min(detail.most_sides)) } else { usual },
+            sides: if spread > error { usual.max(roots::sides(usual).min(detail.most_sides)) } else { usual },
             // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
             is_pointed: self.is_pointed(limb, detail.error),
             is_sunk: detail.below > 0.0 && matches!(limb.base, Base::Ground { .. }),
