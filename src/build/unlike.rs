@@ -153,7 +153,7 @@ mod tests {
         // Nearly 150 of four times the area; then half of all, and no larger for it than need be.
         let few = told(600);
         assert!(
-            few.len() == 1 && few[0].starts_with("number 1 keeps 0.59") && few[0].contains("area in 59"),
+            few.len() == 1 && few[0].starts_with("number 1 keeps 0.60") && few[0].contains("area in 599"),
             "{few:?}"
         );
         assert_eq!(told(2400), Vec::<String>::new());

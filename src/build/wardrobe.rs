@@ -82,7 +82,8 @@ pub(super) fn wardrobe(
             let count = leaves.len();
             for (source, plant) in sources.iter().zip(&mut plants) {
                 let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
-                *plant = std::mem::take(plant).rewear(|i, _| (slot(i), LeafForm::Square));
+                let straight = std::mem::take(plant).keep_leaves(|_, leaf| Some(leaf.straight()));
+                *plant = straight.rewear(|i, _| (slot(i), LeafForm::Square));
                 *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &leaves);
             }
             (0, count as u16)

@@ -11,6 +11,8 @@
 //! leaves do 0.868. Texels count most: eight limes lost 0.09 with 16 of them along a card's edge instead of 64, and 96 or 128
 //! bring less than 0.01. Long steps of carving leave texels at their bounds, among which no gain chooses.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -26,19 +28,19 @@ use super::twigs::{Segment, thin_wood};
 use crate::bake::{Cutout, Design, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
-use crate::plant::{Plant, Posed};
+use crate::plant::{LeafForm, Plant, Posed};
 use crate::preset::plan::{Backs, MeshParams};
 
 /// Mean edge of a card's picture, in texels: twelve trees of 48 cards with their gutters, crossed quads and leaf
 /// pictures fill an atlas of 2048² at this size.
 pub const CARD_TEXELS: u32 = 64;
-/// Neighbours on a chain that stay together: a leaf is a spray of blades already, so that each goes to its own plane.
-const SPRAY: usize = 1;
 /// Most triangles of a cloud's limbs.
 const LIMBS: usize = 1100;
 /// Radius of the thinnest limb that is a tube, as a share of the tree's height: about a quarter of a pixel wide where
 /// the cloud takes over.
 const VISIBLE: f32 = 0.0025;
+/// Errors of its limbs, and of rougher ones where triangles are few, as shares of the tree's height; each has a side less.
+const ERRORS: [f32; 4] = [0.006, 0.01, 0.02, 0.04];
 /// How often the error of a bare tree's limbs is halved at most.
 const FINER: u32 = 3;
 /// Longest edge of a card's picture, in mean edges.
@@ -206,16 +208,17 @@ impl Cloud {
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the
 /// radius of the thinnest. What is left of the budget of a bare tree makes them rounder.
 fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (Mesh, f32) {
-    let with = |rough: bool, min_radius: f32, finer: u32| TubeDetail {
-        sides: if rough { 3 } else { 6 + 2 * finer },
-        most_sides: if rough { 3 } else { scene.params.most_sides },
-        error: height * if rough { 0.04 } else { 0.006 } / (1 << finer) as f32,
+    let with = |rough: u32, min_radius: f32, finer: u32| TubeDetail {
+        sides: 6 - rough + 2 * finer,
+        most_sides: if rough > 0 { 6 - rough } else { scene.params.most_sides },
+        error: height * ERRORS[rough as usize] / (1 << finer) as f32,
         min_radius,
         ..TubeDetail::full(scene.params)
     };
-    // Where triangles are so few that the trunk takes all of them, it is as rough as one can be.
-    let is_rough = scene.wood.count(&with(false, thickest * 0.5, 0)) > budget;
-    let at = |min_radius: f32, finer: u32| with(is_rough, min_radius, finer);
+    // Where triangles are so few that the trunk takes all of them, it is as rough as it must be.
+    let is_enough = |rough: &u32| scene.wood.count(&with(*rough, thickest * 0.5, 0)) <= budget;
+    let rough = (0..3).find(is_enough).unwrap_or(3);
+    let at = |min_radius: f32, finer: u32| with(rough, min_radius, finer);
     let fits = |min_radius: f32, finer: u32| scene.wood.count(&at(min_radius, finer)) <= budget;
     // Limbs of a bare tree are seen down to the thinnest.
     let visible = VISIBLE * (1.0 - 0.9 * scene.wood.bare);
@@ -239,7 +242,8 @@ fn limbs(scene: &Scene<'_>, (thickest, height): (f32, f32), budget: usize) -> (M
     (scene.wood.mesh(scene.light, &at(thick, finer)), thick)
 }
 
-/// Units of a few neighbouring leaves each, and for each leaf its unit.
+/// A unit for each leaf, which is a spray of blades already, and for each quad of a frond, which no plane lies along; for each
+/// of the full level's leaf triangles its unit.
 fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
     let (leaves, poses) = (scene.plant.leaves(), scene.posed.leaves(scene.plant));
     let mut order: Vec<usize> = (0..leaves.len()).collect();
@@ -247,22 +251,32 @@ fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
         let key = |i: usize| (leaves[i].chain, leaves[i].location);
         key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)).then(a.cmp(&b))
     });
-    let mut units: Vec<Unit> = Vec::new();
-    let mut unit_of = vec![0_u32; leaves.len()];
-    for chain in order.chunk_by(|&a, &b| leaves[a].chain == leaves[b].chain) {
-        for group in chain.chunks(SPRAY) {
-            let (mut centre, mut normal, mut area) = (Vec3::ZERO, Vec3::ZERO, 1e-12_f32);
-            for &i in group {
-                unit_of[i] = units.len() as u32;
-                let pose = poses[i];
-                let weight = leaves[i].size * leaves[i].size * leaves[i].form.width();
-                centre += (pose.position + pose.frame.y * (leaves[i].size * 0.5)) * weight;
-                let side = if normal.dot(pose.frame.z) < 0.0 { -1.0 } else { 1.0 };
-                normal += pose.frame.z * (side * weight);
-                area += weight;
+    let mut triangles = vec![0..0; leaves.len()];
+    for (t, &leaf) in scene.leaf_of.iter().enumerate() {
+        let own: &mut Range<usize> = &mut triangles[leaf as usize];
+        *own = if own.end == 0 { t..t + 1 } else { own.start..t + 1 };
+    }
+    let mesh = &scene.full.leaf;
+    let mut unit_of = vec![0_u32; scene.leaf_of.len()];
+    let mut units: Vec<Unit> = Vec::with_capacity(leaves.len());
+    for i in order {
+        let (leaf, own) = (leaves[i], triangles[i].clone());
+        if let LeafForm::Frond { .. } = leaf.form {
+            for quad in own.step_by(2) {
+                unit_of[quad..=quad + 1].fill(units.len() as u32);
+                let corners = || mesh.indices[3 * quad..][..6].iter().map(|&c| mesh.positions[c as usize]);
+                let centre = corners().sum::<Vec3>() / 6.0;
+                let fan = corners().collect::<Vec<_>>();
+                let normal = fan.chunks_exact(3).map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum::<Vec3>();
+                let area = normal.length() * 0.5 + 1e-12;
+                units.push(Unit { centre, way: normal.normalize_or(Vec3::Y), is_twig: false, area });
             }
-            units.push(Unit { centre: centre / area, way: normal.normalize_or(Vec3::Y), is_twig: false, area });
+            continue;
         }
+        unit_of[own].fill(units.len() as u32);
+        let (pose, area) = (poses[i], leaf.size * leaf.size * leaf.form.width() + 1e-12);
+        let centre = pose.position + pose.frame.y * (leaf.size * 0.5);
+        units.push(Unit { centre, way: pose.frame.z.normalize_or(Vec3::Y), is_twig: false, area });
     }
     (units, unit_of)
 }
@@ -279,8 +293,8 @@ fn sort_out(
         return contents;
     }
     let mut corners: Vec<Vec<u32>> = vec![Vec::new(); planes.len()];
-    for (triangle, &leaf) in scene.full.leaf.indices.as_chunks::<3>().0.iter().zip(scene.leaf_of) {
-        corners[homes[unit_of[leaf as usize] as usize]].extend_from_slice(triangle);
+    for (triangle, &unit) in scene.full.leaf.indices.as_chunks::<3>().0.iter().zip(unit_of) {
+        corners[homes[unit as usize]].extend_from_slice(triangle);
     }
     for (content, corners) in contents.iter_mut().zip(&corners) {
         content.leaf = part(&scene.full.leaf, corners);

@@ -44,7 +44,7 @@ pub enum CardShape {
 /// What leaves are drawn on.
 #[derive(Clone, Copy, Debug)]
 pub struct Cards<'a> {
-    /// The shape of all cards, but of leaves that are flat.
+    /// The shape of all cards, but of leaves that are flat or fronds.
     pub shape: CardShape,
     /// The outlines that cards are cut to, by the slots of leaves; a picture without one is drawn whole.
     pub cuts: &'a [CardCut],
@@ -86,6 +86,34 @@ const BENT: Plan<'_> = Plan {
     arch: ARCH,
 };
 
+/// Fronds are bent by themselves, on all levels.
+const FROND: Plan<'_> = Plan {
+    corners: &{
+        let mut corners = [(0.0, 0.0); 15];
+        let mut i = 0;
+        while i < 15 {
+            corners[i] = ((i % 3) as f32 * 0.5, (i / 3) as f32 * 0.25);
+            i += 1;
+        }
+        corners
+    },
+    #[rustfmt::skip]
+    triangles: &[
+        0, 1, 4, 0, 4, 3, 1, 2, 4, 2, 5, 4, 3, 4, 7, 3, 7, 6, 4, 5, 7, 5, 8, 7,
+        6, 7, 10, 6, 10, 9, 7, 8, 10, 8, 11, 10, 9, 10, 13, 9, 13, 12, 10, 11, 13, 11, 14, 13,
+    ],
+    fold: 0.0,
+    arch: 0.0,
+};
+/// Of eight triangles and, not folded any more, of four.
+const FROND_COARSE: Plan<'_> = Plan { fold: 0.0, arch: 0.0, ..BENT };
+const FROND_FLAT: Plan<'_> = Plan {
+    corners: &[(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5), (0.0, 1.0), (1.0, 1.0)],
+    triangles: &[0, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4],
+    fold: 0.0,
+    arch: 0.0,
+};
+
 impl<'a> Cards<'a> {
     /// What a preset asks for.
     #[must_use]
@@ -118,6 +146,13 @@ impl<'a> Cards<'a> {
     }
 
     fn plan(&self, leaf: &Leaf) -> Plan<'a> {
+        if let LeafForm::Frond { .. } = leaf.form {
+            return match self.shape {
+                CardShape::Folded | CardShape::Bent | CardShape::CutOut => FROND,
+                CardShape::Trimmed => FROND_COARSE,
+                CardShape::Flat => FROND_FLAT,
+            };
+        }
         let is_flat = matches!(leaf.form, LeafForm::Flat(_));
         let cut = self.cuts.get(usize::from(leaf.slot));
         let of = |pattern: &'a Pattern, fold| Plan {
@@ -189,26 +224,33 @@ pub fn leaf_cards_in<'c>(
             continue;
         }
         let plan = cards.plan(leaf);
-        if plan.fold != folded.0 {
-            folded = (plan.fold, math::sin_cos(plan.fold));
+        let (fold, bent) = match leaf.form {
+            LeafForm::Frond { arch, fold, .. } => (fold, Some(arch)),
+            _ => (plan.fold, None),
+        };
+        if fold != folded.0 {
+            folded = (fold, math::sin_cos(fold));
         }
-        let (sin, cos) = folded.1;
         let width = size * leaf.form.width();
         let y = pose.frame.y.normalize_or(Vec3::Y);
         let x = pose.frame.x;
         let x = (x - y * x.dot(y)).try_normalize().unwrap_or_else(|| crate::base::Frame::along(y).x);
         let z = x.cross(y);
-        let middle = pose.position + y * (size * 0.5);
+        // A tip bends down, most where the card lies level; where it hangs there is no down. Fronds bend as they are told.
+        let arch = bent.unwrap_or_else(|| plan.arch * z.y / (z.y * z.y + 0.1).sqrt());
+        let along = |v: f32| if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
+        let middle = pose.position + if bent.is_some() { along(0.5).1 } else { y * (size * 0.5) };
         let side = if z.dot(light.outward(middle)) < 0.0 { -1.0 } else { 1.0 };
-        // A tip bends down, most where the card lies level; where it hangs there is no down.
-        let arch = plan.arch * z.y / (z.y * z.y + 0.1).sqrt();
+        let (sin, cos) = folded.1;
+        let sin = if bent.is_some() { sin * side } else { sin };
         // Light changes little across a card.
-        let ends = [pose.position, pose.position + y * size].map(|end| f32::from(light.shade(end)));
+        let tip = if bent.is_some() { along(1.0).1 } else { y * size };
+        let ends = [pose.position, pose.position + tip].map(|end| f32::from(light.shade(end)));
         let first = mesh.positions.len() as u32;
         for &(u, v) in plan.corners {
             let across = (u - 0.5) * width;
-            let (up, along) = if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
-            // The halves lean away from the front.
+            let (up, along) = along(v);
+            // The halves lean away from the front, or from a frond's upper face.
             let position = pose.position + x * (across * cos) + along - up * (across.abs() * sin * side);
             let own = up * (side * cos) + x * (sin * (2.0 * u - 1.0));
             let half = f32::from(i8::from(u > 0.5) - i8::from(u < 0.5));
@@ -243,7 +285,7 @@ pub fn leaf_cards_in<'c>(
 
 /// Normal and place of a share `v` of a card that runs along `y` for `size` metres and turns by `arch` away from `z`: a
 /// circle's arc, as long as the card.
-fn arched(y: Vec3, z: Vec3, arch: f32, v: f32, size: f32) -> (Vec3, Vec3) {
+pub(super) fn arched(y: Vec3, z: Vec3, arch: f32, v: f32, size: f32) -> (Vec3, Vec3) {
     let turn = arch * v;
     let (sin, cos) = math::sin_cos(turn);
     // Below this the arc is a parabola to the last bit, and the quotients are 0 / 0.

@@ -11,9 +11,10 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bark_uv::BarkScale;
+use super::card::arched;
 use super::{CrownLight, Mesh};
 use crate::base::{Seed, math};
-use crate::plant::{ChainId, Plant, Posed};
+use crate::plant::{ChainId, LeafForm, Plant, Posed};
 
 /// How much of a card's normal is the crown's.
 const CANOPY: f32 = 0.72;
@@ -196,10 +197,15 @@ pub fn card_key(KeyPlant { plant, posed }: &KeyPlant<'_>, picked: &[usize], scal
     for leaf in picked.iter().filter_map(|&i| plant.leaves().get(i)) {
         let pose = posed.leaf(plant, leaf);
         let (length, width) = (leaf.size * scale, leaf.size * scale * leaf.form.width());
-        let outward = light.outward(pose.position + pose.frame.y * (length * 0.5));
+        // Of a frond the chord.
+        let tip = match leaf.form {
+            LeafForm::Frond { arch, .. } => arched(pose.frame.y, pose.frame.z, arch, 1.0, length).1,
+            _ => pose.frame.y * length,
+        };
+        let outward = light.outward(pose.position + tip * 0.5);
         let side = if pose.frame.z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
         for (u, v) in [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)] {
-            let position = pose.position + pose.frame.x * (u * width) + pose.frame.y * (v * length);
+            let position = pose.position + pose.frame.x * (u * width) + tip * v;
             let normal = light.outward(position) * CANOPY + pose.frame.z * (side * (1.0 - CANOPY));
             key.positions.push(position);
             key.normals.push(normal.normalize_or(outward));

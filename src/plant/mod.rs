@@ -38,7 +38,7 @@ pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
 pub use support::{trunk_support, trunk_support_by};
 pub use validate::PlantError;
 
-use crate::base::Rotation;
+use crate::base::{Rotation, math};
 
 /// Index of a chain in its plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -95,6 +95,15 @@ impl Leaf {
     pub const fn new(chain: ChainId, location: f32, orientation: Rotation, size: f32, slot: u16) -> Self {
         Self { chain, location, orientation, size, slot, offset: Vec3::ZERO, form: LeafForm::Square }
     }
+
+    /// A frond as a flat leaf from its base to its tip; others as they are.
+    pub(crate) fn straight(self) -> Self {
+        let LeafForm::Frond { width, arch, .. } = self.form else { return self };
+        let half = arch * 0.5;
+        let chord = if half.abs() < 1e-3 { 1.0 } else { math::sin_cos(half).0 / half };
+        let orientation = self.orientation.after(Rotation::about(Vec3::X, -half));
+        Self { orientation, size: self.size * chord, form: LeafForm::Flat(width / chord.max(1e-3)), ..self }
+    }
 }
 
 /// The card that a leaf is drawn as.
@@ -105,6 +114,15 @@ pub enum LeafForm {
     Square,
     /// Flat, this many times as wide as it is long: a card that a mesh brought along.
     Flat(f32),
+    /// A long sheet that is bent and folded by itself, as a palm's frond is, however the leaf lies.
+    Frond {
+        /// Laid flat, over the length along the midrib.
+        width: f32,
+        /// How far the tip is turned away from the upper face, radians: the midrib is a circle's arc.
+        arch: f32,
+        /// How far the halves lean away from the upper face, radians.
+        fold: f32,
+    },
 }
 
 impl LeafForm {
@@ -113,7 +131,36 @@ impl LeafForm {
     pub const fn width(self) -> f32 {
         match self {
             Self::Square => 1.0,
-            Self::Flat(width) => width,
+            Self::Flat(width) | Self::Frond { width, .. } => width,
+        }
+    }
+
+    /// Whether all that it is told by is a finite number, and its width not below zero.
+    pub(super) const fn is_sound(self) -> bool {
+        let (arch, fold) = self.bend();
+        self.width().is_finite() && self.width() >= 0.0 && arch.is_finite() && fold.is_finite()
+    }
+
+    /// A frond's arch and fold, radians; zero of others, which lie flat or as the mesh is asked to bend them.
+    const fn bend(self) -> (f32, f32) {
+        match self {
+            Self::Square | Self::Flat(_) => (0.0, 0.0),
+            Self::Frond { arch, fold, .. } => (arch, fold),
+        }
+    }
+
+    /// The form at share `t` of the way to another.
+    #[must_use]
+    pub fn between(self, other: Self, t: f32) -> Self {
+        let mix = |a: f32, b: f32| a * (1.0 - t) + b * t;
+        let width = mix(self.width(), other.width());
+        match (self, other) {
+            (Self::Square, Self::Square) => Self::Square,
+            (Self::Square | Self::Flat(_), Self::Square | Self::Flat(_)) => Self::Flat(width),
+            _ => {
+                let (a, b) = (self.bend(), other.bend());
+                Self::Frond { width, arch: mix(a.0, b.0), fold: mix(a.1, b.1) }
+            }
         }
     }
 }

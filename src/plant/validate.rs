@@ -94,9 +94,8 @@ pub(super) fn validate(plant: &Plant) -> Result<(), PlantError> {
         if !(leaf.orientation.v.is_finite() && leaf.orientation.w.is_finite()) {
             return Err(PlantError::BadNumber { chain: leaf.chain, what: "leaf orientation" });
         }
-        let width = leaf.form.width();
-        if !(leaf.offset.is_finite() && width.is_finite() && width >= 0.0) {
-            return Err(PlantError::BadNumber { chain: leaf.chain, what: "leaf offset or width" });
+        if !(leaf.offset.is_finite() && leaf.form.is_sound()) {
+            return Err(PlantError::BadNumber { chain: leaf.chain, what: "leaf offset, width or bend" });
         }
     }
     Ok(())

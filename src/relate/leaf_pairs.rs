@@ -21,7 +21,7 @@ use super::Family;
 use super::family::NONE;
 use super::kernel::{Blender, Feed};
 use crate::base::math;
-use crate::plant::{ChainId, Leaf, LeafForm, PlantBuilder};
+use crate::plant::{ChainId, Leaf, PlantBuilder};
 
 /// Most pairs of leaves that are compared at once.
 const MOST_PAIRS: usize = 1 << 12;
@@ -264,10 +264,6 @@ impl Blender<'_> {
 /// The leaf at share `t` of the second.
 fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
     let mix = |x: f32, y: f32| x * (1.0 - t) + y * t;
-    let form = match (a.form, b.form) {
-        (LeafForm::Square, LeafForm::Square) => LeafForm::Square,
-        (a, b) => LeafForm::Flat(mix(a.width(), b.width())),
-    };
     Leaf {
         chain: a.chain,
         location: mix(a.location, b.location).clamp(0.0, 1.0),
@@ -275,6 +271,6 @@ fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
         size: mix(a.size, b.size),
         slot,
         offset: a.offset * (1.0 - t) + b.offset * t,
-        form,
+        form: a.form.between(b.form, t),
     }
 }

@@ -25,6 +25,7 @@ fn placed(card: &Card, placement: &Placement) -> Card {
         length: card.length * placement.scale(),
         width: card.width * placement.scale(),
         slot: card.slot,
+        bend: card.bend,
     }
 }
 
@@ -69,9 +70,10 @@ pub fn attach(plant: Plant, parts: &Parts, placement: &Placement, notes: &mut Ve
 fn leaf(plant: &Plant, posed: &Posed, card: &Card, chain: ChainId, location: f32) -> Leaf {
     let here = posed.at(plant, chain, location);
     let [x, y, z] = card.axes.map(|axis| here.frame.to_local(axis));
+    let width = card.width / card.length;
     Leaf {
         offset: here.frame.to_local(card.base - here.position),
-        form: LeafForm::Flat(card.width / card.length),
+        form: card.bend.map_or(LeafForm::Flat(width), |(arch, fold)| LeafForm::Frond { width, arch, fold }),
         ..Leaf::new(chain, location, Rotation::from_axes(x, y, z), card.length, card.slot)
     }
 }

@@ -41,6 +41,8 @@ pub struct Card {
     pub width: f32,
     /// Which picture it wears.
     pub slot: u16,
+    /// Of a frond how far its tip turns away from the front, and how far its halves lean back, radians.
+    pub bend: Option<(f32, f32)>,
 }
 
 impl Card {
@@ -111,7 +113,7 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
     let joined = join_backs(&mut parts.cards, &faces);
     let fronds = fronds(scene, pieces, &near, gallery, parts);
     for (n, what) in [
-        (fronds, "fronds became cards along their spines"),
+        (fronds, "fronds became bent cards"),
         (joined, "leaves have a back of their own, which was joined with the front"),
         (crushed, "leaves without an area were dropped"),
         (strangers, "leaves of rare shapes wear the likest of the other leaves' pictures"),
@@ -136,12 +138,12 @@ fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_
         let first = known.unwrap_or_else(|| {
             let first = parts.art.leaves.len() as u16;
             let plain = worn(scene, part.material, gallery);
-            let pictures = frond::pictures(part, &piece.component, near, &plain);
-            parts.art.leaves.extend(pictures.into_iter().map(LeafPicture::Card));
+            let picture = frond::picture(part, &piece.component, near, &plain);
+            parts.art.leaves.push(LeafPicture::Card(picture));
             slots.push((part.material, first));
             first
         });
-        parts.cards.extend(frond::cards(part, &piece.component, near, first));
+        parts.cards.extend(frond::card(part, &piece.component, near, first));
         count += 1;
     }
     count
@@ -412,6 +414,7 @@ fn place(group: &Group, sheet: &Sheet, window: &Window, slot: u16) -> Option<Car
         length,
         width,
         slot,
+        bend: None,
     })
 }
 

@@ -1,188 +1,180 @@
-//! Fronds: long bent sheets, as a palm has them, become a few cards along their spine.
+//! Fronds: long bent sheets, as a palm has them, become one card each, bent and folded as they are.
 //!
-//! One flat card would lose the bend and a chain with many leaves the outline. So a frond is cut across into slices of
-//! equal length along its chord, and along its spine into two halves, which lean as the frond's do: most are folded, and
-//! one card across would show them edge-on to whoever stands below. Each half of a slice is a card from one point of the
-//! spine to the next, from the spine to the frond's edge. The pictures show the frond unrolled: all fronds of a material
-//! share those of the first, one a card.
+//! One flat card would lose the bend, and slices of a frond fall apart where trees are blended or leaves thinned. So the
+//! midrib is the circle's arc nearest to the sheet's middle, and the halves lean by what their points do. The picture shows
+//! the frond unrolled: all fronds of a material share that of the first.
 
-use glam::{Vec2, Vec3};
+use glam::{DMat4, DVec4, Vec2, Vec3};
 
 use super::card::Card;
 use super::component::Component;
 use super::near::Near;
 use super::picture::{CardCorner, CardPicture};
+use crate::base::math;
 use crate::source::scene::Part;
 
-/// Slices of a frond.
-const SLICES: usize = 5;
-/// How far each slice goes on under the next, as a share of its length: where a frond bends, its slices would gape.
-const OVER: f32 = 0.06;
+/// Places along a frond at which its middle is sought.
+const PLACES: usize = 6;
 /// Steepest that a half leans, rise over run: beyond, its points say nothing about a plane.
 const STEEP: f32 = 4.0;
+/// Bends below this share of the chord say nothing about which way a frond bends.
+const STRAIGHT: f32 = 0.03;
+/// Farthest that a tip turns, radians: along a chord, nothing says how far one has gone round.
+const ROUND: f32 = 2.6;
 
-/// A frond unrolled: along its spine and across.
+/// A frond unrolled.
 struct Unrolled {
-    spine: [Vec3; SLICES + 1],
-    /// From the spine along each half: where distances from the spine are below zero, and above.
-    halves: [Vec3; 2],
-    /// For each point its share of the chord and its distance from the spine, seen from above.
+    card: Card,
+    /// Of each point, on the picture: across and down, 0..=1.
     places: Vec<Vec2>,
-    /// For each slice how wide its halves are, seen from above.
-    widths: [[f32; 2]; SLICES],
-    /// What widths from above are multiplied with along each half.
-    slants: [f32; 2],
 }
 
-fn unroll(part: &Part, c: &Component, near: &Near) -> Option<Unrolled> {
-    let at: Vec<Vec3> = c.points.iter().map(|&i| part.positions[i as usize]).collect();
-    // The end that is nearer to the wood is the base.
+/// A circle's arc from one end of a chord to the other.
+struct Arc {
+    base: Vec3,
+    /// Unit: along the chord, and to the side that the arc bulges to.
+    along: Vec3,
+    up: Vec3,
+    chord: f32,
+    /// How far it turns from end to end, radians.
+    turn: f32,
+}
+
+impl Arc {
+    /// At a share of the chord: the share of the arc, the place there, and the direction away from the centre.
+    fn at(&self, share: f32) -> (f32, Vec3, Vec3) {
+        let on_chord = self.base + self.along * (share * self.chord);
+        if self.turn < 1e-3 {
+            return (share, on_chord, self.up);
+        }
+        let (sin_half, cos_half) = math::sin_cos(self.turn * 0.5);
+        let sin = (2.0 * share - 1.0) * sin_half;
+        let cos = (1.0 - sin * sin).max(0.0).sqrt();
+        let radius = self.chord * 0.5 / sin_half;
+        let of_arc = math::atan2(sin, cos) / self.turn + 0.5;
+        (of_arc, on_chord + self.up * (radius * (cos - cos_half)), self.up * cos + self.along * sin)
+    }
+
+    fn length(&self) -> f32 {
+        let half = self.turn * 0.5;
+        self.chord * if half < 1e-3 { 1.0 } else { half / math::sin_cos(half).0 }
+    }
+}
+
+/// The arc along the middle of points, from the end of `c`'s longest axis that is nearer to the wood.
+fn midrib(at: &[Vec3], c: &Component, near: &Near) -> Option<Arc> {
     let along = |p: Vec3, axis: Vec3| (p - c.centre).dot(axis);
-    let ends = |axis: Vec3| at.iter().copied().max_by(|a, b| along(*a, axis).total_cmp(&along(*b, axis)));
-    let (high, low) = (ends(c.axes[0])?, ends(-c.axes[0])?);
+    let end = |axis: Vec3| at.iter().copied().max_by(|a, b| along(*a, axis).total_cmp(&along(*b, axis)));
     let far = |p: Vec3| near.find(p).map_or(0.0, |(_, d)| d);
-    let axis = if far(high) < far(low) { -c.axes[0] } else { c.axes[0] };
-    let (first, last) = at.iter().fold((f32::MAX, f32::MIN), |(l, h), p| {
-        let d = along(*p, axis);
-        (l.min(d), h.max(d))
-    });
-    let length = last - first;
-    if !(length > 0.0 && length.is_finite()) {
+    let axis = if far(end(c.axes[0])?) < far(end(-c.axes[0])?) { -c.axes[0] } else { c.axes[0] };
+    let [first, last] = [-axis, axis].map(|way| end(way).map(|p| along(p, axis)));
+    let (first, chord) = (first?, last? - first?);
+    if !(chord > 0.0 && chord.is_finite()) {
         return None;
     }
-    let share = |p: Vec3| (along(p, axis) - first) / length;
-    // The spine: means of the points about each cut; an empty one lies between its neighbours.
-    let mut spine = [None; SLICES + 1];
-    for (k, place) in spine.iter_mut().enumerate() {
-        let t = k as f32 / SLICES as f32;
-        let (mut sum, mut weight) = (Vec3::ZERO, 0.0_f32);
-        for p in &at {
-            let gap = (share(*p) - t).abs() * SLICES as f32;
-            if gap < 0.8 {
-                sum += *p * (1.0 - gap);
-                weight += 1.0 - gap;
-            }
-        }
-        if weight > 1e-4 {
-            let mean = sum / weight;
-            *place = Some(mean + axis * (t * length + first - along(mean, axis)));
-        }
-    }
-    let known: Vec<(f32, Vec3)> = spine.iter().enumerate().filter_map(|(k, p)| Some((k as f32, (*p)?))).collect();
-    let spine: [Vec3; SLICES + 1] = std::array::from_fn(|k| {
-        let next = known.partition_point(|(at, _)| *at < k as f32).min(known.len().saturating_sub(1));
-        let before = next.saturating_sub(usize::from(known[next].0 > k as f32));
-        let (a, b) = (known[before], known[next]);
-        let f = if b.0 > a.0 { (k as f32 - a.0) / (b.0 - a.0) } else { 0.0 };
-        a.1.lerp(b.1, f)
+    let share = |p: Vec3| (along(p, axis) - first) / chord;
+    // Means of the points about each place, told by how far they are off the chord's line through the centre.
+    let off = |p: Vec3| p - c.centre - axis * along(p, axis);
+    let middles = (0..PLACES).filter_map(|k| {
+        let t = k as f32 / (PLACES - 1) as f32;
+        let weights = at.iter().map(|p| (1.0 - (share(*p) - t).abs() * (PLACES - 1) as f32 / 0.8).max(0.0));
+        let (sum, weight) = at.iter().zip(weights).fold((Vec3::ZERO, 0.0), |(s, w), (p, v)| (s + off(*p) * v, w + v));
+        (weight > 1e-4).then(|| (t, sum / weight))
     });
-    // Across lies at right angles to the plane in which the spine bends; of a straight one along the second direction.
-    let sag = spine[SLICES / 2] - (spine[0] + spine[SLICES]) * 0.5;
+    let middles: Vec<(f32, Vec3)> = middles.collect();
+    let (&(from, base), &(to, tip)) = (middles.first()?, middles.last()?);
+    let line = |t: f32| base.lerp(tip, if to > from { (t - from) / (to - from) } else { 0.0 });
+    // Which way it bends: the sag of a parabola through both ends, by least squares.
+    let bulge = |t: f32| 4.0 * t * (1.0 - t);
+    let (sum, squares) = middles.iter().fold((Vec3::ZERO, 0.0), |(sum, squares), (t, p)| {
+        (sum + (*p - line(*t)) * bulge(*t), squares + bulge(*t) * bulge(*t))
+    });
+    let sag = sum / f32::max(squares, 1e-6);
     let sag = sag - axis * sag.dot(axis);
-    let across = if sag.length() > 0.03 * length { axis.cross(sag).normalize_or(c.axes[1]) } else { c.axes[1] };
-    let up = axis.cross(across);
-    let middle = |t: f32, spine: &[Vec3; SLICES + 1]| {
-        let k = ((t * SLICES as f32) as usize).min(SLICES - 1);
-        spine[k].lerp(spine[k + 1], t * SLICES as f32 - k as f32)
-    };
-    let places: Vec<Vec2> = at
-        .iter()
-        .map(|p| {
-            let t = share(*p).clamp(0.0, 1.0);
-            Vec2::new(t, (*p - middle(t, &spine)).dot(across))
-        })
-        .collect();
-    // Each half's lean and its height at the spine: the line through its points, seen along the spine.
-    let mut lines = [(0.0_f32, 0.0_f32); 2];
-    for (half, line) in lines.iter_mut().enumerate() {
-        let sign = if half == 0 { -1.0 } else { 1.0 };
-        let on = || places.iter().zip(&at).filter(|(place, _)| place.y * sign >= 0.0);
-        let rise = |p: &Vec3, t: f32| (*p - middle(t, &spine)).dot(up);
-        let count = on().count().max(1) as f32;
-        let (y, z) = on().fold((0.0, 0.0), |(y, z), (place, p)| (y + place.y * sign, z + rise(p, place.x)));
-        let (y, z) = (y / count, z / count);
-        let (yy, yz) = on().fold((0.0, 0.0), |(yy, yz), (place, p)| {
-            let (dy, dz) = (place.y * sign - y, rise(p, place.x) - z);
-            (yy + dy * dy, yz + dy * dz)
-        });
-        let slope = if yy > 0.0 { (yz / yy).clamp(-STEEP, STEEP) } else { 0.0 };
-        *line = (slope, z - slope * y);
+    // A straight one shows its upper face to the sky.
+    let flat = c.axes[1].cross(axis).normalize_or(crate::base::Frame::along(axis).z);
+    let flat = flat * if flat.y < 0.0 { -1.0 } else { 1.0 };
+    let up = if sag.length() > STRAIGHT * chord { sag.normalize() } else { flat };
+    let across = axis.cross(up);
+    // How far it bends: the parabola of a midrib from which both halves lean, by least squares. Halves that lean pull the
+    // mean down where they are wide.
+    let (mut squares, mut products) = (DMat4::from_diagonal(DVec4::splat(1e-9)), DVec4::ZERO);
+    for p in at {
+        let (t, off) = (share(*p), off(*p));
+        let beside = (off - line(t)).dot(across).abs() / chord;
+        let row = DVec4::new(1.0, f64::from(t), f64::from(bulge(t)), f64::from(beside));
+        squares += DMat4::from_cols(row * row.x, row * row.y, row * row.z, row * row.w);
+        products += row * f64::from(off.dot(up) / chord);
     }
-    let ridge = (lines[0].1 + lines[1].1) * 0.5;
-    let spine = spine.map(|p| p + up * ridge);
-    let halves = [(up * lines[0].0 - across).normalize_or(-across), (up * lines[1].0 + across).normalize_or(across)];
-    let slants = lines.map(|(slope, _)| (1.0 + slope * slope).sqrt());
-    // As wide as the slice's points and what its edges cross.
-    let mut widths = [[0.0_f32; 2]; SLICES];
-    let order: std::collections::BTreeMap<u32, usize> = c.points.iter().enumerate().map(|(k, &i)| (i, k)).collect();
-    for t in &c.triangles {
-        let corner = t.map(|i| places[order[&i]]);
-        for k in 0..3 {
-            let (a, b) = (corner[k], corner[(k + 1) % 3]);
-            for (slice, halves) in widths.iter_mut().enumerate() {
-                let (low, high) = ((slice as f32 - OVER) / SLICES as f32, ((slice + 1) as f32 + OVER) / SLICES as f32);
-                for cut in [a.x, low, high] {
-                    let inside = |t: f32| t >= low - 1e-5 && t <= high + 1e-5;
-                    let f = if b.x == a.x { 0.0 } else { (cut - a.x) / (b.x - a.x) };
-                    if inside(cut) && (0.0..=1.0).contains(&f) {
-                        let y = a.y + (b.y - a.y) * f;
-                        let width = &mut halves[usize::from(y > 0.0)];
-                        *width = width.max(y.abs());
-                    }
-                }
-            }
-        }
-    }
-    Some(Unrolled { spine, halves, places, widths, slants })
+    let [start, rise, sag, _] = (squares.inverse() * products).to_array().map(|share| share as f32 * chord);
+    let ends = [(0.0, start), (1.0, start + rise)];
+    let ends = ends.map(|(t, height)| {
+        let beside = across * line(t).dot(across);
+        c.centre + axis * (first + chord * t) + beside + up * height
+    });
+    let along = (ends[1] - ends[0]).normalize_or(axis);
+    let up = (up - along * up.dot(along)).normalize_or(up);
+    let chord = ends[0].distance(ends[1]);
+    // One that hollows after all bends the other way.
+    let (up, sag) = if sag < 0.0 { (-up, -sag) } else { (up, sag) };
+    let turn = if sag > STRAIGHT * chord { (4.0 * math::atan2(2.0 * sag, chord)).min(ROUND) } else { 0.0 };
+    Some(Arc { base: ends[0], along, up, chord, turn })
 }
 
-/// The cards of a frond, base first, one half after the other, with `slots` onwards for their pictures; empty where it has
-/// no extent.
-pub(super) fn cards(part: &Part, c: &Component, near: &Near, slots: u16) -> Vec<Card> {
-    let Some(frond) = unroll(part, c, near) else { return Vec::new() };
-    let card = |(half, k): (usize, usize)| {
-        let along = frond.spine[k + 1] - frond.spine[k];
-        let y = along.try_normalize()?;
-        let out = (frond.halves[half] - y * y.dot(frond.halves[half])).try_normalize()?;
-        let (length, width) = (along.length(), frond.widths[k][half] * frond.slants[half]);
-        // Both halves face the same way.
-        let x = if half == 0 { -out } else { out };
-        (length.is_finite() && width > 0.0 && width.is_finite()).then_some(Card {
-            base: frond.spine[k] + out * (width * 0.5) - along * OVER,
-            axes: [x, y, x.cross(y)],
-            length: length * (1.0 + 2.0 * OVER),
-            width,
-            slot: slots + (half * SLICES + k) as u16,
-        })
+fn unroll(part: &Part, c: &Component, near: &Near, slot: u16) -> Option<Unrolled> {
+    let at: Vec<Vec3> = c.points.iter().map(|&i| part.positions[i as usize]).collect();
+    let arc = midrib(&at, c, near)?;
+    let across = arc.along.cross(arc.up);
+    // Of each point its share of the arc, how far it is beside it, and how high above.
+    let places = at.iter().map(|p| {
+        let (share, place, up) = arc.at(((*p - arc.base).dot(arc.along) / arc.chord).clamp(0.0, 1.0));
+        Vec3::new(share, (*p - place).dot(across), (*p - place).dot(up))
+    });
+    let places: Vec<Vec3> = places.collect();
+    // How each half leans and how high it is at the midrib: the line through its points, seen along the midrib.
+    let lines = [-1.0, 1.0].map(|sign| {
+        let on = || places.iter().filter(move |p| p.y * sign >= 0.0).map(move |p| Vec2::new(p.y * sign, p.z));
+        let mean = on().sum::<Vec2>() / on().count().max(1) as f32;
+        let (squares, products) = on().map(|p| p - mean).fold((0.0, 0.0), |(s, m), d| (s + d.x * d.x, m + d.x * d.y));
+        let slope = if squares > 0.0 { (products / squares).clamp(-STEEP, STEEP) } else { 0.0 };
+        (slope, mean.y - slope * mean.x)
+    });
+    let slope = (lines[0].0 + lines[1].0) * 0.5;
+    let slant = (1.0 + slope * slope).sqrt();
+    let width = places.iter().fold(0.0_f32, |width, p| width.max(p.y.abs() * slant)) * 2.0;
+    let length = arc.length();
+    let (sin, cos) = math::sin_cos(arc.turn * 0.5);
+    let (y, z) = (arc.along * cos + arc.up * sin, arc.up * cos - arc.along * sin);
+    let card = Card {
+        base: arc.base + arc.up * ((lines[0].1 + lines[1].1) * 0.5),
+        axes: [y.cross(z), y, z],
+        length,
+        width,
+        slot,
+        bend: Some((arc.turn, -math::atan2(slope, 1.0))),
     };
-    (0..2).flat_map(|half| (0..SLICES).map(move |k| (half, k))).filter_map(card).collect()
+    let on_picture = |p: &Vec3| Vec2::new(p.y * slant / width + 0.5, 1.0 - p.x);
+    let is_sound = length.is_finite() && width > 0.0 && width.is_finite();
+    is_sound.then(|| Unrolled { card, places: places.iter().map(on_picture).collect() })
 }
 
-/// The pictures of a frond's slices, less what they take from its material.
-pub(super) fn pictures(part: &Part, c: &Component, near: &Near, plain: &CardPicture) -> Vec<CardPicture> {
-    let Some(frond) = unroll(part, c, near) else { return vec![plain.clone(); 2 * SLICES] };
+/// The card of a frond; none where it has no extent.
+pub(super) fn card(part: &Part, c: &Component, near: &Near, slot: u16) -> Option<Card> {
+    unroll(part, c, near, slot).map(|frond| frond.card)
+}
+
+/// The picture of a frond, less what it takes from its material.
+pub(super) fn picture(part: &Part, c: &Component, near: &Near, plain: &CardPicture) -> CardPicture {
+    let Some(frond) = unroll(part, c, near, 0) else { return plain.clone() };
     let order: std::collections::BTreeMap<u32, usize> = c.points.iter().enumerate().map(|(k, &i)| (i, k)).collect();
-    let picture = |(half, k): (usize, usize)| {
-        let width = frond.widths[k][half].max(1e-12);
-        // From the frond's edge to the spine in the first half, from the spine to the edge in the second.
-        let edge = if half == 0 { 1.0 } else { 0.0 };
-        let corner = |i: u32| {
-            let place = frond.places[order[&i]];
-            CardCorner {
-                at: Vec2::new(
-                    place.y / width + edge,
-                    1.0 - (place.x * SLICES as f32 - k as f32 + OVER) / (1.0 + 2.0 * OVER),
-                ),
-                uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
-                color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
-            }
-        };
-        CardPicture {
-            width: width * frond.slants[half]
-                / (frond.spine[k].distance(frond.spine[k + 1]) * (1.0 + 2.0 * OVER)).max(1e-12),
-            triangles: c.triangles.iter().map(|t| t.map(corner)).collect(),
-            ..plain.clone()
-        }
+    let corner = |i: u32| CardCorner {
+        at: frond.places[order[&i]],
+        uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
+        color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
     };
-    (0..2).flat_map(|half| (0..SLICES).map(move |k| (half, k))).map(picture).collect()
+    CardPicture {
+        width: frond.card.width / frond.card.length,
+        triangles: c.triangles.iter().map(|t| t.map(corner)).collect(),
+        ..plain.clone()
+    }
 }

@@ -65,6 +65,8 @@ pub struct Parts {
     pub cards: Vec<Card>,
     /// Closed volumes to be filled with leaves.
     pub crowns: Vec<CrownVolume>,
+    /// Lowest and highest corner of the box around wood, leaves and crowns.
+    pub bounds: [Vec3; 2],
     /// Pictures of the leaves by slot, and of the bark.
     pub art: Art,
     /// What was dropped, joined or guessed, one sentence each.
@@ -104,6 +106,9 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     if crowns > 0 {
         parts.notes.push(format!("{crowns} closed crowns were filled with branches and leaves"));
     }
+    let kept = pieces.iter().filter(|p| matches!(p.role, Role::Wood | Role::Leaf | Role::Frond | Role::Crown));
+    let boxed = |[low, high]: [Vec3; 2], p: &Piece| [low.min(p.component.low), high.max(p.component.high)];
+    parts.bounds = kept.fold([Vec3::MAX, Vec3::MIN], boxed);
     let mut gallery = picture::Gallery::new(scene, files);
     card::cards(scene, &tones, &pieces, &mut gallery, &mut parts);
     for piece in &pieces {

@@ -107,6 +107,60 @@ fn quads_become_leaves_with_place_normal_and_size() {
     assert_eq!((card.cutoff, card.image), (0.4, Some(0)));
 }
 
+/// A frond that leaves a trunk's top outwards and bends down by `turn` over its length, its halves leaning down by `fold`.
+fn frond(top: f32, length: f32, turn: f32, fold: f32) -> Part {
+    let mut part = Part { name: "leaves".into(), material: Some(0), ..Part::default() };
+    let radius = length / turn;
+    for k in 0..9_u32 {
+        let share = k as f32 / 8.0;
+        let (sin, cos) = crate::base::math::sin_cos(turn * share);
+        let (place, up) = (Vec3::new(radius * sin, top - radius * (1.0 - cos), 0.0), Vec3::new(sin, cos, 0.0));
+        let (lean, out) = crate::base::math::sin_cos(fold);
+        for side in [-1.0_f32, 0.0, 1.0] {
+            let half = length * (0.02 + 0.4 * share * (1.0 - share)) * side.abs();
+            part.positions.push(place + Vec3::Z * (side * half * out) - up * (half * lean));
+        }
+    }
+    for k in 0..8_u32 {
+        for side in 0..2 {
+            let a = k * 3 + side;
+            part.triangles.extend([[a, a + 1, a + 4], [a, a + 4, a + 3]]);
+        }
+    }
+    part
+}
+
+#[test]
+fn a_frond_is_one_card_that_is_bent_and_folded_as_it_is() {
+    use crate::mesh::{CardShape, all_cards, leaf_cards};
+    let scene = Scene {
+        parts: vec![trunk(4.0, 0.2), frond(4.0, 2.0, 1.2, 0.3)],
+        materials: vec![Material { name: "Leaves".into(), ..Material::default() }],
+        up: SceneUp(UpAxis::Y),
+        ..Scene::default()
+    };
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert_eq!((parts.cards.len(), parts.art.leaves.len()), (1, 1));
+    let made = plant_of(&parts);
+    let plant = attach(made.plant, &parts, &made.placement, &mut Vec::new());
+    let LeafForm::Frond { arch, fold, .. } = plant.leaves()[0].form else { panic!("{:?}", plant.leaves()) };
+    assert!((arch - 1.2).abs() < 0.1 && (fold - 0.3).abs() < 0.05, "{arch} {fold}");
+    // On every shape of card it lies where the sheet did, the coarser the farther off.
+    for (shape, most) in [(CardShape::Folded, 0.01), (CardShape::Trimmed, 0.03), (CardShape::Flat, 0.07)] {
+        let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), shape);
+        let on = mesh.indices.as_chunks::<3>().0.iter().flat_map(|t| {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            (0..=20).flat_map(move |i| (0..=20 - i).map(move |j| a + ((b - a) * i as f32 + (c - a) * j as f32) / 20.0))
+        });
+        let on: Vec<Vec3> = on.collect();
+        for p in &scene.parts[1].positions {
+            let p = made.placement.point(*p);
+            let away = on.iter().map(|q| q.distance(p)).fold(f32::MAX, f32::min);
+            assert!(away < 2.0 * made.placement.scale() * (most + 0.02), "{shape:?}: {p} is {away} off");
+        }
+    }
+}
+
 /// A disc of twelve sides at a height, facing up.
 fn disc(y: f32, radius: f32) -> Part {
     let mut part = Part::default();

@@ -229,6 +229,22 @@ fn height_scales_and_what_is_no_tree_height_is_noted() {
 }
 
 #[test]
+fn the_height_of_a_mesh_is_that_of_its_leaves_where_they_rise_above_the_wood() {
+    let ring = |y: f32| [(0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2)].map(|(x, z)| format!("v {x} {y} {z}\n"));
+    let wood: String = [0.0, 2.0, 4.0].iter().flat_map(|y| ring(*y)).collect();
+    let side = |k: u32, s: u32| format!("f {} {} {} {}\n", k + s, k + s % 4 + 1, k + s % 4 + 5, k + s + 4);
+    let sides: String = [0, 4].iter().flat_map(|&k| (1..=4).map(move |s| side(k, s))).collect();
+    let leaf = "o leaves\nv -0.5 3.9 0\nv 0.5 3.9 0\nv 0.5 6 0\nv -0.5 6 0\nf 13 14 15 16\n";
+    let file = format!("o trunk\n{wood}{sides}{leaf}");
+    let scaled = ImportParams { height: ImportHeight::Metres(12.0), ..params() };
+    let tree = import(file.as_bytes(), "t.obj", &scaled).unwrap().plant;
+    let (posed, leaf) = (tree.pose(), &tree.leaves()[0]);
+    let pose = posed.leaf(&tree, leaf);
+    let tip = pose.position + pose.frame.y * leaf.size;
+    assert!((tip.y - 12.0).abs() < 0.05 && (tree.height() - 8.0).abs() < 0.2, "{tip} {}", tree.height());
+}
+
+#[test]
 fn the_axis_given_in_the_preset_wins() {
     let lying = ImportParams { up: UpAxis::Y, ..params() };
     let text = format!("{HEADER}1,0,0,0,0,0,1,4,9,0.1\n");

@@ -139,6 +139,16 @@ pub struct Skeletonized {
     pub notes: Vec<String>,
 }
 
+impl Skeletonized {
+    /// The same, `factor` times as large; none where that leaves the range of numbers.
+    #[must_use]
+    pub(crate) fn scaled(self, factor: f32) -> Option<Self> {
+        let plant = self.plant.wood_scaled(factor)?;
+        let placement = Placement { factor: self.placement.factor * f64::from(factor), ..self.placement };
+        Some(Self { plant, placement, notes: self.notes })
+    }
+}
+
 /// Why wood makes no plant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
