@@ -135,6 +135,11 @@ fn opaque(pictures: &[Maps]) -> Vec<f32> {
     pictures.iter().map(|maps| sum(maps) / (255.0 * maps.color.len().max(1) as f32)).collect()
 }
 
+/// What the cards of a plant's leaves cover, square metres.
+fn area(plant: &Plant) -> f32 {
+    dress::shown(plant, |leaf| leaf.form.width())
+}
+
 /// What a leaf shows of the square of its length, by what is opaque of each picture.
 fn share(opaque: &[f32], leaf: &Leaf) -> f32 {
     leaf.form.width() * opaque.get(usize::from(leaf.slot)).unwrap_or(&1.0)
@@ -158,6 +163,8 @@ fn refitted(plan: &Plan, source: &SourcePlant, worn: Plant, size: f32, pictures:
     dress::refit(worn, scale, area, |leaf| share(&now, leaf), Seed::new(plan.seed).child("refit"))
 }
 
+/// Least share of a crown that leaves are made for where sources bring the rest.
+const LEAST: f32 = 0.02;
 /// Longest leaf that a preset may ask for, as a share of the largest source's extent.
 const LARGEST_LEAF: f32 = 0.8;
 
@@ -178,7 +185,9 @@ impl Wardrobe {
         let leaf_size = self.leaf_size;
         let leaf_share = self.leaf_share(plan, leaf_size, sources);
         let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
-        Dressing::Made { params, first: self.dressed.0 }
+        let areas = sources.iter().map(|&i| area(&self.plants[i])).filter(|area| *area > 0.0);
+        let (sum, count) = areas.fold((0.0, 0), |(sum, count), area| (sum + area, count + 1));
+        Dressing::Made { params, first: self.dressed.0, own: sum / count.max(1) as f32 }
     }
 
     /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
@@ -198,8 +207,9 @@ impl Wardrobe {
 pub(super) enum Dressing {
     /// Those that all of its sources bring, thinned as the preset says.
     Own { params: DressParams },
-    /// Made, as one of its sources brings none; `first` is the slot of the first picture.
-    Made { params: DressParams, first: u16 },
+    /// Made, as one of its sources brings none; `first` is the slot of the first picture. Where others bring some, with an area of
+    /// `own` square metres, they stay, and are made up for by as much as is not there.
+    Made { params: DressParams, first: u16, own: f32 },
 }
 
 impl Dressing {
@@ -207,9 +217,17 @@ impl Dressing {
     pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
         match self {
             Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
-            Self::Made { params, first } => {
-                let dressed = dress::dress(&plant.without_leaves(), params, seed);
-                dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form))
+            Self::Made { params, first, own } => {
+                let there = if *own > 0.0 { area(&plant) / own } else { 0.0 };
+                let kept = dress::thin(plant.clone(), params, seed.child("thin"));
+                let bare = DressParams { density: params.density * (1.0 - there).max(0.0), ..params.clone() };
+                if there > 1.0 - LEAST {
+                    return kept;
+                }
+                let dressed = dress::dress(&plant.without_leaves(), &bare, seed);
+                let made = dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form));
+                let leaves = made.leaves().iter().chain(kept.leaves()).copied().collect();
+                made.with_leaves(leaves)
             }
         }
     }
@@ -330,5 +348,29 @@ mod tests {
             assert!(is_near(length, 0.2) && is_near(shown, 1.0), "{length} {shown}");
         }
         assert_eq!(worn("leaf: From(\"a\")").map(|worn| (worn.0 * 1e3).round()), [100.0, 400.0]);
+    }
+
+    #[test]
+    fn what_sources_bring_stays_and_is_made_up_for_by_as_much_as_others_lack() {
+        let text =
+            "(sources: {\"a\": Import(file: \"a.csv\"), \"b\": Import(file: \"b.csv\")}, variants: [Source(\"a\")])";
+        let plan = crate::preset::load("set.ron", text, &mut |_| Ok(String::new())).unwrap();
+        let leafy = pole(0.2);
+        let bare = SourcePlant::grown(leafy.plant.clone().without_leaves(), Vec::new());
+        let pictures = Pictures { leaves: vec![picture(0.5); 2], bark: picture(1.0) };
+        let sources = [leafy, bare].map(Arc::new);
+        let Ok(made) = wardrobe(&plan, &sources, &pictures) else { panic!("no wardrobe") };
+        let dressing = made.dressing_of(&plan, &[0, 1]);
+        // Leaves of the first source wear picture 0, those that are made 1 and 2.
+        let counts = |every: usize| {
+            let some = sources[0].plant.clone().keep_leaves(|i, leaf| (i % 4 < every).then_some(*leaf));
+            let dressed = dressing.dress(some, Seed::new(1));
+            let own = dressed.leaves().iter().filter(|leaf| leaf.slot == 0).count();
+            (own, dressed.leaves().len() - own)
+        };
+        let all = counts(0).1;
+        assert!(all > 50 && counts(0).0 == 0 && counts(4) == (400, 0), "{all} {:?}", counts(4));
+        let (own, more) = counts(2);
+        assert!(own == 200 && more.abs_diff(all / 2) <= all / 10, "{own} {more} of {all}");
     }
 }
