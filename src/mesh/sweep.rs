@@ -17,6 +17,10 @@ use crate::plant::ChainId;
 
 /// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
 const LEANS: f32 = 0.15;
+/// How far a stem lies that doesn't go on below the ground: how high its first ring is, as a share of its girth. At 45 degrees.
+const LIES: f32 = 0.11;
+/// The same of one that stands upright.
+const UPRIGHT: f32 = 0.02;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
 const YOUNG: (f32, f32, f32) = (0.75, 0.004, 0.03);
 
@@ -247,25 +251,40 @@ fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3),
     }
 }
 
-/// Goes on with the first ring of a stem, from the ground straight down; `density` is of bark, repeats a metre. A stem that lies
-/// on the ground has no ring around it there.
+/// Goes on with the first ring of a stem straight down, so far below the ground, or below the ring where it leans deeper; `density`
+/// is of bark, repeats a metre. A stem that lies on the ground has no ring around it there.
 fn sink(mesh: &mut Mesh, ring: Range<usize>, (ground, below): (f32, f32), density: f32) {
     let places = &mesh.positions[ring.clone()];
     let off = places.iter().fold(0.0_f32, |most, place| most.max((place.y - ground).abs()));
     let girth = places.array_windows().map(|[a, b]| a.distance(*b)).sum::<f32>();
-    if off > girth * 0.05 {
+    if off > girth * LIES {
         return;
     }
-    let (first, start, sides) = (mesh.positions.len() as u32, ring.start as u32, ring.len() as u32 - 1);
-    for i in ring {
-        let radial = mesh.normals[i].with_y(0.0).normalize_or(Vec3::X);
-        let down = mesh.positions[i].y - (ground - below);
-        let place = mesh.positions[i] - Vec3::Y * down;
-        let uv = mesh.uvs[i] + Vec2::new(0.0, down * density);
-        push(mesh, place, (radial, tangent_of(radial, radial.cross(Vec3::NEG_Y), Vec3::NEG_Y)), uv, mesh.occlusion[i]);
+    let bottom = places.iter().fold(ground, |low, place| low.min(place.y)) - below;
+    // Seen from above a ring that leans is narrow, and its own normals may look to the other side: it is there once more.
+    let leans = off > girth * UPRIGHT;
+    let sides = ring.len() as u32 - 1;
+    let upper = if leans { mesh.positions.len() as u32 } else { ring.start as u32 };
+    let along = |mesh: &Mesh, i: usize| {
+        let before = if i == ring.start { ring.end - 2 } else { i - 1 };
+        let after = if i + 1 == ring.end { ring.start + 1 } else { i + 1 };
+        mesh.positions[after] - mesh.positions[before]
+    };
+    let drops = if leans { &[false, true][..] } else { &[true][..] };
+    for drop in drops {
+        for i in ring.clone() {
+            let along = along(mesh, i);
+            let radial = along.cross(Vec3::Y).normalize_or(Vec3::X);
+            let down = if *drop { mesh.positions[i].y - bottom } else { 0.0 };
+            let place = mesh.positions[i] - Vec3::Y * down;
+            let uv = mesh.uvs[i] + Vec2::new(0.0, down * density);
+            let tangent = tangent_of(radial, along, Vec3::NEG_Y);
+            push(mesh, place, (radial, tangent), uv, mesh.occlusion[i]);
+        }
     }
+    let lower = mesh.positions.len() as u32 - sides - 1;
     for k in 0..sides {
-        let (a, b) = (first + k, start + k);
+        let (a, b) = (lower + k, upper + k);
         mesh.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
     }
 }
@@ -289,4 +308,36 @@ fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv
 fn uppermost(circle: &[(f32, f32)], frame: Frame) -> usize {
     let up = |&k: &usize| circle[k].1 * frame.x.y - circle[k].0 * frame.z.y;
     (0..circle.len()).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::MeshParams;
+
+    #[test]
+    fn a_foot_that_leans_goes_on_below_the_ground_and_one_that_lies_does_not() {
+        for (lean, sunk) in [(0.0, true), (0.6, true), (3.0, false)] {
+            let mut builder = PlantBuilder::new();
+            builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::new(lean, 1.0, 0.0) * 2.0], &[0.2, 0.1]);
+            let plant = builder.finish().unwrap();
+            let posed = plant.pose();
+            let wood = Wood::of(&plant, &posed, &TubeDetail::full(&MeshParams::told(12, 0.004)));
+            let of = |below: f32| {
+                let detail = TubeDetail { below, ..TubeDetail::full(&MeshParams::told(12, 0.004)) };
+                wood.mesh(&CrownLight::of(&plant, &posed), &detail)
+            };
+            let lowest = |mesh: &Mesh| mesh.positions.iter().fold(f32::MAX, |low, p| low.min(p.y));
+            let (before, after) = (of(0.0), of(0.4));
+            let deep = lowest(&before) - lowest(&after);
+            assert!((deep - if sunk { 0.4 } else { 0.0 }).abs() < 1e-3, "{lean}: {deep}");
+            // What was added faces outwards.
+            for t in after.indices[before.indices.len()..].as_chunks::<3>().0 {
+                let [a, b, c] = t.map(|i| after.positions[i as usize]);
+                let out = (a + b + c) / 3.0;
+                assert!((b - a).cross(c - a).dot(out.with_y(0.0)) > 0.0, "{lean}: {t:?}");
+            }
+        }
+    }
 }

@@ -149,7 +149,8 @@ fn stems_that_go_on_below_the_ground_are_as_sound_and_nothing_else_moves() {
             // What is above is there as it was, and what was added begins where the stem ended.
             let lowest = |mesh: &Mesh| mesh.positions.iter().fold(f32::MAX, |low, p| low.min(p.y));
             let stands: Vec<Vec3> = after.positions.iter().copied().filter(|p| p.y > lowest(&before) - 1e-3).collect();
-            assert_eq!(stands, before.positions, "{seed}");
+            let mut all = stands.iter();
+            assert!(before.positions.iter().all(|p| all.any(|q| q == p)), "{seed}");
             if added > 0 && lowest(&before).abs() < 1e-3 {
                 assert!((lowest(&after) + 0.7).abs() < 1e-3, "{seed}: {}", lowest(&after));
                 sunk += 1;

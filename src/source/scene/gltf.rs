@@ -195,11 +195,17 @@ fn part(
 }
 
 /// Takes off what stems have below the ground (`below` of a preset's `mesh`): one band of triangles, from the first ring of a
-/// stem straight down. A tree that kept it would stand on it.
+/// stem straight down, so that each has an edge that is plumb. A tree that kept it would stand on it.
 fn unsink(part: &mut Part, below: f32, used: &mut Used) {
     let reach = 0.5 * below;
-    let height = |&corner: &u32| part.positions[corner as usize].y;
-    let is_sunk = |t: &[u32; 3]| t.iter().any(|c| height(c) < -reach) && t.iter().all(|c| height(c) < reach);
+    let is_plumb = |[a, b]: [Vec3; 2]| {
+        let (edge, low) = (a - b, a.y.min(b.y));
+        low < -reach && edge.y.abs() > reach && edge.with_y(0.0).length() < 1e-3 * edge.y.abs()
+    };
+    let is_sunk = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|corner| part.positions[corner as usize]);
+        [[a, b], [b, c], [c, a]].into_iter().any(is_plumb)
+    };
     let sunk: Vec<bool> = part.triangles.iter().map(is_sunk).collect();
     if !sunk.contains(&true) {
         return;
