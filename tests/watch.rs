@@ -358,7 +358,7 @@ fn when_the_system_watches_no_more_folders_the_files_are_looked_at_and_that_is_s
         ("grown.ron", tiny::GROWN.replace("density: 0.1", "density: 0.2")),
     ] {
         fs::write(project.path().join(path), text).unwrap();
-        until("files written");
+        until(" written, ");
         until("watching");
     }
     child.kill().unwrap();

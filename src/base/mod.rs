@@ -3,6 +3,7 @@
 
 mod alone;
 pub(crate) mod bulk;
+mod counted;
 mod diagnostic;
 mod frame;
 mod gaussian;
@@ -13,6 +14,7 @@ mod seed;
 mod simplex;
 
 pub(crate) use alone::is_alone;
+pub(crate) use counted::counted;
 pub use diagnostic::{Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use gaussian::gaussian_shares;

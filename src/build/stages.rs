@@ -18,10 +18,10 @@ use crate::preset::plan::{
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 5);
+const GROW: Stage = Stage("grow", 6);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 10);
-const LIKE: Stage = Stage("like", 5);
+const IMPORT: Stage = Stage("import", 11);
+const LIKE: Stage = Stage("like", 6);
 const PICTURES: Stage = Stage("pictures", 8);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);

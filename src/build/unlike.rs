@@ -2,7 +2,7 @@
 //! told aloud, with what helps.
 
 use super::trees::Tree;
-use crate::base::Note;
+use crate::base::{Note, counted};
 use crate::lod::{Level, Measured};
 use crate::preset::Plan;
 use crate::preset::plan::{ANY, Lod};
@@ -38,12 +38,12 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
                 _ => "give it a smaller `screen`, or put a level before it",
             };
             let (many, all) = (unlike.len(), trees.len());
-            let variants = if all == 1 { "variant" } else { "variants" };
             let are = if many == 1 { "is unlike its tree" } else { "are unlike their trees" };
-            let of_all = if many == all { String::new() } else { format!(" of {all}") };
+            let variants = counted(all, "variant", "variants");
+            let some = if many == all { variants } else { format!("{many} of {variants}") };
             let Measured { iou, pixels, coverage, .. } = worst.measured;
             let message = format!(
-                "{many}{of_all} {variants} {are} where it takes over: outlines of number {n} overlap by {iou:.2} of 1 at {pixels} pixels, \
+                "{some} {are} where it takes over: outlines of number {n} overlap by {iou:.2} of 1 at {pixels} pixels, \
                  and cover {coverage:.2} times as much; {help}"
             );
             notes.push(Note { about: about.clone(), message });

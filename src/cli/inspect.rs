@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::args::InspectArguments;
 use super::report::{Failure, print};
-use crate::base::{Diagnostic, Seed};
+use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
@@ -227,8 +227,15 @@ fn describe(inspected: &Inspected<'_>) -> String {
 fn describe_plant(text: &mut String, s: &PlantStats) {
     let _ = writeln!(
         text,
-        "{:.2} m high, {:.2} m wide; {} stem(s), {} chains, {} points, {} leaves; {:.1} m of wood, {:.3} m radius at the base",
-        s.height, s.width, s.stems, s.chains, s.points, s.leaves, s.wood_length, s.base_radius
+        "{:.2} m high, {:.2} m wide; {}, {}, {}, {}; {:.1} m of wood, {:.3} m radius at the base",
+        s.height,
+        s.width,
+        counted(s.stems, "stem", "stems"),
+        counted(s.chains, "chain", "chains"),
+        counted(s.points, "point", "points"),
+        counted(s.leaves, "leaf", "leaves"),
+        s.wood_length,
+        s.base_radius
     );
     let _ = writeln!(text, "topology continuity {:.4}", s.topology_continuity);
     let streams: Vec<String> = s.strahler.iter().map(usize::to_string).collect();
@@ -237,9 +244,9 @@ fn describe_plant(text: &mut String, s: &PlantStats) {
     if s.murray.exponent > 0.0 {
         let _ = writeln!(
             text,
-            "Murray's exponent {:.2} over {} forks, which it predicts to {:.0} %",
+            "Murray's exponent {:.2} over {}, predicted to {:.0} %",
             s.murray.exponent,
-            s.murray.forks,
+            counted(s.murray.forks, "fork", "forks"),
             s.murray.residual * 100.0
         );
     }
@@ -272,10 +279,11 @@ fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
     let triangles: u64 = asset.instances.iter().filter_map(|i| asset.meshes.get(i.mesh)).map(|m| m.triangles()).sum();
     let _ = writeln!(
         text,
-        "{} meshes, {} materials, {} images; the scene shows {triangles} triangles; made by {}",
-        asset.meshes.len(),
-        asset.materials.len(),
-        asset.images.len(),
+        "{}, {}, {}; the scene shows {}; made by {}",
+        counted(asset.meshes.len(), "mesh", "meshes"),
+        counted(asset.materials.len(), "material", "materials"),
+        counted(asset.images.len(), "image", "images"),
+        counted(triangles as usize, "triangle", "triangles"),
         if asset.generator.is_empty() { "?" } else { &asset.generator },
     );
     for extension in &asset.extensions_used {
@@ -283,14 +291,16 @@ fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
         let _ = writeln!(text, "extension {extension}{needed}");
     }
     for mesh in &asset.meshes {
-        let _ = writeln!(text, "mesh {}: {} triangles, {} vertices", mesh.name, mesh.triangles(), mesh.vertices());
+        let triangles = counted(mesh.triangles() as usize, "triangle", "triangles");
+        let vertices = counted(mesh.vertices() as usize, "vertex", "vertices");
+        let _ = writeln!(text, "mesh {}: {}, {}", mesh.name, triangles, vertices);
         for primitive in &mesh.primitives {
             let material = primitive.material.and_then(|m| asset.materials.get(m));
             let (name, alpha) = material.map_or(("none", ""), |m| (m.name.as_str(), m.alpha_mode.as_str()));
             let _ = writeln!(
                 text,
-                "  {} triangles, material {name} {alpha}: {}",
-                primitive.triangles,
+                "  {}, material {name} {alpha}: {}",
+                counted(primitive.triangles as usize, "triangle", "triangles"),
                 primitive.attributes.join(" ")
             );
         }

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::MessageFormat;
 use super::messages;
-use crate::base::{Diagnostic, Span};
+use crate::base::{Diagnostic, Span, counted};
 use crate::build::{BuildError, Happened, Progress, SetState, SetStatus};
 
 /// Why a command failed.
@@ -59,9 +59,8 @@ pub(super) fn failure(failure: &Failure) {
                 say(&format!("{}\n", rendered(diagnostic)));
             }
             let files = diagnostics.iter().map(|d| &d.file).collect::<std::collections::BTreeSet<_>>().len();
-            let plural = |n: usize| if n == 1 { "" } else { "s" };
-            let count = diagnostics.len();
-            say(&format!("{count} error{} in {files} file{}", plural(count), plural(files)));
+            let errors = counted(diagnostics.len(), "error", "errors");
+            say(&format!("{errors} in {}", counted(files, "file", "files")));
         }
         Failure::Other(message) | Failure::Usage(message) => say(&format!("error: {message}")),
     }
@@ -204,16 +203,18 @@ impl Meter {
 }
 
 fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
-    let s = if outcome.variants == 1 { "" } else { "s" };
-    let mut text = format!("{}: {} variant{s} in {}", outcome.set, outcome.variants, folder.display());
+    let variants = counted(outcome.variants, "variant", "variants");
+    let mut text = format!("{}: {variants} in {}", outcome.set, folder.display());
     match outcome.happened {
         Happened::Current => text += ", nothing had changed",
-        Happened::Shard { trees } => text = format!("{}: {trees} trees made for the cache", outcome.set),
+        Happened::Shard { trees } => {
+            text = format!("{}: {} made for the cache", outcome.set, counted(trees, "tree", "trees"))
+        }
         Happened::Built => {
             let c = &outcome.committed;
-            let (written, removed) = (c.written.len(), c.removed.len());
+            let (written, removed) = (counted(c.written.len(), "file", "files"), c.removed.len());
             let took = outcome.took.as_secs_f64();
-            text += &format!(", {written} files written, {} unchanged, {removed} removed, {took:.2} s", c.unchanged);
+            text += &format!(", {written} written, {} unchanged, {removed} removed, {took:.2} s", c.unchanged);
         }
     }
     for note in &outcome.notes {

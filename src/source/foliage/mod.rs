@@ -27,6 +27,7 @@ mod words;
 
 use glam::Vec3;
 
+use crate::base::counted;
 use crate::source::scene::{Files, Scene};
 
 pub use attach::attach;
@@ -89,20 +90,21 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     let pieces = decide::pieces(scene, &tones, overrides);
     let mut parts = Parts::default();
     let count = |role| pieces.iter().filter(|p| p.role == role).count();
-    for (role, what) in [
-        (Role::Stalk, "stalks of leaves were dropped; their leaves keep their places"),
-        (Role::Fruit, "flowers or fruit were dropped"),
-        (Role::Patch, "flat pieces painted on the bark were dropped"),
-        (Role::Ground, "pieces of ground, or of a pot, were dropped"),
+    for (role, one, many, rest) in [
+        (Role::Stalk, "stalk of leaves was", "stalks of leaves were", "; their leaves keep their places"),
+        (Role::Fruit, "flower or fruit was", "flowers or fruit were", ""),
+        (Role::Patch, "flat piece painted on the bark was", "flat pieces painted on the bark were", ""),
+        (Role::Ground, "piece of ground, or of a pot, was", "pieces of ground, or of a pot, were", ""),
     ] {
         let n = count(role);
         if n > 0 {
-            parts.notes.push(format!("{n} {what}"));
+            parts.notes.push(format!("{} dropped{rest}", counted(n, one, many)));
         }
     }
     let crowns = count(Role::Crown);
     if crowns > 0 {
-        parts.notes.push(format!("{crowns} closed crowns were filled with branches and leaves"));
+        let were = counted(crowns, "closed crown was", "closed crowns were");
+        parts.notes.push(format!("{were} filled with branches and leaves"));
     }
     let mut gallery = picture::Gallery::new(scene, files);
     card::cards(scene, &tones, &pieces, &mut gallery, &mut parts);

@@ -5,7 +5,7 @@
 //! first row: a tab, else `;`, else `,`, else blanks. With `;` or a tab a comma can only be a decimal point. Quotes
 //! around a cell are dropped; a separator inside quotes is not supported and shows as a wrong number of columns.
 
-use crate::base::{Diagnostic, Span};
+use crate::base::{Diagnostic, Span, counted};
 
 use super::MOST_ROWS;
 
@@ -46,7 +46,8 @@ impl Errors {
     /// All of them, the last one counting what is not listed.
     pub(super) fn into_list(mut self) -> Vec<Diagnostic> {
         if self.more > 0 {
-            self.list.push(Diagnostic::new(self.file, format!("and {} more errors", self.more)));
+            self.list
+                .push(Diagnostic::new(self.file, format!("and {}", counted(self.more, "more error", "more errors"))));
         }
         self.list
     }
