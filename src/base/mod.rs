@@ -15,7 +15,7 @@ mod simplex;
 
 pub(crate) use alone::is_alone;
 pub(crate) use counted::counted;
-pub use diagnostic::{Diagnostic, Note, Span};
+pub use diagnostic::{Asked, Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use gaussian::gaussian_shares;
 pub use key::{Key, KeyBuilder};

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
-use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
+use crate::base::{Asked, Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::plant::Plant;
-use crate::preset::Plan;
 use crate::preset::plan::{
     BarkArt, Company, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MorphKind, Source, SourceRecipe,
     Variant, Wear,
 };
+use crate::preset::{self, Plan};
 use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
@@ -172,8 +172,12 @@ fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key 
     key.finish()
 }
 
-/// Imports the file that a source's `field` names. What is wrong with a place in the file is told there; what is wrong with
-/// the whole file, where the preset names it.
+/// What is wrong with a data file that a field of the preset asks for.
+fn asked_for(field: String, found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    preset::data_asked_for(found, &Asked { file: String::new(), span: None, field })
+}
+
+/// Imports the file that a source's `field` names.
 fn imported(
     (source, field): (&Source, &str),
     params: &ImportParams,
@@ -181,21 +185,16 @@ fn imported(
 ) -> Result<import::Imported, Vec<Diagnostic>> {
     let input = &inputs[&params.file];
     let field = format!("sources[\"{}\"].{field}", source.name);
-    let wrong = |message: String, hint: String| Diagnostic::new("", message).with_field(field.clone()).with_hint(hint);
-    let made = import::import_with(&input.bytes, &input.shown, &input.files(inputs), params).map_err(|errors| {
-        let placed = |error: Diagnostic| match error.span {
-            None => wrong(format!("{}: {}", error.file, error.message), error.hint),
-            Some(_) => error,
-        };
-        errors.into_iter().map(placed).collect::<Vec<_>>()
-    })?;
+    let made = import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+        .map_err(|found| asked_for(field.clone(), found))?;
     let plant = &made.plant;
     let has_length = |id| plant.points(id).windows(2).any(|ends| ends[0].distance(ends[1]) > 0.0);
     if plant.chain_ids().any(has_length) {
         return Ok(made);
     }
-    let message = format!("{}: no branch of the plant has any length", input.shown);
-    Err(vec![wrong(message, "all points of each branch lie in one place: check their coordinates".to_owned())])
+    let error = Diagnostic::new(&input.shown, "no branch of the plant has any length")
+        .with_hint("all points of each branch lie in one place: check their coordinates");
+    Err(asked_for(field, vec![error]))
 }
 
 /// A plant grown like a scan.
@@ -222,12 +221,13 @@ fn solids(source: &Source, params: &GrowParams, inputs: &Inputs) -> Result<grow:
     let read = |shape: grow::ShapeFile| {
         let input = &inputs[&shape.file];
         grow::Solid::read(&input.bytes, shape.reading).map(|solid| (shape, solid)).map_err(|error| {
-            let message = format!("its species takes endpoints from {}: {error}", input.shown);
-            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].species", source.name))
+            let error = Diagnostic::new(&input.shown, format!("its species takes endpoints from it, but {error}"))
+                .with_hint("the species file that the source names asks for it: mend it, or name another there");
+            asked_for(format!("sources[\"{}\"].species", source.name), vec![error])
         })
     };
     let (solids, errors): (Vec<_>, Vec<_>) = grow::shape_files(params).into_iter().map(read).partition(Result::is_ok);
-    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).flatten().collect();
     if errors.is_empty() { Ok(solids.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
@@ -260,12 +260,13 @@ fn obstacle_meshes(
     let read = |file: &String| {
         let input = &inputs[file];
         grow::obstacle_triangles(&input.bytes).map(|mesh| (file.clone(), mesh)).map_err(|error| {
-            let message = format!("the obstacle {} can't be read: {error}", input.shown);
-            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].obstacles", source.name))
+            let error = Diagnostic::new(&input.shown, format!("the obstacle can't be read: {error}"))
+                .with_hint("an obstacle is a GLB file: export it as binary glTF, or name another");
+            asked_for(format!("sources[\"{}\"].obstacles", source.name), vec![error])
         })
     };
     let (meshes, errors): (Vec<_>, Vec<_>) = grow::obstacle_files(params).map(read).partition(Result::is_ok);
-    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).flatten().collect();
     if errors.is_empty() { Ok(meshes.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
@@ -401,7 +402,7 @@ fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 4]) -> Result<Maps, V
             ArtUse::Bark => "bark.texture",
         };
         let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
-        vec![Diagnostic::new("", format!("{shown}: {error}")).with_field(format!("{group}.{map}"))]
+        asked_for(format!("{group}.{map}"), vec![Diagnostic::new(shown, error.to_string()).with_hint(error.help())])
     })
 }
 

@@ -66,38 +66,53 @@ pub(super) fn failure(failure: &Failure) {
     }
 }
 
-/// A diagnostic with the line it is about, where the file can still be read.
+/// A diagnostic with the line it is about, and that which asks for the file, where the files can still be read.
 pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
     let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    let title = if diagnostic.field.is_empty() {
-        diagnostic.message.clone()
-    } else {
-        format!("{}: {}", diagnostic.field, diagnostic.message)
-    };
+    let Diagnostic { file, span, field, message, hint, asked_by } = diagnostic;
+    let title = if field.is_empty() { message.clone() } else { format!("{field}: {message}") };
+    let text = lines_of(file, *span);
+    let asks = asked_by.as_ref().map(|by| (by, lines_of(&by.file, by.span), format!("`{}` asks for it", by.field)));
     let mut group = Group::with_title(Level::ERROR.primary_title(&title));
-    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
-    let shows = |m: std::fs::Metadata| diagnostic.span.is_some() && m.is_file() && m.len() < 4 << 20;
-    let text = std::fs::metadata(&diagnostic.file).is_ok_and(shows).then(|| std::fs::read(&diagnostic.file).ok());
-    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
-    // The mark that some editors begin a file with counts as no column.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned();
-    match diagnostic.span.and_then(|span| byte_range(&text, span)) {
-        Some(range) => {
-            group = group
-                .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
-        }
-        _ => {
-            let mut origin = annotate_snippets::Origin::path(&diagnostic.file);
-            if let Some(span) = diagnostic.span {
-                origin = origin.line(span.line as usize).char_column(span.column as usize);
-            }
-            group = group.element(origin);
-        }
+    group = shown(group, (file, *span), &text, (AnnotationKind::Primary, ""));
+    if let Some((by, text, label)) = &asks {
+        group = shown(group, (&by.file, by.span), text, (AnnotationKind::Context, label));
     }
-    if !diagnostic.hint.is_empty() {
-        group = group.element(Level::HELP.message(&diagnostic.hint));
+    if !hint.is_empty() {
+        group = group.element(Level::HELP.message(hint));
     }
     renderer.render(&[group]).to_string()
+}
+
+/// The text of a file in which a place is to be shown; empty where it can't be.
+fn lines_of(file: &str, span: Option<Span>) -> String {
+    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
+    let shows = |m: std::fs::Metadata| span.is_some() && m.is_file() && m.len() < 4 << 20;
+    let text = std::fs::metadata(file).is_ok_and(shows).then(|| std::fs::read(file).ok());
+    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    // The mark that some editors begin a file with counts as no column.
+    text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned()
+}
+
+/// A group of a message with a place in a file more: the line where there is one, else the file's name and what is known of
+/// the place.
+fn shown<'a>(
+    group: Group<'a>,
+    (file, span): (&'a str, Option<Span>),
+    text: &'a str,
+    (kind, label): (AnnotationKind, &'a str),
+) -> Group<'a> {
+    if let Some(range) = span.and_then(|span| byte_range(text, span)) {
+        let mark = kind.span(range);
+        let mark = if label.is_empty() { mark } else { mark.label(label) };
+        return group.element(Snippet::source(text).path(file).annotation(mark));
+    }
+    let mut origin = annotate_snippets::Origin::path(file);
+    if let Some(span) = span {
+        origin = origin.line(span.line as usize).char_column(span.column as usize);
+    }
+    let group = group.element(origin);
+    if label.is_empty() { group } else { group.element(Level::NOTE.message(label)) }
 }
 
 /// The bytes of a span; none when the text has no such place.

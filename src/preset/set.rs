@@ -6,6 +6,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::asked::asked_for;
 use super::blends::{BLEND, EXPLORE, MIX, PART, parts};
 use super::look::{self, BARK, FOLIAGE, path};
 use super::morphs::{GROWTH, MORPH};
@@ -24,7 +25,7 @@ use super::species::{HEIGHT, seen_from, species};
 use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Node, Value, tree};
 use super::variants::{MOST_VARIANTS, Variants, variants};
-use crate::base::Diagnostic;
+use crate::base::{Asked, Diagnostic};
 
 /// Sides of the thickest trunks where a preset tells none.
 const MOST_SIDES: u32 = 64;
@@ -399,10 +400,18 @@ impl SpeciesFiles<'_> {
         let found = match (self.read)(path) {
             Ok(text) => species(&joined(self.folder, path), &text)
                 .map(|params| seen_from(params, folder(path)))
-                .map_err(|found| report.adopt(found))
+                .map_err(|found| {
+                    let by = Asked { file: report.file().to_string(), span: item.span(), field: item.path.clone() };
+                    report.adopt(asked_for(found, &by));
+                })
                 .ok(),
             Err(reason) => {
-                report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), "");
+                let hint = if reason.contains("UTF-8") {
+                    "a species file is text: save it as UTF-8"
+                } else {
+                    "paths are relative to the preset's folder"
+                };
+                report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), hint);
                 None
             }
         };
