@@ -443,6 +443,22 @@ fn a_file_that_is_no_plant_is_told_where_the_preset_names_it_by_checks_too() {
 }
 
 #[test]
+fn leaves_and_bark_of_a_source_that_brings_none_are_refused_by_checks_too() {
+    let project = tiny::project();
+    for preset in [tiny::GROWN.to_owned(), tiny::scanned()] {
+        for (old, field) in [("Files(color: \"art/leaf.png\")", "leaf"), ("Files(color: \"art/bark.png\")", "bark")] {
+            fs::write(project.path().join("wrong.ron"), preset.replace(old, "From(\"a\")")).unwrap();
+            for arguments in [&["check", "wrong.ron"][..], &["build", "wrong.ron", "--out", "out"]] {
+                let said = fails(project.path(), arguments);
+                for part in ["wrong.ron:", field, "of its own", "= help: name a source", "1 error in 1 file"] {
+                    assert!(said.contains(part), "{part} is not said: {said}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn the_gallery_holds_every_set_that_is_there_as_its_preset_tells_of_it() {
     let project = tiny::project();
     let at = |name: &str| project.path().join(name);

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
+use super::wardrobe;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
 use crate::base::{Asked, Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::plant::Plant;
@@ -197,22 +198,36 @@ fn imported(
     Err(asked_for(field, vec![error]))
 }
 
-/// A plant grown like a scan.
-fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+/// What helps where nothing grows like a scan.
+const LIKE_NEEDS: &str = "it needs a tree with a trunk and branches";
+
+/// The species that a scan is one of, and what was mended in the scan.
+fn estimated(
+    source: &Source,
+    like: &LikeParams,
+    inputs: &Inputs,
+) -> Result<(GrowParams, Vec<String>), Vec<Diagnostic>> {
     let scan = imported((source, "like"), &like.scan, inputs)?;
     let wrong = |message: String| {
         let field = format!("sources[\"{}\"].like", source.name);
-        vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
+        vec![Diagnostic::new("", message).with_field(field).with_hint(LIKE_NEEDS)]
     };
     let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
     let params = match like.height {
         ImportHeight::AsIs => estimate.params,
         ImportHeight::Metres(height) => estimate.at_height(height),
     };
-    let params = GrowParams { seed: like.seed, ..params };
-    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
-        .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
-    notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));
+    Ok((GrowParams { seed: like.seed, ..params }, scan.notes))
+}
+
+/// A plant grown like a scan.
+fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+    let (params, mended) = estimated(source, like, inputs)?;
+    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow")).map_err(|error| {
+        let field = format!("sources[\"{}\"].like", source.name);
+        vec![Diagnostic::new("", format!("nothing like it grows: {error}")).with_field(field).with_hint(LIKE_NEEDS)]
+    })?;
+    notes.splice(0..0, mended.into_iter().map(|note| format!("the scan: {note}")));
     Ok(SourcePlant::grown(plant, notes))
 }
 
@@ -417,21 +432,22 @@ pub(super) fn check_pictures(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Dia
     Ok(())
 }
 
-/// Imports the scans and reads the shapes of species, and forgets them.
+/// Imports the scans and reads the shapes of species, and forgets them; what leaves and bark wear is there.
 pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
-    let checked: Vec<Result<(), Vec<Diagnostic>>> = plan
+    let checked: Vec<Result<Option<Arc<SourcePlant>>, Vec<Diagnostic>>> = plan
         .sources
         .par_iter()
         .map(|source| match &source.recipe {
-            SourceRecipe::Like(like) => imported((source, "like"), &like.scan, inputs).map(drop),
-            SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(drop),
+            SourceRecipe::Like(like) => estimated(source, like, inputs).map(|_| None),
+            SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(Some),
             SourceRecipe::Grow(params) => {
                 solids(source, params, inputs)?;
-                obstacle_meshes(source, params, inputs).map(drop)
+                obstacle_meshes(source, params, inputs).map(|_| None)
             }
         })
         .collect();
-    let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().collect();
+    let lacking = wardrobe::lacking(plan, |index| checked.get(index)?.as_ref().ok()?.as_ref());
+    let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().chain(lacking).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 

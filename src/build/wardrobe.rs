@@ -36,22 +36,15 @@ pub(super) fn wardrobe(
     sources: &[Arc<SourcePlant>],
     pictures: &Pictures,
 ) -> Result<Wardrobe, Vec<Diagnostic>> {
-    let lacks = |index: usize, what: &str, field: &str| {
-        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
-        vec![
-            Diagnostic::new("", message)
-                .with_field(field)
-                .with_hint(format!("name a source that is imported from a mesh with {what}")),
-        ]
-    };
+    let lacking = lacking(plan, |index| Some(&sources[index]));
+    if !lacking.is_empty() {
+        return Err(lacking);
+    }
     // Those that were left out wear nothing.
     let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
     let bark = match plan.bark_wear {
         Wear::All => None,
-        Wear::Source(index) => {
-            let bark = sources[index].bark.as_ref();
-            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
-        }
+        Wear::Source(index) => sources[index].bark.as_ref(),
         Wear::Rest if made().all(|s| s.bark.is_some()) => {
             let best = made().find(|s| s.pictured).or(made().next());
             best.and_then(|s| s.bark.as_ref())
@@ -89,9 +82,6 @@ pub(super) fn wardrobe(
         }
         Wear::Source(index) => {
             let from = &sources[index];
-            if !from.is_leafy() {
-                return Err(lacks(index, "leaves", "foliage.leaf"));
-            }
             leaves.clone_from(&from.leaf_maps);
             let own = from.plant.leaves();
             // A leaf of another source takes the picture and the form of one of this source's.
@@ -116,6 +106,21 @@ pub(super) fn wardrobe(
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
     Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+/// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
+pub(super) fn lacking<'a>(plan: &Plan, source: impl Fn(usize) -> Option<&'a Arc<SourcePlant>>) -> Vec<Diagnostic> {
+    let lacks = |wear: Wear, what: &str, field: &str, brings: fn(&SourcePlant) -> bool| {
+        let Wear::Source(index) = wear else { return None };
+        if source(index).is_none_or(|source| brings(source)) {
+            return None;
+        }
+        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
+        let hint = format!("name a source that is imported from a mesh with {what}");
+        Some(Diagnostic::new("", message).with_field(field).with_hint(hint))
+    };
+    let leaves = lacks(plan.leaf_wear, "leaves", "foliage.leaf", SourcePlant::is_leafy);
+    leaves.into_iter().chain(lacks(plan.bark_wear, "bark", "bark.texture", |source| source.bark.is_some())).collect()
 }
 
 /// A picture that is a square of a power of two, so much smaller that its cell in the atlas is one: then mips that are coarser
