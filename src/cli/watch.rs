@@ -41,6 +41,8 @@ pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
             failure(&Failure::Diagnostics(error.diagnostics.clone()));
             meter.line("the old set stays");
         }
+        Event::Orphaned(status) => meter.status(status, false),
+        Event::Unwritten { page, why } => meter.line(&format!("can't write {}: {why}", page.display())),
         Event::Polling { every, why } => {
             let why = why.as_ref().map(|why| format!("{why}; ")).unwrap_or_default();
             meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
