@@ -16,7 +16,7 @@ use crate::preset::plan::{
     Variant, Wear,
 };
 use crate::preset::{self, Plan};
-use crate::source::{estimate, grow, import};
+use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 6);
@@ -227,7 +227,9 @@ fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<Sou
         let field = format!("sources[\"{}\"].like", source.name);
         vec![Diagnostic::new("", format!("nothing like it grows: {error}")).with_field(field).with_hint(LIKE_NEEDS)]
     })?;
-    notes.splice(0..0, mended.into_iter().map(|note| format!("the scan: {note}")));
+    // Its leaves are not the scan's.
+    let mended = mended.into_iter().filter(|note| !note.starts_with(foliage::WHITE));
+    notes.splice(0..0, mended.map(|note| format!("the scan: {note}")));
     Ok(SourcePlant::grown(plant, notes))
 }
 
@@ -311,15 +313,26 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     Diagnostic::new("", error.to_string()).with_field(field).with_hint(hint)
 }
 
+/// Whether a source's leaves wear what it brings.
+fn wears_own(plan: &Plan, source: usize) -> bool {
+    match plan.leaf_wear {
+        Wear::All => false,
+        Wear::Rest => true,
+        Wear::Source(index) => index == source,
+    }
+}
+
 /// What was mended in the sources, each under its source's name.
 pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
-    let of = |(source, made): (&Source, &Arc<SourcePlant>)| {
+    let of = |(i, (source, made)): (usize, (&Source, &Arc<SourcePlant>))| {
+        let is_told = |note: &&String| wears_own(plan, i) || !note.starts_with(foliage::WHITE);
         made.notes
             .iter()
+            .filter(is_told)
             .map(|message| Note { about: source.name.clone(), message: message.clone() })
             .collect::<Vec<_>>()
     };
-    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).flat_map(of).collect();
+    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).enumerate().flat_map(of).collect();
     let unused = plan.sources.iter().zip(used(plan)).filter(|(_, used)| !used);
     notes.extend(unused.map(|(source, _)| Note {
         about: format!("sources[\"{}\"]", source.name),
@@ -471,6 +484,27 @@ pub(super) fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn white_leaves_are_told_only_where_they_are_worn() {
+        let told = |foliage: &str| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.obj\"), \"b\": Import(file: \"b.obj\")}}, variants: [Source(\"a\")], \
+                 foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).expect("it loads");
+            let notes = vec![format!("{}; name a leaf", foliage::WHITE), "1 stem beside the first".to_owned()];
+            let white = Arc::new(SourcePlant::grown(Plant::default(), notes));
+            let told = source_notes(&plan, &[white.clone(), white]);
+            let of = |name: &str| told.iter().filter(|note| note.about == name).count();
+            (of("a"), of("b"))
+        };
+        assert_eq!(told(""), (2, 2));
+        assert_eq!(told("leaf: From(\"a\")"), (2, 1));
+        for leaf in ["leaf: \"oak\"", "leaf: Files(color: \"leaf.png\")"] {
+            assert_eq!(told(leaf), (1, 1), "{leaf}");
+        }
+    }
 
     #[test]
     fn a_source_that_nothing_is_made_of_is_told_and_left_out_unless_all_are_wanted() {

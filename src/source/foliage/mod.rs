@@ -36,6 +36,9 @@ pub use picture::{Art, BarkPicture, CardCorner, CardPicture, LeafPicture};
 
 use decide::{Piece, Role};
 
+/// How the note on leaves begins that nothing colours; it is of no concern where other pictures are worn.
+pub(crate) const WHITE: &str = "leaves have no picture that can be read, and are white";
+
 /// What a preset says about the parts of a mesh: names of materials or parts, whatever their capitals.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Overrides {
@@ -134,7 +137,7 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     }
     if parts.art.leaves.iter().any(|leaf| matches!(leaf, LeafPicture::Card(card) if card.is_blank())) {
         let help = "name a leaf in the preset, `foliage: (leaf: \"oak\")`, or import a file with PNG or JPEG pictures";
-        parts.notes.push(format!("leaves have no picture that can be read, and are white; {help}"));
+        parts.notes.push(format!("{WHITE}; {help}"));
     }
     parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
     parts.art.images = gallery.images;
