@@ -1,6 +1,6 @@
 //! `treewright inspect`: what a plant, a source or an asset holds, as text or JSON.
 //!
-//! The kind of file is told from its content: a GLB by its magic number, a plant dump and a species file by their RON,
+//! The kind of file is told from its content: a GLB and a picture by their magic numbers, a plant dump and a species file by their RON,
 //! everything else goes to the importers, which know their formats.
 
 use std::collections::BTreeMap;
@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::args::InspectArguments;
 use super::report::{Failure, print};
+use crate::bake::{PictureInfo, picture_info};
 use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::{self, Pace};
 use crate::build::World;
@@ -27,7 +28,7 @@ use crate::source::{grow, import};
 #[derive(Serialize)]
 struct Inspected<'a> {
     file: String,
-    /// `plant`, `species`, the name of an import format, or `glb`.
+    /// `plant`, `species`, the name of an import format or of a picture's, or `glb`.
     kind: String,
     /// What was mended in it.
     notes: Vec<String>,
@@ -41,6 +42,8 @@ struct Inspected<'a> {
     morph: Option<MorphSupport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     asset: Option<GlbInfo<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<PictureInfo>,
 }
 
 /// Inspects one file.
@@ -59,10 +62,16 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         trunk_support: None,
         morph: None,
         asset: None,
+        picture: None,
     };
     let mut plant = None;
     if bytes.starts_with(b"glTF") {
         inspected.asset = Some(read_glb(&bytes).map_err(|e| one(e.to_string()))?);
+    } else if let Some(picture) = picture_info(&bytes) {
+        let picture = picture.map_err(|error| {
+            Failure::Diagnostics(vec![Diagnostic::new(&file, error.to_string()).with_hint(error.help())])
+        })?;
+        (inspected.kind, inspected.picture) = (picture.format.to_owned(), Some(picture));
     } else {
         let (kind, found, notes) = read_plant(&file, &bytes, &folder, arguments.seed)?;
         (inspected.kind, inspected.notes) = (kind, notes);
@@ -71,11 +80,11 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         plant = Some(found);
     }
     if let Some(path) = &arguments.dump {
-        let plant = plant.as_ref().ok_or_else(|| one("an asset holds no plant to dump".to_owned()))?;
+        let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
         write(path, &dump(plant))?;
     }
     if let Some(path) = &arguments.morph_to {
-        let from = plant.ok_or_else(|| one("an asset holds no plant to morph".to_owned()))?;
+        let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
         let (name, to) = read_file(path, arguments.seed)?;
         let morph = morph_support(from, to).map_err(one)?;
         if let Some(path) = &arguments.plot {
@@ -217,6 +226,12 @@ fn describe(inspected: &Inspected<'_>) -> String {
     }
     if let Some(asset) = &inspected.asset {
         describe_asset(&mut text, asset);
+    }
+    if let Some(PictureInfo { width, height, channels, bits, .. }) = inspected.picture {
+        let named = ["grey", "grey, alpha", "red, green, blue", "red, green, blue, alpha"];
+        let named = named.get(usize::from(channels) - 1).copied().unwrap_or("others");
+        let channels = counted(channels.into(), "channel", "channels");
+        let _ = writeln!(text, "{width} x {height} pixels, {channels} of {bits} bits: {named}");
     }
     for note in &inspected.notes {
         let _ = writeln!(text, "note: {note}");
