@@ -26,9 +26,17 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
         let unlike: Vec<(i32, &Level)> =
             levels().map(|(n, pair)| (n, &pair[1])).filter(|(_, level)| is_unlike(level)).collect();
         if let Some((n, worst)) = unlike.iter().min_by(|a, b| a.1.measured.iou.total_cmp(&b.1.measured.iou)) {
+            let tree = &trees[*n as usize - 1];
+            let (below, height) = (plan.mesh.below, tree.plant.height());
+            // Such pictures show more of what is in the ground than of the tree: no texels help.
+            let sunk = format!(
+                "stems go on {below} m below the ground, which its picture holds, and the tree is {height:.1} m high: ask \
+                 for a smaller `below` in `mesh`"
+            );
             let help = match lod.lod {
+                _ if below > height => &sunk,
                 Lod::Thinned { triangles, most } => {
-                    let full = trees[*n as usize - 1].ladder.levels[0].triangles;
+                    let full = tree.ladder.levels[0].triangles;
                     if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
                 }
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
