@@ -177,7 +177,7 @@ impl Wardrobe {
     /// How a tree that is made of some sources gets its leaves.
     pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
         if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
-            return Dressing::Own { params: plan.dress.clone() };
+            return Dressing::Own { params: DressParams { density: plan.own_density, ..plan.dress.clone() } };
         }
         let leaf_size = self.leaf_size;
         let leaf_share = self.leaf_share(plan, leaf_size, sources);
@@ -200,7 +200,7 @@ impl Wardrobe {
 /// How a plant gets its leaves.
 #[derive(Clone, Debug, Serialize)]
 pub(super) enum Dressing {
-    /// Those that all of its sources bring, thinned as the preset says.
+    /// Those that all of its sources bring, as many of them as the preset says, or more.
     Own { params: DressParams },
     /// Made, as one of its sources brings none; `first` is the slot of the first picture.
     Made { params: DressParams, first: u16 },
@@ -313,6 +313,24 @@ mod tests {
             let plant = &made.plants[i];
             (dress::length(plant), shown(plant, &now) / shown(&sources[i].plant, &before))
         })
+    }
+
+    #[test]
+    fn leaves_of_imports_are_as_many_as_the_density_says_whatever_leaf_is_named() {
+        for (foliage, share) in
+            [("", 1.0), ("leaf: \"willow\"", 1.0), ("leaf: \"willow\", density: 0.5", 0.5), ("density: 2", 2.0)]
+        {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let pictures = Pictures { leaves: vec![picture(0.25); 4], bark: picture(1.0) };
+            let Ok(made) = wardrobe(&plan, &[Arc::new(pole(0.4))], &pictures) else { panic!("no wardrobe") };
+            let bare = made.plants[0].clone();
+            let count = bare.leaves().len() as f32;
+            let dressed = made.dressing(&plan, &Variant::Source(0)).unwrap().dress(bare, Seed::new(1));
+            assert!((dressed.leaves().len() as f32 / count - share).abs() < 0.01, "{foliage}");
+        }
     }
 
     #[test]

@@ -395,6 +395,8 @@ pub(super) fn named_leaf(index: usize) -> Option<TargetLeaf> {
 pub(super) struct Foliage {
     /// Twigs and leaves.
     pub(super) dress: DressParams,
+    /// Share of the leaves that sources bring.
+    pub(super) own_density: f32,
     /// The leaf's pictures.
     pub(super) art: LeafArt,
     /// Which leaves wear them.
@@ -447,8 +449,10 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
         None => (made(&LEAVES[0])?, Wear::Rest, &LEAVES[0]),
     };
     let is_made = matches!(art, LeafArt::Made { .. });
+    // What made pictures show little of, sources' leaves need not make up for.
+    let own_density = fields.number("density") * season.share(is_made && leaf.is_evergreen());
     let dress = DressParams {
-        density: fields.number("density") * leaf.full * season.share(is_made && leaf.is_evergreen()),
+        density: own_density * leaf.full,
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_share: if fields.has("size") { 0.0 } else { USUAL_LEAF_SHARE },
@@ -471,7 +475,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     });
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
     let notes = winter.into_iter().chain(huge).collect();
-    Some(Foliage { dress, art, wear, bark: leaf.bark, notes })
+    Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes })
 }
 
 /// What is told of a leaf that is far longer than such leaves are.

@@ -370,6 +370,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         sketches,
         notes: foliage.notes,
         dress: foliage.dress,
+        own_density: foliage.own_density,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
         bark_art,
