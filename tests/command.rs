@@ -37,12 +37,21 @@ fn every_kind_of_file_is_told_and_told_as_json() {
         ("species/tiny.ron", "species", "plant"),
         ("scans/tiny.swc", "SWC", "plant"),
         ("out/grown/grown_001.glb", "glb", "asset"),
+        ("art/leaf.png", "PNG", "picture"),
     ] {
         assert!(says(folder, &["inspect", file]).starts_with(&format!("{file} ({kind})")));
         let json: serde_json::Value = serde_json::from_str(&says(folder, &["inspect", file, "--json"])).unwrap();
         assert_eq!(json["kind"], kind);
         assert!(json[part].is_object(), "{json}");
     }
+}
+
+#[test]
+fn a_picture_is_told_with_its_size_and_channels() {
+    let project = tiny::project();
+    let said = says(project.path(), &["inspect", "art/leaf.png"]);
+    assert_eq!(said, "art/leaf.png (PNG)\n16 x 16 pixels, 4 channels of 8 bits: red, green, blue, alpha\n");
+    assert!(fails(project.path(), &["inspect", "art/leaf.png", "--dump", "a.ron"]).contains("a PNG holds no plant"));
 }
 
 #[test]
@@ -82,6 +91,7 @@ fn what_can_not_be_inspected_is_said_in_words() {
     fs::write(folder.join("cut.glb"), b"glTF\x02\0\0\0").unwrap();
     fs::write(folder.join("plant.ron"), "Plant(chains: 1").unwrap();
     fs::write(folder.join("nothing"), "").unwrap();
+    fs::write(folder.join("cut.png"), &fs::read(folder.join("art/leaf.png")).unwrap()[..20]).unwrap();
     for (file, part) in [
         ("species", "it is a folder"),
         ("gone.csv", "no such file"),
@@ -89,7 +99,7 @@ fn what_can_not_be_inspected_is_said_in_words() {
         ("cut.glb", "cut.glb"),
         ("plant.ron", "plant.ron"),
         ("nothing", "empty"),
-        ("art/leaf.png", "binary"),
+        ("cut.png", "save the picture again"),
         ("grown.ron", "this is a preset"),
     ] {
         let said = fails(folder, &["inspect", file]);

@@ -107,7 +107,7 @@ fn a_lock_and_sets_that_can_only_be_read_are_enough_for_who_shares_or_compares_t
     fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
     let output = ruled(project.path(), &build);
     assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
-    assert!(errors(&output).contains("files written"), "{}", errors(&output));
+    assert!(errors(&output).contains(" written, "), "{}", errors(&output));
     // What is current needs nothing, not even a lock.
     for name in [".treewright-lock", ".treewright-index"] {
         fs::remove_file(out.join(name)).unwrap();
@@ -129,7 +129,7 @@ fn a_folder_in_the_place_of_the_new_one_is_left_alone() {
     fs::create_dir(&theirs).unwrap();
     fs::write(theirs.join("file"), "mine").unwrap();
     fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
-    assert!(builds(project.path(), &build).contains("files written"));
+    assert!(builds(project.path(), &build).contains(" written, "));
     assert!(builds(project.path(), &build).contains("nothing had changed"));
     assert_eq!(fs::read_to_string(theirs.join("file")).unwrap(), "mine");
 }
@@ -437,6 +437,22 @@ fn a_file_that_is_no_plant_is_told_where_the_preset_names_it_by_checks_too() {
             let said = fails(project.path(), arguments);
             for part in ["wrong.ron:4:", "sources[\"a\"].file", why, "1 error in 1 file"] {
                 assert!(said.contains(part), "{part} is not said: {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn leaves_and_bark_of_a_source_that_brings_none_are_refused_by_checks_too() {
+    let project = tiny::project();
+    for preset in [tiny::GROWN.to_owned(), tiny::scanned()] {
+        for (old, field) in [("Files(color: \"art/leaf.png\")", "leaf"), ("Files(color: \"art/bark.png\")", "bark")] {
+            fs::write(project.path().join("wrong.ron"), preset.replace(old, "From(\"a\")")).unwrap();
+            for arguments in [&["check", "wrong.ron"][..], &["build", "wrong.ron", "--out", "out"]] {
+                let said = fails(project.path(), arguments);
+                for part in ["wrong.ron:", field, "of its own", "= help: name a source", "1 error in 1 file"] {
+                    assert!(said.contains(part), "{part} is not said: {said}");
+                }
             }
         }
     }

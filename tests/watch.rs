@@ -20,6 +20,7 @@ enum Said {
     Built(String),
     Current(String),
     Failed(String),
+    Orphaned(String),
     Idle,
 }
 
@@ -53,6 +54,8 @@ impl Watched {
                     }
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
                     Event::Preset(_) | Event::Build(_) | Event::Polling { .. } => return Next::Watch,
+                    Event::Orphaned(status) => Said::Orphaned(status.set.clone()),
+                    Event::Unwritten { page, why } => panic!("{}: {why}", page.display()),
                     Event::Failed(error) => Said::Failed(error.to_string()),
                     Event::Idle { .. } => Said::Idle,
                 };
@@ -189,6 +192,22 @@ fn presets_come_and_go() {
     watched.until_failed("no preset");
     fs::write(watched.path("third.ron"), tiny::GROWN).unwrap();
     watched.until_built("third");
+}
+
+#[test]
+fn the_page_of_all_sets_follows_and_sets_without_a_preset_are_told_once() {
+    let (watched, _) = Watched::start("out", &[("second.ron", &tiny::scanned())]);
+    let page = || fs::read_to_string(watched.out.join("gallery.html")).unwrap();
+    assert!(["id=\"grown\"", "id=\"second\"", "tiny_contact.png"].iter().all(|part| page().contains(part)));
+    fs::write(watched.path("grown.ron"), format!("// A lone tree.\n{}", tiny::GROWN)).unwrap();
+    watched.until(|said| *said == Said::Current("grown".into()));
+    assert!(page().contains("A lone tree."));
+    fs::remove_file(watched.path("second.ron")).unwrap();
+    watched.until(|said| *said == Said::Orphaned("second".into()));
+    fs::remove_dir_all(watched.out.join("second")).unwrap();
+    fs::write(watched.path("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    let said = watched.until_built("grown");
+    assert!(!said.contains(&Said::Orphaned("second".into())) && !page().contains("second"), "{said:?}");
 }
 
 #[test]
@@ -358,7 +377,7 @@ fn when_the_system_watches_no_more_folders_the_files_are_looked_at_and_that_is_s
         ("grown.ron", tiny::GROWN.replace("density: 0.1", "density: 0.2")),
     ] {
         fs::write(project.path().join(path), text).unwrap();
-        until("files written");
+        until(" written, ");
         until("watching");
     }
     child.kill().unwrap();

@@ -22,6 +22,7 @@ mod mips;
 mod noise;
 mod noise_table;
 mod picture;
+mod picture_info;
 mod quads;
 mod raster;
 mod recipe;
@@ -57,6 +58,7 @@ pub use mip_coverage::{
 };
 pub use mips::{AlphaUse, mips, to_blocks};
 pub use picture::{Picture, Repeat};
+pub use picture_info::{PictureInfo, picture_info};
 pub use raster::{Surface, Target, View, rasterize, survey};
 pub use recipe::{Palette, Recipe};
 pub use shade::{Light, Shading};

@@ -81,9 +81,7 @@ pub enum ArtError {
         reason: String,
     },
     /// Longer than the limit, or too much memory.
-    #[error(
-        "the {file} is too large: at most {edge} pixels an edge and {bytes} bytes decoded are taken; scale it down"
-    )]
+    #[error("the {file} is too large: at most {edge} pixels an edge and {bytes} bytes decoded are taken")]
     TooLarge {
         /// Which file.
         file: ArtFile,
@@ -93,16 +91,25 @@ pub enum ArtError {
         bytes: u64,
     },
     /// A leaf without transparency.
-    #[error(
-        "the leaf's colour picture has no transparent pixel; save it as PNG or WebP with an alpha channel that cuts the leaf out"
-    )]
+    #[error("the leaf's colour picture has no transparent pixel")]
     NoAlpha,
     /// A leaf that is transparent all over.
-    #[error("the leaf's colour picture is transparent all over; its alpha channel may be inverted")]
+    #[error("the leaf's colour picture is transparent all over")]
     NothingSeen,
 }
 
 impl ArtError {
+    /// What helps.
+    #[must_use]
+    pub const fn help(&self) -> &'static str {
+        match self {
+            Self::Format { .. } | Self::Decode { .. } => "save the picture again as PNG, JPEG or WebP",
+            Self::TooLarge { .. } => "scale the picture down",
+            Self::NoAlpha => "save it as PNG or WebP with an alpha channel that cuts the leaf out",
+            Self::NothingSeen => "its alpha channel may be inverted: what is opaque is the leaf",
+        }
+    }
+
     /// The file that the error is about.
     #[must_use]
     pub const fn file(&self) -> ArtFile {
@@ -333,7 +340,7 @@ mod tests {
     fn leaves_without_a_cut_out_are_refused_with_a_hint() {
         let opaque = load(&png(4, 4, |_, _| [1, 2, 3, 255]), ArtUse::Leaf).unwrap_err();
         assert_eq!(opaque, ArtError::NoAlpha);
-        assert!(opaque.to_string().contains("alpha channel"));
+        assert!(opaque.help().contains("alpha channel"));
         assert_eq!(load(&png(4, 4, |_, _| [0; 4]), ArtUse::Leaf), Err(ArtError::NothingSeen));
     }
 

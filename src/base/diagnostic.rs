@@ -25,6 +25,17 @@ impl Span {
     }
 }
 
+/// The place in a text that asks for another file.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Asked {
+    /// The file as the user named it, `/` between folders.
+    pub file: String,
+    /// The place in the file, where one is known.
+    pub span: Option<Span>,
+    /// Path of the field, as `sources["oak"].file`.
+    pub field: String,
+}
+
 /// One error: which file, where in it, which field, what is wrong and how to mend it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Diagnostic {
@@ -38,13 +49,17 @@ pub struct Diagnostic {
     pub message: String,
     /// What to do about it, one sentence; empty when the message says all.
     pub hint: String,
+    /// What asks for the file, where that is another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asked_by: Option<Box<Asked>>,
 }
 
 impl Diagnostic {
     /// An error about a whole file.
     #[must_use]
     pub fn new(file: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { file: file.into(), span: None, field: String::new(), message: message.into(), hint: String::new() }
+        let (file, message) = (file.into(), message.into());
+        Self { file, span: None, field: String::new(), message, hint: String::new(), asked_by: None }
     }
 
     /// The same error at a place.
@@ -58,6 +73,13 @@ impl Diagnostic {
     #[must_use]
     pub fn with_field(mut self, field: impl Into<String>) -> Self {
         self.field = field.into();
+        self
+    }
+
+    /// The same error, of a file that another one asks for.
+    #[must_use]
+    pub fn asked_by(mut self, by: Asked) -> Self {
+        self.asked_by = Some(Box::new(by));
         self
     }
 
@@ -82,6 +104,13 @@ impl fmt::Display for Diagnostic {
         f.write_str(&self.message)?;
         if !self.hint.is_empty() {
             write!(f, " ({})", self.hint)?;
+        }
+        if let Some(Asked { file, span, field }) = self.asked_by.as_deref() {
+            write!(f, "; asked for by {file}")?;
+            if let Some(span) = span {
+                write!(f, ":{}:{}", span.line, span.column)?;
+            }
+            write!(f, ": {field}")?;
         }
         Ok(())
     }

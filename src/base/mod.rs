@@ -3,6 +3,7 @@
 
 mod alone;
 pub(crate) mod bulk;
+mod counted;
 mod diagnostic;
 mod frame;
 mod gaussian;
@@ -13,7 +14,8 @@ mod seed;
 mod simplex;
 
 pub(crate) use alone::is_alone;
-pub use diagnostic::{Diagnostic, Note, Span};
+pub(crate) use counted::counted;
+pub use diagnostic::{Asked, Diagnostic, Note, Span};
 pub use frame::{Frame, Rotation};
 pub use gaussian::gaussian_shares;
 pub use key::{Key, KeyBuilder};

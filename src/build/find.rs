@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::{BuildError, Limits, World};
-use crate::base::Diagnostic;
+use crate::base::{Asked, Diagnostic, Span};
 use crate::preset::{self, Plan};
 
 /// A preset, resolved, and the world that its relative paths start from.
@@ -128,10 +128,16 @@ pub(super) fn load_from(world: World, name: &str, preset: String) -> Result<Load
 impl Loaded {
     /// Gives errors of later stages, which know fields but no text, the preset's name and the field's place.
     pub(super) fn placed(&self, mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
-        for diagnostic in diagnostics.iter_mut().filter(|d| d.file.is_empty()) {
-            diagnostic.file.clone_from(&self.preset);
-            if !diagnostic.field.is_empty() {
-                diagnostic.span = preset::place(&self.text, &diagnostic.field);
+        let place = |file: &mut String, span: &mut Option<Span>, field: &str| {
+            if file.is_empty() {
+                file.clone_from(&self.preset);
+                *span = if field.is_empty() { None } else { preset::place(&self.text, field) };
+            }
+        };
+        for diagnostic in &mut diagnostics {
+            place(&mut diagnostic.file, &mut diagnostic.span, &diagnostic.field);
+            if let Some(Asked { file, span, field }) = diagnostic.asked_by.as_deref_mut() {
+                place(file, span, field);
             }
         }
         diagnostics

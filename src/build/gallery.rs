@@ -11,6 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{Specimen, record, specimens};
+use crate::base::counted;
 use crate::export::Manifest;
 
 /// Name of the page.
@@ -58,8 +59,8 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     sets.sort_by(|a, b| a.set.cmp(&b.set));
     let mut html = format!(
         "{MARK}<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width\">\n<title>Trees</title>\n<style>{STYLE}</style>\n<h1>{} sets</h1>\n",
-        sets.len()
+         content=\"width=device-width\">\n<title>Trees</title>\n<style>{STYLE}</style>\n<h1>{}</h1>\n",
+        counted(sets.len(), "set", "sets")
     );
     for set in &sets {
         // Sets of other presets were made into this folder earlier.
@@ -105,14 +106,12 @@ fn section(html: &mut String, set: &Manifest, about: &str) {
     let (low, high) = (triangles.iter().min().copied().unwrap_or(0), triangles.iter().max().copied().unwrap_or(0));
     let triangles = if low == high { low.to_string() } else { format!("{low} to {high}") };
     let levels = set.variants.first().map_or(0, |v| v.levels.len());
-    let variants = match set.variants.len() {
-        1 => "1 variant".to_owned(),
-        count => format!("{count} variants"),
-    };
+    let variants = counted(set.variants.len(), "variant", "variants");
+    let levels = counted(levels, "level", "levels");
     let about = if about.is_empty() { String::new() } else { format!("<p>{about}</p>\n") };
     let _ = write!(
         html,
-        "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} levels of detail, {triangles} \
+        "<section id=\"{name}\">\n<h2>{name}</h2>\n{about}<p>{variants}, {levels} of detail, {triangles} \
          triangles at the first</p>\n<a href=\"{0}/{0}_contact.png\"><img loading=\"lazy\" alt=\"contact sheet of \
          {name}: a row a variant, a column a level of detail\" src=\"{0}/{0}_contact.png\"></a>\n</section>\n",
         linked(&set.set)

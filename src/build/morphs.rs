@@ -17,7 +17,7 @@ use super::sketches::Drawn;
 use super::trees::cell;
 use super::wardrobe::Wardrobe;
 use crate::bake::{LeafMorph, Maps};
-use crate::base::{Diagnostic, Note};
+use crate::base::{Diagnostic, Note, counted};
 use crate::blend::{self, Pace};
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -122,9 +122,9 @@ fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> 
     }
     let note = (full > edge && !drawn.is_empty()).then(|| {
         let message = format!(
-            "{} pictures between two leaves are drawn at {edge} of {full} texels along an edge; fewer frames, fewer \
+            "{} drawn at {edge} of {full} texels along an edge; fewer frames, fewer \
              `pictures` of leaves or a larger atlas leave them more",
-            drawn.len()
+            counted(drawn.len(), "picture between two leaves is", "pictures between two leaves are")
         );
         Note { about: "atlas".to_owned(), message }
     });

@@ -17,14 +17,14 @@ use super::trees::{Tree, Trees};
 pub use super::wardrobe::dress_params;
 use super::wardrobe::{self, Wardrobe};
 use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};
-use crate::base::{Diagnostic, Key, Note};
+use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
 use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 63;
+pub(super) const VERSION: u32 = 64;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -89,7 +89,10 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
         {
             let result = named_files(&params.file, &mut input, &mut inputs, world);
             inputs.insert(params.file.clone(), input);
-            errors.extend(result.err().into_iter().flatten());
+            let name = if matches!(source.recipe, SourceRecipe::Like(_)) { "like" } else { "file" };
+            let field = format!("sources[\"{}\"].{name}", source.name);
+            let by = Asked { file: preset.clone(), span: preset::place(text, &field), field };
+            errors.extend(result.err().into_iter().flat_map(|found| preset::data_asked_for(found, &by)));
         }
     }
     if errors.is_empty() { Ok(inputs) } else { Err(errors) }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::blends::{self, Blends};
-use crate::base::{Diagnostic, Note};
+use crate::base::{Diagnostic, Note, counted};
 use crate::blend::grounded;
 use crate::plant::{ChainId, Plant};
 use crate::preset::Plan;
@@ -135,15 +135,19 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
         let all: Vec<usize> = (0..many).collect();
         let reason = worst(&all).map_or(String::new(), |d| format!("; the worst departs by {:.1} in {}", d.by, d.what));
         let rejected = picked.rejected;
-        said.push(format!("{rejected} of {many} candidates rejected as unlike their sources{reason}"));
+        said.push(format!(
+            "{rejected} of {} rejected as unlike the sources{reason}",
+            counted(many, "candidate", "candidates")
+        ));
     }
     if picked.in_spite > 0 {
         let most = worst(&picked.kept).map_or(0.0, |d| d.by);
         said.push(format!(
-            "the filter lets too few through: {} of the {} kept trees are the least bad of the rejected, they depart by \
-             up to {most:.1} where {botany} is allowed",
-            picked.in_spite,
-            picked.kept.len()
+            "the filter lets too few through: {} among the {} the least bad of the rejected, and {} by up to {most:.1} where \
+             {botany} is allowed",
+            counted(picked.in_spite, "tree is", "trees are"),
+            counted(picked.kept.len(), "that is kept", "that are kept"),
+            if picked.in_spite == 1 { "departs" } else { "depart" },
         ));
     }
     let mended: Vec<usize> = picked.kept.iter().copied().filter(|&i| !trees[i].collisions.is_empty()).collect();
@@ -151,10 +155,11 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
         let branches: usize = mended.iter().map(|&i| trees[i].collisions.len()).sum();
         let worst = mended.iter().flat_map(|&i| &trees[i].collisions).fold(0.0_f32, |w, c| w.max(c.ratio));
         said.push(format!(
-            "{branches} branches that ran into others (up to {:.0} % of a surface) removed from {} of {} trees",
+            "{} that ran into others (up to {:.0} % of a surface) removed from {} of {}",
+            counted(branches, "branch", "branches"),
             worst * 100.0,
             mended.len(),
-            picked.kept.len()
+            counted(picked.kept.len(), "tree", "trees")
         ));
     }
     if let (Pick::Diverse { apart }, Some(found)) = (selection.pick, picked.apart)

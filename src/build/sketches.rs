@@ -6,10 +6,10 @@
 use std::sync::Arc;
 
 use super::pipeline::Inputs;
-use crate::base::{Diagnostic, Key, Note};
+use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::plant::Plant;
-use crate::preset::Plan;
 use crate::preset::plan::{MorphKind, SketchDepth, SketchParams, SketchScale};
+use crate::preset::{Plan, data_asked_for};
 use crate::sketch::{Drawing, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind};
 
 /// A sketch whose files are read.
@@ -72,8 +72,8 @@ impl Drawn {
         let read = |file: &str, name: &str, closed: bool| {
             let wrong = |message: String, hint: &str| {
                 let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
-                let field = format!("{}.{name}", params.field);
-                Diagnostic::new("", format!("the sketch {shown} {message}")).with_field(field).with_hint(hint)
+                let asked = Asked { file: String::new(), span: None, field: format!("{}.{name}", params.field) };
+                data_asked_for(vec![Diagnostic::new(shown, format!("the sketch {message}")).with_hint(hint)], &asked)
             };
             let bytes = inputs.get(file).map_or(&[][..], |input| &input.bytes);
             let drawing = Drawing::read(bytes).map_err(|error| {
@@ -99,7 +99,7 @@ impl Drawn {
                 let key = Key::stage("drawn", 1).input(key).input(side.as_ref().map_or(key, |s| s.1)).finish();
                 Ok(Self { params: params.clone(), front, side: side.map(|s| s.0), key })
             }
-            (front, side) => Err(front.err().into_iter().chain(side.err()).collect()),
+            (front, side) => Err(front.err().into_iter().chain(side.err()).flatten().collect()),
         }
     }
 

@@ -7,21 +7,22 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
+use super::wardrobe;
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
-use crate::base::{Diagnostic, Key, KeyBuilder, Note, Seed};
+use crate::base::{Asked, Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::plant::Plant;
-use crate::preset::Plan;
 use crate::preset::plan::{
     BarkArt, Company, GrowParams, ImportHeight, ImportParams, LeafArt, LikeParams, MorphKind, Source, SourceRecipe,
     Variant, Wear,
 };
-use crate::source::{estimate, grow, import};
+use crate::preset::{self, Plan};
+use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 5);
+const GROW: Stage = Stage("grow", 6);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 10);
-const LIKE: Stage = Stage("like", 5);
+const IMPORT: Stage = Stage("import", 11);
+const LIKE: Stage = Stage("like", 6);
 const PICTURES: Stage = Stage("pictures", 8);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
@@ -172,8 +173,12 @@ fn import_key(stage: KeyBuilder, params: &ImportParams, inputs: &Inputs) -> Key 
     key.finish()
 }
 
-/// Imports the file that a source's `field` names. What is wrong with a place in the file is told there; what is wrong with
-/// the whole file, where the preset names it.
+/// What is wrong with a data file that a field of the preset asks for.
+fn asked_for(field: String, found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    preset::data_asked_for(found, &Asked { file: String::new(), span: None, field })
+}
+
+/// Imports the file that a source's `field` names.
 fn imported(
     (source, field): (&Source, &str),
     params: &ImportParams,
@@ -181,39 +186,50 @@ fn imported(
 ) -> Result<import::Imported, Vec<Diagnostic>> {
     let input = &inputs[&params.file];
     let field = format!("sources[\"{}\"].{field}", source.name);
-    let wrong = |message: String, hint: String| Diagnostic::new("", message).with_field(field.clone()).with_hint(hint);
-    let made = import::import_with(&input.bytes, &input.shown, &input.files(inputs), params).map_err(|errors| {
-        let placed = |error: Diagnostic| match error.span {
-            None => wrong(format!("{}: {}", error.file, error.message), error.hint),
-            Some(_) => error,
-        };
-        errors.into_iter().map(placed).collect::<Vec<_>>()
-    })?;
+    let made = import::import_with(&input.bytes, &input.shown, &input.files(inputs), params)
+        .map_err(|found| asked_for(field.clone(), found))?;
     let plant = &made.plant;
     let has_length = |id| plant.points(id).windows(2).any(|ends| ends[0].distance(ends[1]) > 0.0);
     if plant.chain_ids().any(has_length) {
         return Ok(made);
     }
-    let message = format!("{}: no branch of the plant has any length", input.shown);
-    Err(vec![wrong(message, "all points of each branch lie in one place: check their coordinates".to_owned())])
+    let error = Diagnostic::new(&input.shown, "no branch of the plant has any length")
+        .with_hint("all points of each branch lie in one place: check their coordinates");
+    Err(asked_for(field, vec![error]))
 }
 
-/// A plant grown like a scan.
-fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+/// What helps where nothing grows like a scan.
+const LIKE_NEEDS: &str = "it needs a tree with a trunk and branches";
+
+/// The species that a scan is one of, and what was mended in the scan.
+fn estimated(
+    source: &Source,
+    like: &LikeParams,
+    inputs: &Inputs,
+) -> Result<(GrowParams, Vec<String>), Vec<Diagnostic>> {
     let scan = imported((source, "like"), &like.scan, inputs)?;
     let wrong = |message: String| {
         let field = format!("sources[\"{}\"].like", source.name);
-        vec![Diagnostic::new("", message).with_field(field).with_hint("it needs a tree with a trunk and branches")]
+        vec![Diagnostic::new("", message).with_field(field).with_hint(LIKE_NEEDS)]
     };
     let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
     let params = match like.height {
         ImportHeight::AsIs => estimate.params,
         ImportHeight::Metres(height) => estimate.at_height(height),
     };
-    let params = GrowParams { seed: like.seed, ..params };
-    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow"))
-        .map_err(|error| wrong(format!("nothing like it grows: {error}")))?;
-    notes.splice(0..0, scan.notes.into_iter().map(|note| format!("the scan: {note}")));
+    Ok((GrowParams { seed: like.seed, ..params }, scan.notes))
+}
+
+/// A plant grown like a scan.
+fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
+    let (params, mended) = estimated(source, like, inputs)?;
+    let (plant, mut notes) = grow::grow(&params, Seed::new(params.seed).child("grow")).map_err(|error| {
+        let field = format!("sources[\"{}\"].like", source.name);
+        vec![Diagnostic::new("", format!("nothing like it grows: {error}")).with_field(field).with_hint(LIKE_NEEDS)]
+    })?;
+    // Its leaves are not the scan's.
+    let mended = mended.into_iter().filter(|note| !note.starts_with(foliage::WHITE));
+    notes.splice(0..0, mended.map(|note| format!("the scan: {note}")));
     Ok(SourcePlant::grown(plant, notes))
 }
 
@@ -222,12 +238,13 @@ fn solids(source: &Source, params: &GrowParams, inputs: &Inputs) -> Result<grow:
     let read = |shape: grow::ShapeFile| {
         let input = &inputs[&shape.file];
         grow::Solid::read(&input.bytes, shape.reading).map(|solid| (shape, solid)).map_err(|error| {
-            let message = format!("its species takes endpoints from {}: {error}", input.shown);
-            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].species", source.name))
+            let error = Diagnostic::new(&input.shown, format!("its species takes endpoints from it, but {error}"))
+                .with_hint("the species file that the source names asks for it: mend it, or name another there");
+            asked_for(format!("sources[\"{}\"].species", source.name), vec![error])
         })
     };
     let (solids, errors): (Vec<_>, Vec<_>) = grow::shape_files(params).into_iter().map(read).partition(Result::is_ok);
-    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).flatten().collect();
     if errors.is_empty() { Ok(solids.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
@@ -260,12 +277,13 @@ fn obstacle_meshes(
     let read = |file: &String| {
         let input = &inputs[file];
         grow::obstacle_triangles(&input.bytes).map(|mesh| (file.clone(), mesh)).map_err(|error| {
-            let message = format!("the obstacle {} can't be read: {error}", input.shown);
-            Diagnostic::new("", message).with_field(format!("sources[\"{}\"].obstacles", source.name))
+            let error = Diagnostic::new(&input.shown, format!("the obstacle can't be read: {error}"))
+                .with_hint("an obstacle is a GLB file: export it as binary glTF, or name another");
+            asked_for(format!("sources[\"{}\"].obstacles", source.name), vec![error])
         })
     };
     let (meshes, errors): (Vec<_>, Vec<_>) = grow::obstacle_files(params).map(read).partition(Result::is_ok);
-    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).collect();
+    let errors: Vec<Diagnostic> = errors.into_iter().filter_map(Result::err).flatten().collect();
     if errors.is_empty() { Ok(meshes.into_iter().flatten().collect()) } else { Err(errors) }
 }
 
@@ -295,15 +313,26 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     Diagnostic::new("", error.to_string()).with_field(field).with_hint(hint)
 }
 
+/// Whether a source's leaves wear what it brings.
+fn wears_own(plan: &Plan, source: usize) -> bool {
+    match plan.leaf_wear {
+        Wear::All => false,
+        Wear::Rest => true,
+        Wear::Source(index) => index == source,
+    }
+}
+
 /// What was mended in the sources, each under its source's name.
 pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
-    let of = |(source, made): (&Source, &Arc<SourcePlant>)| {
+    let of = |(i, (source, made)): (usize, (&Source, &Arc<SourcePlant>))| {
+        let is_told = |note: &&String| wears_own(plan, i) || !note.starts_with(foliage::WHITE);
         made.notes
             .iter()
+            .filter(is_told)
             .map(|message| Note { about: source.name.clone(), message: message.clone() })
             .collect::<Vec<_>>()
     };
-    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).flat_map(of).collect();
+    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).enumerate().flat_map(of).collect();
     let unused = plan.sources.iter().zip(used(plan)).filter(|(_, used)| !used);
     notes.extend(unused.map(|(source, _)| Note {
         about: format!("sources[\"{}\"]", source.name),
@@ -401,7 +430,7 @@ fn user_maps(inputs: &Inputs, usage: ArtUse, files: [&str; 4]) -> Result<Maps, V
             ArtUse::Bark => "bark.texture",
         };
         let shown = inputs.get(file).map_or(file, |input| input.shown.as_str());
-        vec![Diagnostic::new("", format!("{shown}: {error}")).with_field(format!("{group}.{map}"))]
+        asked_for(format!("{group}.{map}"), vec![Diagnostic::new(shown, error.to_string()).with_hint(error.help())])
     })
 }
 
@@ -416,21 +445,22 @@ pub(super) fn check_pictures(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Dia
     Ok(())
 }
 
-/// Imports the scans and reads the shapes of species, and forgets them.
+/// Imports the scans and reads the shapes of species, and forgets them; what leaves and bark wear is there.
 pub(super) fn check_imports(plan: &Plan, inputs: &Inputs) -> Result<(), Vec<Diagnostic>> {
-    let checked: Vec<Result<(), Vec<Diagnostic>>> = plan
+    let checked: Vec<Result<Option<Arc<SourcePlant>>, Vec<Diagnostic>>> = plan
         .sources
         .par_iter()
         .map(|source| match &source.recipe {
-            SourceRecipe::Like(like) => imported((source, "like"), &like.scan, inputs).map(drop),
-            SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(drop),
+            SourceRecipe::Like(like) => estimated(source, like, inputs).map(|_| None),
+            SourceRecipe::Import(_) => one_source(source, inputs, &Cache::default()).map(Some),
             SourceRecipe::Grow(params) => {
                 solids(source, params, inputs)?;
-                obstacle_meshes(source, params, inputs).map(drop)
+                obstacle_meshes(source, params, inputs).map(|_| None)
             }
         })
         .collect();
-    let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().collect();
+    let lacking = wardrobe::lacking(plan, |index| checked.get(index)?.as_ref().ok()?.as_ref());
+    let errors: Vec<Diagnostic> = checked.into_iter().filter_map(Result::err).flatten().chain(lacking).collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
@@ -454,6 +484,27 @@ pub(super) fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn white_leaves_are_told_only_where_they_are_worn() {
+        let told = |foliage: &str| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.obj\"), \"b\": Import(file: \"b.obj\")}}, variants: [Source(\"a\")], \
+                 foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).expect("it loads");
+            let notes = vec![format!("{}; name a leaf", foliage::WHITE), "1 stem beside the first".to_owned()];
+            let white = Arc::new(SourcePlant::grown(Plant::default(), notes));
+            let told = source_notes(&plan, &[white.clone(), white]);
+            let of = |name: &str| told.iter().filter(|note| note.about == name).count();
+            (of("a"), of("b"))
+        };
+        assert_eq!(told(""), (2, 2));
+        assert_eq!(told("leaf: From(\"a\")"), (2, 1));
+        for leaf in ["leaf: \"oak\"", "leaf: Files(color: \"leaf.png\")"] {
+            assert_eq!(told(leaf), (1, 1), "{leaf}");
+        }
+    }
 
     #[test]
     fn a_source_that_nothing_is_made_of_is_told_and_left_out_unless_all_are_wanted() {

@@ -16,7 +16,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 10);
+const DRESS: Stage = Stage("dress", 11);
 const SKETCH: Stage = Stage("sketch", 5);
 const LADDER: Stage = Stage("ladder", 43);
 /// One level; kept in memory only, for edits of one of several.

@@ -2,7 +2,7 @@
 //! told aloud, with what helps.
 
 use super::trees::Tree;
-use crate::base::Note;
+use crate::base::{Note, counted};
 use crate::lod::{Level, Measured};
 use crate::preset::Plan;
 use crate::preset::plan::{ANY, Lod};
@@ -26,9 +26,17 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
         let unlike: Vec<(i32, &Level)> =
             levels().map(|(n, pair)| (n, &pair[1])).filter(|(_, level)| is_unlike(level)).collect();
         if let Some((n, worst)) = unlike.iter().min_by(|a, b| a.1.measured.iou.total_cmp(&b.1.measured.iou)) {
+            let tree = &trees[*n as usize - 1];
+            let (below, height) = (plan.mesh.below, tree.plant.height());
+            // Such pictures show more of what is in the ground than of the tree: no texels help.
+            let sunk = format!(
+                "stems go on {below} m below the ground, which its picture holds, and the tree is {height:.1} m high: ask \
+                 for a smaller `below` in `mesh`"
+            );
             let help = match lod.lod {
+                _ if below > height => &sunk,
                 Lod::Thinned { triangles, most } => {
-                    let full = trees[*n as usize - 1].ladder.levels[0].triangles;
+                    let full = tree.ladder.levels[0].triangles;
                     if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
                 }
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
@@ -38,12 +46,12 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
                 _ => "give it a smaller `screen`, or put a level before it",
             };
             let (many, all) = (unlike.len(), trees.len());
-            let variants = if all == 1 { "variant" } else { "variants" };
             let are = if many == 1 { "is unlike its tree" } else { "are unlike their trees" };
-            let of_all = if many == all { String::new() } else { format!(" of {all}") };
+            let variants = counted(all, "variant", "variants");
+            let some = if many == all { variants } else { format!("{many} of {variants}") };
             let Measured { iou, pixels, coverage, .. } = worst.measured;
             let message = format!(
-                "{many}{of_all} {variants} {are} where it takes over: outlines of number {n} overlap by {iou:.2} of 1 at {pixels} pixels, \
+                "{some} {are} where it takes over: outlines of number {n} overlap by {iou:.2} of 1 at {pixels} pixels, \
                  and cover {coverage:.2} times as much; {help}"
             );
             notes.push(Note { about: about.clone(), message });

@@ -36,22 +36,15 @@ pub(super) fn wardrobe(
     sources: &[Arc<SourcePlant>],
     pictures: &Pictures,
 ) -> Result<Wardrobe, Vec<Diagnostic>> {
-    let lacks = |index: usize, what: &str, field: &str| {
-        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
-        vec![
-            Diagnostic::new("", message)
-                .with_field(field)
-                .with_hint(format!("name a source that is imported from a mesh with {what}")),
-        ]
-    };
+    let lacking = lacking(plan, |index| Some(&sources[index]));
+    if !lacking.is_empty() {
+        return Err(lacking);
+    }
     // Those that were left out wear nothing.
     let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
     let bark = match plan.bark_wear {
         Wear::All => None,
-        Wear::Source(index) => {
-            let bark = sources[index].bark.as_ref();
-            Some(bark.ok_or_else(|| lacks(index, "bark", "bark.texture"))?)
-        }
+        Wear::Source(index) => sources[index].bark.as_ref(),
         Wear::Rest if made().all(|s| s.bark.is_some()) => {
             let best = made().find(|s| s.pictured).or(made().next());
             best.and_then(|s| s.bark.as_ref())
@@ -90,9 +83,6 @@ pub(super) fn wardrobe(
         }
         Wear::Source(index) => {
             let from = &sources[index];
-            if !from.is_leafy() {
-                return Err(lacks(index, "leaves", "foliage.leaf"));
-            }
             leaves.clone_from(&from.leaf_maps);
             let own = from.plant.leaves();
             // A leaf of another source takes the picture and the form of one of this source's.
@@ -117,6 +107,21 @@ pub(super) fn wardrobe(
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
     Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+}
+
+/// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
+pub(super) fn lacking<'a>(plan: &Plan, source: impl Fn(usize) -> Option<&'a Arc<SourcePlant>>) -> Vec<Diagnostic> {
+    let lacks = |wear: Wear, what: &str, field: &str, brings: fn(&SourcePlant) -> bool| {
+        let Wear::Source(index) = wear else { return None };
+        if source(index).is_none_or(|source| brings(source)) {
+            return None;
+        }
+        let message = format!("\"{}\" brings no {what} of its own", plan.sources[index].name);
+        let hint = format!("name a source that is imported from a mesh with {what}");
+        Some(Diagnostic::new("", message).with_field(field).with_hint(hint))
+    };
+    let leaves = lacks(plan.leaf_wear, "leaves", "foliage.leaf", SourcePlant::is_leafy);
+    leaves.into_iter().chain(lacks(plan.bark_wear, "bark", "bark.texture", |source| source.bark.is_some())).collect()
 }
 
 /// A picture that is a square of a power of two, so much smaller that its cell in the atlas is one: then mips that are coarser
@@ -180,14 +185,14 @@ impl Wardrobe {
     /// How a tree that is made of some sources gets its leaves.
     pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
         if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
-            return Dressing::Own { params: plan.dress.clone() };
+            return Dressing::Own { params: DressParams { density: plan.own_density, ..plan.dress.clone() } };
         }
         let leaf_size = self.leaf_size;
         let leaf_share = self.leaf_share(plan, leaf_size, sources);
         let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
         let areas = sources.iter().map(|&i| area(&self.plants[i])).filter(|area| *area > 0.0);
         let (sum, count) = areas.fold((0.0, 0), |(sum, count), area| (sum + area, count + 1));
-        Dressing::Made { params, first: self.dressed.0, own: sum / count.max(1) as f32 }
+        Dressing::Made { params, first: self.dressed.0, own: sum / count.max(1) as f32, own_density: plan.own_density }
     }
 
     /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
@@ -205,11 +210,11 @@ impl Wardrobe {
 /// How a plant gets its leaves.
 #[derive(Clone, Debug, Serialize)]
 pub(super) enum Dressing {
-    /// Those that all of its sources bring, thinned as the preset says.
+    /// Those that all of its sources bring, as many of them as the preset says, or more.
     Own { params: DressParams },
     /// Made, as one of its sources brings none; `first` is the slot of the first picture. Where others bring some, with an area of
-    /// `own` square metres, they stay, and are made up for by as much as is not there.
-    Made { params: DressParams, first: u16, own: f32 },
+    /// `own` square metres, they stay, thinned as `own_density` says, and are made up for by as much as is not there.
+    Made { params: DressParams, first: u16, own: f32, own_density: f32 },
 }
 
 impl Dressing {
@@ -217,14 +222,14 @@ impl Dressing {
     pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
         match self {
             Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
-            Self::Made { params, first, own } => {
+            Self::Made { params, first, own, own_density } => {
                 let there = if *own > 0.0 { area(&plant) / own } else { 0.0 };
-                let kept = dress::thin(plant.clone(), params, seed.child("thin"));
-                let bare = DressParams { density: params.density * (1.0 - there).max(0.0), ..params.clone() };
+                let at = |density: f32| DressParams { density, ..params.clone() };
+                let kept = dress::thin(plant.clone(), &at(*own_density), seed.child("thin"));
                 if there > 1.0 - LEAST {
                     return kept;
                 }
-                let dressed = dress::dress(&plant.without_leaves(), &bare, seed);
+                let dressed = dress::dress(&plant.without_leaves(), &at(params.density * (1.0 - there)), seed);
                 let made = dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form));
                 let leaves = made.leaves().iter().chain(kept.leaves()).copied().collect();
                 made.with_leaves(leaves)
@@ -327,6 +332,24 @@ mod tests {
             let plant = &made.plants[i];
             (dress::length(plant), shown(plant, &now) / shown(&sources[i].plant, &before))
         })
+    }
+
+    #[test]
+    fn leaves_of_imports_are_as_many_as_the_density_says_whatever_leaf_is_named() {
+        for (foliage, share) in
+            [("", 1.0), ("leaf: \"willow\"", 1.0), ("leaf: \"willow\", density: 0.5", 0.5), ("density: 2", 2.0)]
+        {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let pictures = Pictures { leaves: vec![picture(0.25); 4], bark: picture(1.0) };
+            let Ok(made) = wardrobe(&plan, &[Arc::new(pole(0.4))], &pictures) else { panic!("no wardrobe") };
+            let bare = made.plants[0].clone();
+            let count = bare.leaves().len() as f32;
+            let dressed = made.dressing(&plan, &Variant::Source(0)).unwrap().dress(bare, Seed::new(1));
+            assert!((dressed.leaves().len() as f32 / count - share).abs() < 0.01, "{foliage}");
+        }
     }
 
     #[test]

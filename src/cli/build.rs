@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter, print};
+use crate::base::counted;
 use crate::build::{
     BuildOptions, Builder, GALLERY, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
 };
@@ -87,8 +88,8 @@ fn tell(arguments: &BuildArguments, meter: &Meter, status: &[SetStatus]) -> Resu
     }
     let wrong = status.iter().filter(|set| set.state != SetState::Current || arguments.force).count();
     if arguments.check && wrong > 0 {
-        let sets = if wrong == 1 { "set is" } else { "sets are" };
-        return Err(Failure::Other(format!("{wrong} {sets} not what the presets make; `treewright build` makes them")));
+        let sets = counted(wrong, "set is", "sets are");
+        return Err(Failure::Other(format!("{sets} not what the presets make; `treewright build` makes them")));
     }
     meter.end(status.len());
     Ok(())
@@ -97,5 +98,5 @@ fn tell(arguments: &BuildArguments, meter: &Meter, status: &[SetStatus]) -> Resu
 /// Reads every preset that was named and what it names, and reports all errors.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let good = crate::build::check(&find_presets(&arguments.presets)?)?;
-    print(&format!("{good} preset{} good\n", if good == 1 { " is" } else { "s are" }))
+    print(&format!("{} good\n", counted(good, "preset is", "presets are")))
 }

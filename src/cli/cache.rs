@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::args::{CacheAction, CacheArguments, CacheFolder};
 use super::report::{Failure, print};
+use crate::base::counted;
 use crate::build::{CacheError, CacheOptions, CacheStats, cache_stats, clear_cache};
 
 /// Tells or empties.
@@ -23,7 +24,8 @@ pub(super) fn run(arguments: &CacheArguments) -> Result<(), Failure> {
             let options = named(cache)?;
             let removed = clear_cache(&options.folder).map_err(other)?;
             let (entries, bytes) = (removed.entries, removed.bytes);
-            print(&format!("{}: removed {entries} entries, {}\n", options.folder.display(), size(bytes)))
+            let entries = counted(entries as usize, "entry", "entries");
+            print(&format!("{}: removed {entries}, {}\n", options.folder.display(), size(bytes)))
         }
     }
 }
@@ -35,7 +37,8 @@ fn named(cache: &CacheFolder) -> Result<CacheOptions, Failure> {
 
 fn told(options: &CacheOptions, stats: &CacheStats) -> String {
     let (folder, limit) = (options.folder.display(), size(options.limit));
-    let mut text = format!("{folder}: {} entries, {} of at most {limit}\n", stats.entries, size(stats.bytes));
+    let entries = counted(stats.entries as usize, "entry", "entries");
+    let mut text = format!("{folder}: {entries}, {} of at most {limit}\n", size(stats.bytes));
     for (stage, entries, bytes) in &stats.stages {
         // Writing to a string never fails.
         let _ = writeln!(text, "  {stage:<10} {entries:>7} entries {:>10}", size(*bytes));

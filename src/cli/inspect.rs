@@ -1,6 +1,6 @@
 //! `treewright inspect`: what a plant, a source or an asset holds, as text or JSON.
 //!
-//! The kind of file is told from its content: a GLB by its magic number, a plant dump and a species file by their RON,
+//! The kind of file is told from its content: a GLB and a picture by their magic numbers, a plant dump and a species file by their RON,
 //! everything else goes to the importers, which know their formats.
 
 use std::collections::BTreeMap;
@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use super::args::InspectArguments;
 use super::report::{Failure, print};
-use crate::base::{Diagnostic, Seed};
+use crate::bake::{PictureInfo, picture_info};
+use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
@@ -27,7 +28,7 @@ use crate::source::{grow, import};
 #[derive(Serialize)]
 struct Inspected<'a> {
     file: String,
-    /// `plant`, `species`, the name of an import format, or `glb`.
+    /// `plant`, `species`, the name of an import format or of a picture's, or `glb`.
     kind: String,
     /// What was mended in it.
     notes: Vec<String>,
@@ -41,6 +42,8 @@ struct Inspected<'a> {
     morph: Option<MorphSupport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     asset: Option<GlbInfo<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<PictureInfo>,
 }
 
 /// Inspects one file.
@@ -59,10 +62,16 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         trunk_support: None,
         morph: None,
         asset: None,
+        picture: None,
     };
     let mut plant = None;
     if bytes.starts_with(b"glTF") {
         inspected.asset = Some(read_glb(&bytes).map_err(|e| one(e.to_string()))?);
+    } else if let Some(picture) = picture_info(&bytes) {
+        let picture = picture.map_err(|error| {
+            Failure::Diagnostics(vec![Diagnostic::new(&file, error.to_string()).with_hint(error.help())])
+        })?;
+        (inspected.kind, inspected.picture) = (picture.format.to_owned(), Some(picture));
     } else {
         let (kind, found, notes) = read_plant(&file, &bytes, &folder, arguments.seed)?;
         (inspected.kind, inspected.notes) = (kind, notes);
@@ -71,11 +80,11 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         plant = Some(found);
     }
     if let Some(path) = &arguments.dump {
-        let plant = plant.as_ref().ok_or_else(|| one("an asset holds no plant to dump".to_owned()))?;
+        let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
         write(path, &dump(plant))?;
     }
     if let Some(path) = &arguments.morph_to {
-        let from = plant.ok_or_else(|| one("an asset holds no plant to morph".to_owned()))?;
+        let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
         let (name, to) = read_file(path, arguments.seed)?;
         let morph = morph_support(from, to).map_err(one)?;
         if let Some(path) = &arguments.plot {
@@ -218,6 +227,12 @@ fn describe(inspected: &Inspected<'_>) -> String {
     if let Some(asset) = &inspected.asset {
         describe_asset(&mut text, asset);
     }
+    if let Some(PictureInfo { width, height, channels, bits, .. }) = inspected.picture {
+        let named = ["grey", "grey, alpha", "red, green, blue", "red, green, blue, alpha"];
+        let named = named.get(usize::from(channels) - 1).copied().unwrap_or("others");
+        let channels = counted(channels.into(), "channel", "channels");
+        let _ = writeln!(text, "{width} x {height} pixels, {channels} of {bits} bits: {named}");
+    }
     for note in &inspected.notes {
         let _ = writeln!(text, "note: {note}");
     }
@@ -227,8 +242,15 @@ fn describe(inspected: &Inspected<'_>) -> String {
 fn describe_plant(text: &mut String, s: &PlantStats) {
     let _ = writeln!(
         text,
-        "{:.2} m high, {:.2} m wide; {} stem(s), {} chains, {} points, {} leaves; {:.1} m of wood, {:.3} m radius at the base",
-        s.height, s.width, s.stems, s.chains, s.points, s.leaves, s.wood_length, s.base_radius
+        "{:.2} m high, {:.2} m wide; {}, {}, {}, {}; {:.1} m of wood, {:.3} m radius at the base",
+        s.height,
+        s.width,
+        counted(s.stems, "stem", "stems"),
+        counted(s.chains, "chain", "chains"),
+        counted(s.points, "point", "points"),
+        counted(s.leaves, "leaf", "leaves"),
+        s.wood_length,
+        s.base_radius
     );
     let _ = writeln!(text, "topology continuity {:.4}", s.topology_continuity);
     let streams: Vec<String> = s.strahler.iter().map(usize::to_string).collect();
@@ -237,9 +259,9 @@ fn describe_plant(text: &mut String, s: &PlantStats) {
     if s.murray.exponent > 0.0 {
         let _ = writeln!(
             text,
-            "Murray's exponent {:.2} over {} forks, which it predicts to {:.0} %",
+            "Murray's exponent {:.2} over {}, predicted to {:.0} %",
             s.murray.exponent,
-            s.murray.forks,
+            counted(s.murray.forks, "fork", "forks"),
             s.murray.residual * 100.0
         );
     }
@@ -272,10 +294,11 @@ fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
     let triangles: u64 = asset.instances.iter().filter_map(|i| asset.meshes.get(i.mesh)).map(|m| m.triangles()).sum();
     let _ = writeln!(
         text,
-        "{} meshes, {} materials, {} images; the scene shows {triangles} triangles; made by {}",
-        asset.meshes.len(),
-        asset.materials.len(),
-        asset.images.len(),
+        "{}, {}, {}; the scene shows {}; made by {}",
+        counted(asset.meshes.len(), "mesh", "meshes"),
+        counted(asset.materials.len(), "material", "materials"),
+        counted(asset.images.len(), "image", "images"),
+        counted(triangles as usize, "triangle", "triangles"),
         if asset.generator.is_empty() { "?" } else { &asset.generator },
     );
     for extension in &asset.extensions_used {
@@ -283,14 +306,16 @@ fn describe_asset(text: &mut String, asset: &GlbInfo<'_>) {
         let _ = writeln!(text, "extension {extension}{needed}");
     }
     for mesh in &asset.meshes {
-        let _ = writeln!(text, "mesh {}: {} triangles, {} vertices", mesh.name, mesh.triangles(), mesh.vertices());
+        let triangles = counted(mesh.triangles() as usize, "triangle", "triangles");
+        let vertices = counted(mesh.vertices() as usize, "vertex", "vertices");
+        let _ = writeln!(text, "mesh {}: {}, {}", mesh.name, triangles, vertices);
         for primitive in &mesh.primitives {
             let material = primitive.material.and_then(|m| asset.materials.get(m));
             let (name, alpha) = material.map_or(("none", ""), |m| (m.name.as_str(), m.alpha_mode.as_str()));
             let _ = writeln!(
                 text,
-                "  {} triangles, material {name} {alpha}: {}",
-                primitive.triangles,
+                "  {}, material {name} {alpha}: {}",
+                counted(primitive.triangles as usize, "triangle", "triangles"),
                 primitive.attributes.join(" ")
             );
         }

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::args::MessageFormat;
 use super::messages;
-use crate::base::{Diagnostic, Span};
+use crate::base::{Diagnostic, Span, counted};
 use crate::build::{BuildError, Happened, Progress, SetState, SetStatus};
 
 /// Why a command failed.
@@ -59,46 +59,60 @@ pub(super) fn failure(failure: &Failure) {
                 say(&format!("{}\n", rendered(diagnostic)));
             }
             let files = diagnostics.iter().map(|d| &d.file).collect::<std::collections::BTreeSet<_>>().len();
-            let plural = |n: usize| if n == 1 { "" } else { "s" };
-            let count = diagnostics.len();
-            say(&format!("{count} error{} in {files} file{}", plural(count), plural(files)));
+            let errors = counted(diagnostics.len(), "error", "errors");
+            say(&format!("{errors} in {}", counted(files, "file", "files")));
         }
         Failure::Other(message) | Failure::Usage(message) => say(&format!("error: {message}")),
     }
 }
 
-/// A diagnostic with the line it is about, where the file can still be read.
+/// A diagnostic with the line it is about, and that which asks for the file, where the files can still be read.
 pub(super) fn rendered(diagnostic: &Diagnostic) -> String {
     let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    let title = if diagnostic.field.is_empty() {
-        diagnostic.message.clone()
-    } else {
-        format!("{}: {}", diagnostic.field, diagnostic.message)
-    };
+    let Diagnostic { file, span, field, message, hint, asked_by } = diagnostic;
+    let title = if field.is_empty() { message.clone() } else { format!("{field}: {message}") };
+    let text = lines_of(file, *span);
+    let asks = asked_by.as_ref().map(|by| (by, lines_of(&by.file, by.span), format!("`{}` asks for it", by.field)));
     let mut group = Group::with_title(Level::ERROR.primary_title(&title));
-    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
-    let shows = |m: std::fs::Metadata| diagnostic.span.is_some() && m.is_file() && m.len() < 4 << 20;
-    let text = std::fs::metadata(&diagnostic.file).is_ok_and(shows).then(|| std::fs::read(&diagnostic.file).ok());
-    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
-    // The mark that some editors begin a file with counts as no column.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned();
-    match diagnostic.span.and_then(|span| byte_range(&text, span)) {
-        Some(range) => {
-            group = group
-                .element(Snippet::source(&text).path(&diagnostic.file).annotation(AnnotationKind::Primary.span(range)));
-        }
-        _ => {
-            let mut origin = annotate_snippets::Origin::path(&diagnostic.file);
-            if let Some(span) = diagnostic.span {
-                origin = origin.line(span.line as usize).char_column(span.column as usize);
-            }
-            group = group.element(origin);
-        }
+    group = shown(group, (file, *span), &text, (AnnotationKind::Primary, ""));
+    if let Some((by, text, label)) = &asks {
+        group = shown(group, (&by.file, by.span), text, (AnnotationKind::Context, label));
     }
-    if !diagnostic.hint.is_empty() {
-        group = group.element(Level::HELP.message(&diagnostic.hint));
+    if !hint.is_empty() {
+        group = group.element(Level::HELP.message(hint));
     }
     renderer.render(&[group]).to_string()
+}
+
+/// The text of a file in which a place is to be shown; empty where it can't be.
+fn lines_of(file: &str, span: Option<Span>) -> String {
+    // What is a pipe or a device, or very large, has no lines to show: reading it could take for ever.
+    let shows = |m: std::fs::Metadata| span.is_some() && m.is_file() && m.len() < 4 << 20;
+    let text = std::fs::metadata(file).is_ok_and(shows).then(|| std::fs::read(file).ok());
+    let text = text.flatten().map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    // The mark that some editors begin a file with counts as no column.
+    text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned()
+}
+
+/// A group of a message with a place in a file more: the line where there is one, else the file's name and what is known of
+/// the place.
+fn shown<'a>(
+    group: Group<'a>,
+    (file, span): (&'a str, Option<Span>),
+    text: &'a str,
+    (kind, label): (AnnotationKind, &'a str),
+) -> Group<'a> {
+    if let Some(range) = span.and_then(|span| byte_range(text, span)) {
+        let mark = kind.span(range);
+        let mark = if label.is_empty() { mark } else { mark.label(label) };
+        return group.element(Snippet::source(text).path(file).annotation(mark));
+    }
+    let mut origin = annotate_snippets::Origin::path(file);
+    if let Some(span) = span {
+        origin = origin.line(span.line as usize).char_column(span.column as usize);
+    }
+    let group = group.element(origin);
+    if label.is_empty() { group } else { group.element(Level::NOTE.message(label)) }
 }
 
 /// The bytes of a span; none when the text has no such place.
@@ -204,16 +218,18 @@ impl Meter {
 }
 
 fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
-    let s = if outcome.variants == 1 { "" } else { "s" };
-    let mut text = format!("{}: {} variant{s} in {}", outcome.set, outcome.variants, folder.display());
+    let variants = counted(outcome.variants, "variant", "variants");
+    let mut text = format!("{}: {variants} in {}", outcome.set, folder.display());
     match outcome.happened {
         Happened::Current => text += ", nothing had changed",
-        Happened::Shard { trees } => text = format!("{}: {trees} trees made for the cache", outcome.set),
+        Happened::Shard { trees } => {
+            text = format!("{}: {} made for the cache", outcome.set, counted(trees, "tree", "trees"))
+        }
         Happened::Built => {
             let c = &outcome.committed;
-            let (written, removed) = (c.written.len(), c.removed.len());
+            let (written, removed) = (counted(c.written.len(), "file", "files"), c.removed.len());
             let took = outcome.took.as_secs_f64();
-            text += &format!(", {written} files written, {} unchanged, {removed} removed, {took:.2} s", c.unchanged);
+            text += &format!(", {written} written, {} unchanged, {removed} removed, {took:.2} s", c.unchanged);
         }
     }
     for note in &outcome.notes {

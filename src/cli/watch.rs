@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::args::WatchArguments;
 use super::report::{Failure, Meter, failure};
+use crate::base::counted;
 use crate::build::Progress;
 use crate::watch::{Event, Next, WatchOptions, Watcher};
 
@@ -32,16 +33,20 @@ pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
     match event {
         Event::Preset(_) => {}
         // Some sets take half a minute, and silence looks like a watcher that saw nothing.
-        Event::Build(Progress::Steps(steps)) if *steps > 0 => meter.line(&format!("building, {steps} steps")),
+        Event::Build(Progress::Steps(steps)) if *steps > 0 => {
+            meter.line(&format!("building, {}", counted(*steps, "step", "steps")))
+        }
         Event::Build(progress) => meter.take(progress),
         Event::Failed(error) => {
             failure(&Failure::Diagnostics(error.diagnostics.clone()));
             meter.line("the old set stays");
         }
+        Event::Orphaned(status) => meter.status(status, false),
+        Event::Unwritten { page, why } => meter.line(&format!("can't write {}: {why}", page.display())),
         Event::Polling { every, why } => {
             let why = why.as_ref().map(|why| format!("{why}; ")).unwrap_or_default();
             meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));
         }
-        Event::Idle { files } => meter.line(&format!("watching {files} file{}", if *files == 1 { "" } else { "s" })),
+        Event::Idle { files } => meter.line(&format!("watching {}", counted(*files, "file", "files"))),
     }
 }

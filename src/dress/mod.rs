@@ -23,7 +23,7 @@ use crate::preset::plan::DressParams;
 
 /// The plant with twigs and leaves. Its own chains keep their ids, twigs come after them.
 ///
-/// A plant that has leaves already (imported ones) keeps them and gets nothing; [`thin`] thins them. So does one without length. Linear in
+/// A plant that has leaves already (imported ones) keeps them and gets nothing; [`thin`] makes them fewer or more. So does one without length. Linear in
 /// points and leaves but for a sort of the leaves.
 #[must_use]
 pub fn dress(plant: &Plant, params: &DressParams, seed: Seed) -> Plant {

@@ -37,7 +37,18 @@ pub(crate) fn refit(plant: Plant, scale: f32, area: f32, share: impl Fn(&Leaf) -
     if plant.leaves().is_empty() || alike <= 0.0 {
         return plant;
     }
-    let each = (area / alike).min(MOST);
+    repeated(plant, (area / alike).min(MOST), scale, seed)
+}
+
+/// The plant with `times` as many leaves, at most twelve for each of its own, which stay; raising it only adds. Linear in
+/// leaves.
+#[must_use]
+pub(super) fn more(plant: Plant, times: f32, seed: Seed) -> Plant {
+    repeated(plant, times.clamp(1.0, MOST), 1.0, seed)
+}
+
+/// The plant with `each` leaves in the mean for each of its own, scaled by `scale`.
+fn repeated(plant: Plant, each: f32, scale: f32, seed: Seed) -> Plant {
     let mut leaves = Vec::with_capacity((plant.leaves().len() as f32 * each) as usize + 1);
     for (i, leaf) in plant.leaves().iter().enumerate() {
         let seed = seed.at(i as u64);
@@ -116,6 +127,16 @@ mod tests {
             assert!((0.0..=1.001).contains(&along), "{along}");
             assert!((tip - of.frame.y * tip.dot(of.frame.y)).length() < whole.size * 0.3);
         }
+    }
+
+    #[test]
+    fn leaves_of_a_plant_become_more_and_raising_that_only_adds() {
+        let plant = leafy(400);
+        let [some, many] = [1.5, 3.0].map(|times| more(plant.clone(), times, Seed::new(1)));
+        assert!((570..630).contains(&some.leaves().len()) && many.leaves().len() == 1200);
+        assert!(plant.leaves().iter().all(|leaf| some.leaves().contains(leaf)));
+        assert!(some.leaves().iter().all(|leaf| many.leaves().contains(leaf)));
+        assert_eq!(more(plant.clone(), 0.5, Seed::new(1)), plant);
     }
 
     #[test]

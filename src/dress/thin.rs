@@ -1,9 +1,10 @@
-//! Leaves that a source brought along, thinned as the preset says.
+//! Leaves that a source brought along, as many as the preset says.
 //!
-//! Such leaves stay where they are: a density of 1 or more keeps all of them, a lower one that share. Where there would be
-//! more than the most, the kept ones are longer for it, at most twice, as dressing makes its own. Each leaf's turn to go
-//! is drawn once, so that raising the density only adds.
+//! Such leaves stay where they are: a density of 1 keeps all of them, a lower one that share, and with a higher one others
+//! join them (`refit`). Where there would be more than the most, the kept ones are longer for it, at most twice, as dressing
+//! makes its own. Each leaf's turn to go is drawn once, so that raising the density only adds.
 
+use super::refit::more;
 use crate::base::Seed;
 use crate::plant::{Leaf, Plant};
 use crate::preset::plan::DressParams;
@@ -11,9 +12,10 @@ use crate::preset::plan::DressParams;
 /// Most that kept leaves are lengthened.
 const LONGEST: f32 = 2.0;
 
-/// The plant with its leaves thinned; it itself where all stay. n log n in leaves.
+/// The plant with as many of its leaves, or more; it itself where all stay. n log n in leaves.
 #[must_use]
 pub fn thin(plant: Plant, params: &DressParams, seed: Seed) -> Plant {
+    let plant = if params.density > 1.0 { more(plant, params.density, seed.child("more")) } else { plant };
     let all = plant.leaves().len();
     let wanted = (all as f32 * params.density.clamp(0.0, 1.0)).ceil() as usize;
     let kept = wanted.min(params.most_leaves as usize);
@@ -68,7 +70,8 @@ pub(super) mod tests {
         let plant = leafy(200);
         let at = |density| thin(plant.clone(), &params(density, 1000), Seed::new(3));
         assert_eq!(at(1.0), plant);
-        assert_eq!(at(2.5), plant);
+        assert_eq!(at(2.0).leaves().len(), 400);
+        assert!(plant.leaves().iter().all(|leaf| at(1.3).leaves().contains(leaf)));
         let (few, more) = (at(0.25), at(0.5));
         assert_eq!((few.leaves().len(), more.leaves().len()), (50, 100));
         assert!(few.leaves().iter().all(|leaf| more.leaves().contains(leaf)));

@@ -143,7 +143,7 @@ fn stems_that_go_on_below_the_ground_are_as_sound_and_nothing_else_moves() {
                 let (alike, all) = tangents_agree(mesh);
                 all - alike
             });
-            assert!(off_after <= off_before + 3, "tangents: {off_before} {off_after}");
+            assert!(off_after <= off_before + 5, "tangents: {off_before} {off_after}");
             let added = after.indices.len() - before.indices.len();
             assert!(wood.count(&below) >= after.indices.len() / 3 && wood.count(&below) > wood.count(&level), "{seed}");
             // What is above is there as it was, and what was added begins where the stem ended.

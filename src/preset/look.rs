@@ -4,13 +4,13 @@
 //! Sizes are those of large leaves of each genus in summer: a card shows a whole spray, and somewhat larger leaves on
 //! fewer cards look the same from where trees are looked at.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::path::relative;
 use super::plan::{
     BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, USUAL_LEAF_SHARE, Wear,
 };
-use super::reader::{Item, Pick, Reader, linear};
+use super::reader::{Item, Pick, Reader, clip, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use crate::base::Note;
 
@@ -395,6 +395,8 @@ pub(super) fn named_leaf(index: usize) -> Option<TargetLeaf> {
 pub(super) struct Foliage {
     /// Twigs and leaves.
     pub(super) dress: DressParams,
+    /// Share of the leaves that sources bring.
+    pub(super) own_density: f32,
     /// The leaf's pictures.
     pub(super) art: LeafArt,
     /// Which leaves wear them.
@@ -405,8 +407,16 @@ pub(super) struct Foliage {
     pub(super) notes: Vec<Note>,
 }
 
-/// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf. `names` are the sources'.
-pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<Foliage> {
+/// The sources, as far as looks know them.
+pub(super) struct Named {
+    /// Their indices by name.
+    pub(super) names: BTreeMap<String, usize>,
+    /// Those that are grown, and so bring neither leaves nor bark.
+    pub(super) grown: BTreeSet<usize>,
+}
+
+/// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
+pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliage> {
     let season = Season::of(fields);
     let made = |leaf: &LeafKind| {
         let told = fields.color("color").map(|color| [color; 2]);
@@ -426,7 +436,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
         let (art, wear) = fields.kind(&LEAF_FILES, item, |kind, inner| {
             made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf", kind);
             if kind == "From" {
-                return Some((None, Wear::Source(from(inner, names)?)));
+                return Some((None, Wear::Source(from(inner, sources, "leaves")?)));
             }
             let [color, normal, transmission] = ["color", "normal", "transmission"].map(|name| path(inner, name));
             Some((Some(LeafArt::Files { color, normal, transmission }), Wear::All))
@@ -439,8 +449,10 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
         None => (made(&LEAVES[0])?, Wear::Rest, &LEAVES[0]),
     };
     let is_made = matches!(art, LeafArt::Made { .. });
+    // What made pictures show little of, sources' leaves need not make up for.
+    let own_density = fields.number("density") * season.share(is_made && leaf.is_evergreen());
     let dress = DressParams {
-        density: fields.number("density") * leaf.full * season.share(is_made && leaf.is_evergreen()),
+        density: own_density * leaf.full,
         most_leaves: fields.count("most"),
         leaf_size: fields.number_or("size", if matches!(wear, Wear::Source(_)) { 0.0 } else { leaf.size }),
         leaf_share: if fields.has("size") { 0.0 } else { USUAL_LEAF_SHARE },
@@ -463,7 +475,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) 
     });
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
     let notes = winter.into_iter().chain(huge).collect();
-    Some(Foliage { dress, art, wear, bark: leaf.bark, notes })
+    Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes })
 }
 
 /// What is told of a leaf that is far longer than such leaves are.
@@ -479,18 +491,21 @@ fn huge(dress: &DressParams, leaf: &LeafKind) -> Option<Note> {
     })
 }
 
-/// The source that a `From` names.
-fn from(fields: &Reader<'_, '_>, names: &BTreeMap<String, usize>) -> Option<usize> {
-    let names: Vec<&str> = names.keys().map(String::as_str).collect();
-    fields.reference(&fields.item("source")?, "source", &names)
+/// The source that a `From` names, for `what` it is to bring.
+fn from(fields: &Reader<'_, '_>, sources: &Named, what: &str) -> Option<usize> {
+    let names: Vec<&str> = sources.names.keys().map(String::as_str).collect();
+    let item = fields.item("source")?;
+    let index = fields.reference(&item, "source", &names)?;
+    if sources.grown.contains(&index) {
+        let message = format!("\"{}\" is grown, and brings no {what} of its own", clip(names[index]));
+        let hint = format!("name a source that is imported from a mesh with {what}");
+        fields.report().at(item.span(), &item.path, message, hint);
+    }
+    Some(index)
 }
 
-/// The bark's maps, what wears them, and the height of a tile. `names` are the sources'.
-pub(super) fn bark(
-    fields: &Reader<'_, '_>,
-    of_leaf: BarkPattern,
-    names: &BTreeMap<String, usize>,
-) -> Option<(BarkArt, Wear, f32)> {
+/// The bark's maps, what wears them, and the height of a tile.
+pub(super) fn bark(fields: &Reader<'_, '_>, of_leaf: BarkPattern, sources: &Named) -> Option<(BarkArt, Wear, f32)> {
     let tiling = fields.number("tiling");
     let made = |pattern: usize| {
         let (pattern, color) = BARKS[pattern];
@@ -505,7 +520,7 @@ pub(super) fn bark(
             Pick::Kind => fields.kind(&BARK_FILES, &item, |kind, inner| {
                 made_only(fields, &["color", "resolution"], "texture", kind);
                 if kind == "From" {
-                    return Some((by_leaf()?, Wear::Source(from(inner, names)?)));
+                    return Some((by_leaf()?, Wear::Source(from(inner, sources, "bark")?)));
                 }
                 let (color, normal) = (path(inner, "color"), path(inner, "normal"));
                 Some((BarkArt::Files { color, normal, roughness: path(inner, "roughness") }, Wear::All))

@@ -5,6 +5,7 @@
 //! whose parameter structs hold no `Option` and no value out of range. Every later stage reads its own struct from `plan`
 //! and nothing else.
 
+mod asked;
 mod blends;
 mod decided;
 mod edit;
@@ -31,6 +32,7 @@ mod syntax;
 mod token;
 mod variants;
 
+pub(crate) use asked::data_asked_for;
 pub use edit::{Edit, EditError, edited, value_of};
 pub use json_schema::describe_json;
 pub use knobs::{Knob, KnobsOf, Turns, knobs};

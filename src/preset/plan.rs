@@ -58,6 +58,8 @@ pub struct Plan {
     pub notes: Vec<Note>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
+    /// Leaves that a source brings along, as a share of them.
+    pub own_density: f32,
     /// The pictures of a leaf.
     pub leaf_art: LeafArt,
     /// Which leaves wear them.

@@ -30,6 +30,11 @@ impl<'f> Report<'f> {
         }
     }
 
+    /// The file's name.
+    pub(super) fn file(&self) -> &'f str {
+        self.file
+    }
+
     /// An error about the whole file.
     pub(super) fn whole(&self, message: impl Into<String>, hint: impl Into<String>) {
         self.push(Diagnostic::new(self.file, message).with_hint(hint));

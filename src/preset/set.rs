@@ -6,8 +6,9 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::asked::asked_for;
 use super::blends::{BLEND, EXPLORE, MIX, PART, parts};
-use super::look::{self, BARK, FOLIAGE, path};
+use super::look::{self, BARK, FOLIAGE, Named, path};
 use super::morphs::{GROWTH, MORPH};
 use super::output::{self, ATLAS, COLLIDERS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
@@ -24,7 +25,7 @@ use super::species::{HEIGHT, seen_from, species};
 use super::surroundings::{self, LIGHT, OBSTACLE};
 use super::syntax::{Node, Value, tree};
 use super::variants::{MOST_VARIANTS, Variants, variants};
-use crate::base::Diagnostic;
+use crate::base::{Asked, Diagnostic};
 
 /// Sides of the thickest trunks where a preset tells none.
 const MOST_SIDES: u32 = 64;
@@ -328,12 +329,12 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         set.report().whole(message, hint);
     }
     let seed = set.integer("seed");
-    let (sources, names) = sources(set, files);
+    let (sources, named) = sources(set, files);
     let Variants { trees: variants, origins, blends, selections, shapes, morphs, sketches } =
-        variants(set, &names, &sources, seed);
-    let foliage = set.group("foliage", |fields| look::foliage(fields, &names)).flatten();
+        variants(set, &named.names, &sources, seed);
+    let foliage = set.group("foliage", |fields| look::foliage(fields, &named)).flatten();
     let of_leaf = foliage.as_ref().map_or(super::plan::BarkPattern::Furrowed, |f| f.bark);
-    let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &names)).flatten();
+    let bark = set.group("bark", |fields| look::bark(fields, of_leaf, &named)).flatten();
     let mesh = set.group("mesh", |fields| {
         let (sides, error) = (fields.count("sides"), fields.number("error"));
         // Who tells a number gets no more sides, and that error on small trees, too.
@@ -369,6 +370,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         sketches,
         notes: foliage.notes,
         dress: foliage.dress,
+        own_density: foliage.own_density,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
         bark_art,
@@ -399,10 +401,18 @@ impl SpeciesFiles<'_> {
         let found = match (self.read)(path) {
             Ok(text) => species(&joined(self.folder, path), &text)
                 .map(|params| seen_from(params, folder(path)))
-                .map_err(|found| report.adopt(found))
+                .map_err(|found| {
+                    let by = Asked { file: report.file().to_string(), span: item.span(), field: item.path.clone() };
+                    report.adopt(asked_for(found, &by));
+                })
                 .ok(),
             Err(reason) => {
-                report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), "");
+                let hint = if reason.contains("UTF-8") {
+                    "a species file is text: save it as UTF-8"
+                } else {
+                    "paths are relative to the preset's folder"
+                };
+                report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), hint);
                 None
             }
         };
@@ -413,7 +423,7 @@ impl SpeciesFiles<'_> {
 
 /// The sources in the order of their names, and all names that the preset gives, with the index of those that are
 /// sound.
-fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, BTreeMap<String, usize>) {
+fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, Named) {
     // By name in lower case, as some file systems don't tell the cases apart: name and line.
     let mut seen: BTreeMap<String, (String, u32)> = BTreeMap::new();
     let mut found: BTreeMap<String, Option<(SourceRecipe, Vec<Part>)>> = BTreeMap::new();
@@ -441,11 +451,14 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
         found.insert(name.text, recipe);
     }
     let names = found.keys().cloned().zip(0..).collect();
+    let is_grown = |recipe: &SourceRecipe| !matches!(recipe, SourceRecipe::Import(_));
+    let grown = found.values().zip(0..).filter(|(found, _)| found.as_ref().is_some_and(|found| is_grown(&found.0)));
+    let named = Named { names, grown: grown.map(|(_, index)| index).collect() };
     // A source that is wrong keeps its index; the plan is not handed out then.
     let source = |(name, found): (String, Option<(SourceRecipe, Vec<Part>)>)| {
         found.map(|(recipe, parts)| Source { name, recipe, parts })
     };
-    (found.into_iter().filter_map(source).collect(), names)
+    (found.into_iter().filter_map(source).collect(), named)
 }
 
 fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowParams> {

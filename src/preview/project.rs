@@ -66,6 +66,8 @@ pub(super) struct ErrorView {
     field: String,
     message: String,
     hint: String,
+    /// The preset's file and field that ask for the file; empty where it is the preset.
+    asked_by: String,
     /// Lines of the file: number and text.
     lines: Vec<(u32, String)>,
     /// Of the line that is wrong the first and the last letter, from 0.
@@ -110,6 +112,7 @@ impl Project {
                 json!({ "what": "building", "preset": preset.file })
             }
             Event::Build(progress) => return self.progress(&progress),
+            Event::Orphaned(_) | Event::Unwritten { .. } => return None,
             Event::Failed(error) => self.failed(&error),
             Event::Polling { every, why } => {
                 self.polling =
@@ -297,7 +300,7 @@ fn finite(value: f32) -> Option<f32> {
 impl ErrorView {
     /// An error with the lines it is about, where its file lies in the project's folder.
     pub(super) fn of(diagnostic: &Diagnostic, folder: &Path) -> Self {
-        let Diagnostic { file, span, field, message, hint } = diagnostic;
+        let Diagnostic { file, span, field, message, hint, asked_by } = diagnostic;
         let name = Path::new(file).canonicalize().ok();
         let inside = name.filter(|path| path.starts_with(folder) && path.is_file());
         let shown = inside.as_deref().and_then(|path| path.strip_prefix(folder).ok());
@@ -320,6 +323,7 @@ impl ErrorView {
             field: field.clone(),
             message: message.clone(),
             hint: hint.clone(),
+            asked_by: asked_by.as_ref().map(|by| format!("{}: {}", by.file, by.field)).unwrap_or_default(),
             lines,
             mark: [start, end.saturating_sub(1).clamp(start, width.max(start + 1))],
         }

@@ -16,6 +16,7 @@ use usvg::tiny_skia_path::{Path, PathSegment, Point, Transform};
 
 use super::region::{Fill, Region};
 use super::stem;
+use crate::base::counted;
 
 /// Most bytes of an SVG.
 const MOST_SVG: usize = 8 << 20;
@@ -199,17 +200,16 @@ impl Reading {
             }
         }
         if closed > 0 {
-            let were = if closed == 1 { "line was" } else { "lines were" };
-            notes.push(format!("{closed} {were} closed by a straight line from end to start"));
+            let were = counted(closed, "line was", "lines were");
+            notes.push(format!("{were} closed by a straight line from end to start"));
         }
         if self.tangled > 0 {
-            notes.push(format!(
-                "{} of its paths cross themselves; what they fill by their fill rule counts",
-                self.tangled
-            ));
+            let cross = counted(self.tangled, "of its paths crosses itself", "of its paths cross themselves");
+            notes.push(format!("{cross}; what is filled by the fill rule counts"));
         }
         if self.skipped > 0 {
-            notes.push(format!("{} of its pictures, texts and further open lines are not read", self.skipped));
+            let are = if self.skipped == 1 { "is" } else { "are" };
+            notes.push(format!("{} of its pictures, texts and further open lines {are} not read", self.skipped));
         }
         let (crown, trunk) = (Region::union_of(&self.crown), Region::union_of(&self.trunk));
         // Where crown and trunk overlap, the crown is the crown.
@@ -342,7 +342,10 @@ mod tests {
         assert_eq!(read("<rect width='0' height='4'/>").unwrap_err(), SketchError::Empty);
         assert_eq!(read("<rect width='4' height='4' display='none'/>").unwrap_err(), SketchError::Empty);
         let bow = read("<path d='M0 0L8 8V0L0 8Z'/>").unwrap();
-        assert!((bow.crown.area() - 32.0).abs() < 1e-2 && bow.notes.iter().any(|n| n.contains("cross themselves")));
+        assert!(
+            (bow.crown.area() - 32.0).abs() < 1e-2
+                && bow.notes.iter().any(|n| n.contains("1 of its paths crosses itself"))
+        );
         let many: String = (0..60_000).map(|i| format!("L{} {}", i % 10, i % 7)).collect();
         let huge = format!("<path d='M0 0{many}Z'/><path d='M0 0{many}Z'/>");
         assert!(matches!(read(&huge), Err(SketchError::TooLarge { what: "points", .. })));

@@ -5,6 +5,7 @@
 //! on the way to a file: a link that is put in the place of another leads elsewhere. Reading a file raises access
 //! events of its own; only creation, change and removal count. What a build writes wakes nobody, also inside the watched
 //! folder, as no preset reads it. A burst of events is one rebuild; events that arrive during a build are taken after it.
+//! After a rebuild come the page that shows all sets and the sets whose preset is gone.
 //! A file in a folder that was not watched yet may be saved between its being read and the folder's being watched: what
 //! is that young is compared again.
 //!
@@ -24,7 +25,10 @@ use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode, Watcher as
 
 use crate::base::Key;
 use crate::build::stamp;
-use crate::build::{BuildError, BuildOptions, Builder, CacheOptions, Limits, Progress, find_presets};
+use crate::build::{
+    BuildError, BuildOptions, Builder, CacheOptions, GALLERY, Limits, Progress, SetStatus, draw_specimens,
+    find_presets, gallery,
+};
 use poll::Seen;
 
 /// How long it must be quiet before events are acted on: when all files that they are about were closed or put in place
@@ -78,6 +82,15 @@ pub enum Event<'a> {
         /// Why, when it was not asked for.
         why: Option<String>,
     },
+    /// The preset of a set is gone; told once.
+    Orphaned(&'a SetStatus),
+    /// The page that shows all sets can't be written.
+    Unwritten {
+        /// The page.
+        page: PathBuf,
+        /// Why.
+        why: String,
+    },
     /// All is built; waiting for a file to be saved.
     Idle {
         /// How many files the sets were made from.
@@ -88,6 +101,10 @@ pub enum Event<'a> {
 /// Watches a folder of presets.
 pub struct Watcher {
     folder: PathBuf,
+    out: PathBuf,
+    limits: Limits,
+    /// The sets without a preset that were told.
+    orphans: BTreeSet<String>,
     builder: Builder,
     /// What the system tells by; none where it can't or shall not.
     system: Option<RecommendedWatcher>,
@@ -116,7 +133,10 @@ impl Watcher {
         let (sender, events) = channel();
         let mut watcher = Self {
             folder,
-            builder: Builder::new(BuildOptions { cache, limits, ..BuildOptions::new(out) }),
+            builder: Builder::new(BuildOptions { cache, limits: limits.clone(), ..BuildOptions::new(&out) }),
+            out,
+            limits,
+            orphans: BTreeSet::new(),
             system: None,
             events,
             _sender: sender.clone(),
@@ -174,6 +194,7 @@ impl Watcher {
                 touched = Some(late);
                 continue;
             }
+            self.show(tell);
             let files = self.reads.values().flatten().collect::<BTreeSet<_>>().len();
             if matches!(tell(Event::Idle { files }), Next::Stop) {
                 return;
@@ -243,6 +264,24 @@ impl Watcher {
             self.reads.insert(preset, reads);
         }
         fresh
+    }
+
+    /// Brings the page that shows all sets up to date, and tells of sets whose preset is gone, as a build of the folder does.
+    fn show(&mut self, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
+        let folders = [self.folder.clone()];
+        let Ok(presets) = find_presets(&folders) else { return };
+        // Where nothing was built, there is nothing to show.
+        if self.out.is_dir() {
+            let drawn = draw_specimens(&self.folder, &self.out, &self.limits, &self.builder.cache());
+            if let Err(error) = drawn.and_then(|_| gallery(&self.out, &presets)) {
+                tell(Event::Unwritten { page: self.out.join(GALLERY), why: error.to_string() });
+            }
+        }
+        let orphans = self.builder.orphans(&folders, &presets);
+        for status in orphans.iter().filter(|status| !self.orphans.contains(&status.set)) {
+            tell(Event::Orphaned(status));
+        }
+        self.orphans = orphans.into_iter().map(|status| status.set).collect();
     }
 
     /// Waits for files that matter; none when the watcher was shut down.

@@ -81,6 +81,20 @@ fn twins_are_told_with_what_would_part_them() {
 }
 
 #[test]
+fn what_is_grown_brings_neither_leaves_nor_bark() {
+    let text = "(sources: {\"a\": Grow(species: \"species/oak.ron\"), \"b\": Import(file: \"b.obj\"), \
+        \"c\": Grow(like: \"b.obj\")}, variants: [Source(\"a\")], foliage: (leaf: From(\"a\")), bark: (texture: From(\"c\")))";
+    let errors = load_with_oak(text).expect_err("none of them brings any");
+    let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    for (told, part) in told.iter().zip(["\"a\" is grown, and brings no leaves", "\"c\" is grown, and brings no bark"])
+    {
+        assert!(told.contains(part) && told.contains("name a source"), "{told}");
+    }
+    assert!(told.len() == 2 && errors.iter().all(|error| error.span.is_some()), "{told:?}");
+    assert!(load_with_oak(&text.replace("From(\"a\")", "From(\"b\")").replace("From(\"c\")", "From(\"b\")")).is_ok());
+}
+
+#[test]
 fn a_point_is_one_endpoint() {
     let many = OAK.replace("Point(height: 0.4), count: 1", "Point(height: 0.4), count: 50");
     let errors = species("oak.ron", &many).unwrap_err();

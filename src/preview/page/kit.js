@@ -121,5 +121,6 @@ export function errorCards(errors, stays) {
           : [text]));
     })) : null,
     error.hint ? el('p.hint', {}, `Help: ${error.hint}`) : null,
+    error.asked_by ? el('p.hint', {}, `Asked for by ${error.asked_by}`) : null,
     stays ? el('p.stays', {}, 'The last good set stays.') : null));
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::fill::{Crown, fill};
 use super::near::Near;
 use super::{Card, Parts};
-use crate::base::{Rotation, Seed};
+use crate::base::{Rotation, Seed, counted};
 use crate::plant::{ChainId, Leaf, LeafForm, Plant, PlantBuilder, Posed};
 use crate::source::skeletonize::Placement;
 
@@ -57,7 +57,8 @@ pub fn attach(plant: Plant, parts: &Parts, placement: &Placement, notes: &mut Ve
         leaves.push(leaf(&plant, &posed, &card, chain, location));
     }
     if far > 0 {
-        notes.push(format!("{far} leaves are far from any wood and hang on the nearest branch"));
+        let hang = counted(far, "leaf is far from any wood and hangs", "leaves are far from any wood and hang");
+        notes.push(format!("{hang} on the nearest branch"));
     }
     let mut builder = PlantBuilder::from_plant(plant.clone());
     for leaf in leaves.into_iter().filter(|l| l.size.is_finite() && l.size > 0.0 && l.offset.is_finite()) {

@@ -17,6 +17,7 @@ use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;
 use super::{Parts, sample};
+use crate::base::counted;
 use crate::source::scene::{Alpha, Image, Scene, Transmission};
 
 /// Most pictures of one plant; rarer groups wear the likest of the others.
@@ -112,14 +113,18 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
     }
     let joined = join_backs(&mut parts.cards, &faces);
     let fronds = fronds(scene, pieces, &near, gallery, parts);
-    for (n, what) in [
-        (fronds, "fronds became bent cards"),
-        (joined, "leaves have a back of their own, which was joined with the front"),
-        (crushed, "leaves without an area were dropped"),
-        (strangers, "leaves of rare shapes wear the likest of the other leaves' pictures"),
+    for (n, one, many) in [
+        (fronds, "frond became a bent card", "fronds became bent cards"),
+        (joined, "leaf's back was joined with its front", "leaves' backs were joined with their fronts"),
+        (crushed, "leaf without an area was dropped", "leaves without an area were dropped"),
+        (
+            strangers,
+            "leaf of a rare shape wears the likest of the other leaves' pictures",
+            "leaves of rare shapes wear the likest of the other leaves' pictures",
+        ),
     ] {
         if n > 0 {
-            parts.notes.push(format!("{n} {what}"));
+            parts.notes.push(counted(n, one, many));
         }
     }
 }

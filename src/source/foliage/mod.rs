@@ -27,6 +27,7 @@ mod words;
 
 use glam::Vec3;
 
+use crate::base::counted;
 use crate::source::scene::{Files, Scene};
 
 pub use attach::attach;
@@ -34,6 +35,9 @@ pub use card::Card;
 pub use picture::{Art, BarkPicture, CardCorner, CardPicture, LeafPicture};
 
 use decide::{Piece, Role};
+
+/// How the note on leaves begins that nothing colours; it is of no concern where other pictures are worn.
+pub(crate) const WHITE: &str = "leaves have no picture that can be read, and are white";
 
 /// What a preset says about the parts of a mesh: names of materials or parts, whatever their capitals.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -91,20 +95,21 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     let pieces = decide::pieces(scene, &tones, overrides);
     let mut parts = Parts::default();
     let count = |role| pieces.iter().filter(|p| p.role == role).count();
-    for (role, what) in [
-        (Role::Stalk, "stalks of leaves were dropped; their leaves keep their places"),
-        (Role::Fruit, "flowers or fruit were dropped"),
-        (Role::Patch, "flat pieces painted on the bark were dropped"),
-        (Role::Ground, "pieces of ground, or of a pot, were dropped"),
+    for (role, one, many, rest) in [
+        (Role::Stalk, "stalk of leaves was", "stalks of leaves were", "; their leaves keep their places"),
+        (Role::Fruit, "flower or fruit was", "flowers or fruit were", ""),
+        (Role::Patch, "flat piece painted on the bark was", "flat pieces painted on the bark were", ""),
+        (Role::Ground, "piece of ground, or of a pot, was", "pieces of ground, or of a pot, were", ""),
     ] {
         let n = count(role);
         if n > 0 {
-            parts.notes.push(format!("{n} {what}"));
+            parts.notes.push(format!("{} dropped{rest}", counted(n, one, many)));
         }
     }
     let crowns = count(Role::Crown);
     if crowns > 0 {
-        parts.notes.push(format!("{crowns} closed crowns were filled with branches and leaves"));
+        let were = counted(crowns, "closed crown was", "closed crowns were");
+        parts.notes.push(format!("{were} filled with branches and leaves"));
     }
     let kept = pieces.iter().filter(|p| matches!(p.role, Role::Wood | Role::Leaf | Role::Frond | Role::Crown));
     let boxed = |[low, high]: [Vec3; 2], p: &Piece| [low.min(p.component.low), high.max(p.component.high)];
@@ -137,7 +142,7 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     }
     if parts.art.leaves.iter().any(|leaf| matches!(leaf, LeafPicture::Card(card) if card.is_blank())) {
         let help = "name a leaf in the preset, `foliage: (leaf: \"oak\")`, or import a file with PNG or JPEG pictures";
-        parts.notes.push(format!("leaves have no picture that can be read, and are white; {help}"));
+        parts.notes.push(format!("{WHITE}; {help}"));
     }
     parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
     parts.art.images = gallery.images;

@@ -178,6 +178,8 @@ fn the_ground_and_the_pot_of_a_tree_are_neither_leaves_nor_wood() {
     let (mut scene, _) = leafy(10);
     let before = split(&scene, &Files::new(), &Overrides::default());
     scene.parts.push(disc(0.0, 3.0));
+    let told = split(&scene, &Files::new(), &Overrides::default()).notes;
+    assert!(told.contains(&"1 piece of ground, or of a pot, was dropped".to_owned()), "{told:?}");
     scene.parts.push(Part { name: "Terracotta_Pot".into(), ..trunk(0.8, 1.0) });
     let parts = split(&scene, &Files::new(), &Overrides::default());
     assert_eq!((parts.cards.len(), parts.wood.len()), (10, before.wood.len()));
@@ -210,7 +212,7 @@ fn backs_of_leaves_join_their_fronts_and_crossed_leaves_stay_two() {
     scene.parts.push(back);
     let parts = split(&scene, &Files::new(), &Overrides::default());
     assert_eq!(parts.cards.len(), 6);
-    assert!(parts.notes.iter().any(|n| n.starts_with("6 leaves have a back")), "{:?}", parts.notes);
+    assert!(parts.notes.iter().any(|n| n.starts_with("6 leaves' backs were joined")), "{:?}", parts.notes);
     let mut crossed = Part { material: Some(0), ..Part::default() };
     let frame = Frame::along(Vec3::X);
     quad(&mut crossed, Vec3::new(0.3, 5.0, 0.0), frame, 0.5, 0.5, 0);

@@ -17,7 +17,7 @@ use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
 use super::space::{Graph, GraphParams, ObstacleMeshes, Space};
 use super::structure::Structure;
-use crate::base::Seed;
+use crate::base::{Seed, counted};
 use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
@@ -214,15 +214,16 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
         let (tree, view) = (&mut trees[t], &*views[t]);
         let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;
         let asked = !chosen.is_empty();
+        let ends = |n: usize| counted(n, "endpoint", "endpoints");
         let mut note = |note: String| tree.notes.push(format!("iteration {}: {note}", i + 1));
         let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
         if !lost.is_empty() {
-            note(format!("no path leads to {} of {} endpoints", lost.len(), lost.len() + reached.len()));
+            note(format!("no path leads to {} of {}", lost.len(), ends(lost.len() + reached.len())));
         }
         let (reached, taken): (Vec<u32>, Vec<u32>) =
             reached.into_iter().partition(|&n| tree.structure.holds(paths.source(n)));
         if !taken.is_empty() {
-            note(format!("neighbours are nearer to {} of {} endpoints", taken.len(), taken.len() + reached.len()));
+            note(format!("neighbours are nearer to {} of {}", taken.len(), ends(taken.len() + reached.len())));
         }
         let height = |n: u32| view.nodes.at(n).y;
         let kept = match rule {
@@ -241,7 +242,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
             }
         };
         if asked && kept.len() < wanted {
-            note(format!("{} of {wanted} endpoints found a place", kept.len()));
+            note(format!("{} of {} found a place", kept.len(), ends(wanted)));
         }
         for &end in &kept {
             tree.structure.add(&paths, end);

@@ -59,7 +59,7 @@ pub use overlap::{Mended, crossings, mend_overlaps, overlaps};
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
 pub use space::{Graph, GraphParams, ObstacleMeshes};
 
-use crate::base::Seed;
+use crate::base::{Seed, counted};
 use crate::plant::{Plant, PlantBuilder, PlantError};
 use crate::preset::plan::{Company, Endpoints, GrowParams, Obstacle};
 
@@ -224,7 +224,6 @@ pub fn grow_on(
         let (plant, slim) =
             if bound { shed::shed_in_place(&plant, slenderness) } else { shed::shed(&plant, slenderness) };
         if slim > 0 {
-            let s = if slim == 1 { "" } else { "es" };
             let lost = 1.0 - plant.chains().len() as f32 / all as f32;
             // Most of a crown is no blemish that was mended, but a species that asks for what it forbids.
             let much = if lost > MUCH {
@@ -232,7 +231,10 @@ pub fn grow_on(
             } else {
                 String::new()
             };
-            notes.push(named(format!("{slim} branch{s} longer than {slenderness} times the radius shed{much}")));
+            notes.push(named(format!(
+                "{} longer than {slenderness} times the radius shed{much}",
+                counted(slim, "branch", "branches")
+            )));
         }
         plants.push(plant);
     }

@@ -14,7 +14,8 @@ use glam::DVec3;
 use super::foothold;
 use super::mend;
 use super::nearest::Nearest;
-use super::piece::{Piece, Shape, count};
+use super::piece::{Piece, Shape};
+use crate::base::counted;
 
 /// The share of a named parent's gap below which other wood is believed instead.
 const BETTER: f64 = 0.25;
@@ -52,7 +53,7 @@ impl Joined {
         if self.roots > 0 {
             notes.push(format!(
                 "{} of wood, {} of them joined to other wood",
-                count(limbs, "piece", "pieces"),
+                counted(limbs, "piece", "pieces"),
                 self.roots
             ));
         }
@@ -63,34 +64,34 @@ impl Joined {
     /// In words; `scale` makes lengths metres.
     pub(super) fn note(&self, scale: f64, notes: &mut Vec<String>) {
         if self.stems > 0 {
-            notes.push(format!("{} beside the first", count(self.stems, "stem", "stems")));
+            notes.push(format!("{} beside the first", counted(self.stems, "stem", "stems")));
         }
         if self.roots > 0 {
-            notes.push(format!("{} bridged to other wood", count(self.roots, "further root", "further roots")));
+            notes.push(format!("{} bridged to other wood", counted(self.roots, "further root", "further roots")));
         }
         if self.links > 0 {
             notes.push(format!(
                 "{} far from the row named as parent: joined to the nearest wood instead",
-                count(self.links, "branch", "branches")
+                counted(self.links, "branch", "branches")
             ));
         }
         if self.moved > 0 {
             notes.push(format!(
                 "{} moved to the nearest place on the parent's axis",
-                count(self.moved, "branch", "branches")
+                counted(self.moved, "branch", "branches")
             ));
         }
         if self.inside > 0 {
             notes.push(format!(
                 "{} along the inside of the parent's wood: now from where its axis is nearest",
-                count(self.inside, "branch ran", "branches ran")
+                counted(self.inside, "branch ran", "branches ran")
             ));
         }
         if self.scraps.0 > 0 {
             notes.push(format!(
                 "{} ({}) dropped, up to {:.2} m from the tree",
-                count(self.scraps.0, "scrap", "scraps"),
-                count(self.scraps.1, "row", "rows"),
+                counted(self.scraps.0, "scrap", "scraps"),
+                counted(self.scraps.1, "row", "rows"),
                 self.farthest * scale
             ));
         }

@@ -4,7 +4,7 @@
 //! leaves are left behind, since their slots name pictures that the file doesn't hold: the preset's foliage dresses it.
 
 use super::{Format, Imported};
-use crate::base::Diagnostic;
+use crate::base::{Diagnostic, counted};
 use crate::plant::undump;
 use crate::preset::plan::{ImportHeight, ImportParams};
 use crate::source::foliage::Art;
@@ -26,7 +26,8 @@ pub(super) fn read(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Im
         .map_err(|e| whole(e, "`treewright inspect FILE --dump PLANT` and treewright::plant::dump write such files"))?;
     let mut notes = Vec::new();
     if !plant.leaves().is_empty() {
-        notes.push(format!("its {} leaves are left out: the preset's foliage takes their place", plant.leaves().len()));
+        let are = counted(plant.leaves().len(), "leaf is", "leaves are");
+        notes.push(format!("its {are} left out: the preset's foliage takes their place"));
         plant = plant.without_leaves();
     }
     if let ImportHeight::Metres(metres) = params.height {

@@ -12,8 +12,9 @@ use glam::DVec3;
 use super::connect;
 use super::mend;
 use super::nearest::Nearest;
-use super::piece::{Piece, Shape, count};
+use super::piece::{Piece, Shape};
 use super::{trace, upright};
+use crate::base::counted;
 use crate::plant::Plant;
 use crate::preset::plan::{ImportHeight, UpAxis};
 
@@ -252,7 +253,7 @@ fn bases(limbs: &[Limb], notes: &mut Vec<String>) -> Vec<u32> {
         found.push(base);
     }
     if roots > 0 {
-        notes.push(format!("{} below the base of the trunk", count(roots, "root", "roots")));
+        notes.push(format!("{} below the base of the trunk", counted(roots, "root", "roots")));
     }
     found
 }

@@ -1,8 +1,8 @@
 //! Parents by id, cycles, radii: what must hold before pieces can be joined.
 
-use crate::base::{Diagnostic, Span, math};
+use crate::base::{Diagnostic, Span, counted, math};
 
-use super::piece::{Piece, Read, Shape, count};
+use super::piece::{Piece, Read, Shape};
 use super::table::Errors;
 
 /// Rows for each that may name a parent that doesn't exist: 5 %.
@@ -53,7 +53,7 @@ pub(super) fn parents(read: &mut Read, file: &str, notes: &mut Vec<String>) -> R
     if !lost.is_empty() {
         notes.push(format!(
             "{} with a parent that doesn't exist, the first in line {}: bridged to other wood",
-            count(lost.len(), "row", "rows"),
+            counted(lost.len(), "row", "rows"),
             pieces[lost[0]].line
         ));
     }
@@ -156,7 +156,7 @@ pub(super) fn cut_cycles(read: &mut Read, notes: &mut Vec<String>) -> Vec<u32> {
     }
     notes.push(format!(
         "{} of rows that are their own ancestors cut, the first in line {}",
-        count(cut.len(), "ring", "rings"),
+        counted(cut.len(), "ring", "rings"),
         cut.iter().min().copied().unwrap_or(0)
     ));
     order(pieces, &roots(pieces))
@@ -206,5 +206,5 @@ pub(super) fn radii(pieces: &mut [Piece], order: &[u32], notes: &mut Vec<String>
             };
         }
     }
-    notes.push(format!("{} without a radius: taken from the neighbours", count(missing, "row", "rows")));
+    notes.push(format!("{} without a radius: taken from the neighbours", counted(missing, "row", "rows")));
 }

@@ -39,6 +39,7 @@ mod mtg;
 mod mtg_shape;
 mod nearest;
 mod piece;
+mod stranger;
 mod swc;
 mod table;
 mod trace;

@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::base::{Diagnostic, Span};
+use crate::base::{Diagnostic, Span, counted};
 
 use super::MOST_ROWS;
 use super::mtg_shape;
@@ -204,7 +204,8 @@ fn graph(bytes: &[u8], file: &str, notes: &mut Vec<String>) -> Result<Graph, Vec
         return Err(vec![Diagnostic::new(file, "the file holds no entity").with_hint(hint)]);
     }
     if walk.organs > 0 {
-        notes.push(format!("{} leaves and other organs of the graph left out", walk.organs));
+        let organs = counted(walk.organs, "leaf or other organ", "leaves and other organs");
+        notes.push(format!("{organs} of the graph left out"));
     }
     Ok(walk.graph)
 }

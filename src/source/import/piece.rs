@@ -106,8 +106,3 @@ pub(super) fn push<T>(list: &mut Vec<T>, value: T) {
     }
     list.push(value);
 }
-
-/// `1 row`, `2 rows`.
-pub(super) fn count(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}

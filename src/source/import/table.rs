@@ -5,7 +5,8 @@
 //! first row: a tab, else `;`, else `,`, else blanks. With `;` or a tab a comma can only be a decimal point. Quotes
 //! around a cell are dropped; a separator inside quotes is not supported and shows as a wrong number of columns.
 
-use crate::base::{Diagnostic, Span};
+use super::stranger::stranger;
+use crate::base::{Diagnostic, Span, counted};
 
 use super::MOST_ROWS;
 
@@ -46,7 +47,8 @@ impl Errors {
     /// All of them, the last one counting what is not listed.
     pub(super) fn into_list(mut self) -> Vec<Diagnostic> {
         if self.more > 0 {
-            self.list.push(Diagnostic::new(self.file, format!("and {} more errors", self.more)));
+            self.list
+                .push(Diagnostic::new(self.file, format!("and {}", counted(self.more, "more error", "more errors"))));
         }
         self.list
     }
@@ -208,6 +210,9 @@ pub(super) fn sniff<'a>(bytes: &'a [u8], file: &'a str) -> Result<Sniffed<'a>, V
             "this is a MATLAB file of a version that is not read (7.3 is HDF5), or a part of one",
             format!("save it in MATLAB with `save(file, 'QSM', '-v7')`; {READ}"),
         );
+    }
+    if let Some((what, help)) = stranger(bytes) {
+        return refuse(&format!("{what}, and no tree"), format!("{help}; {READ}"));
     }
     if let Some(at) = bytes.iter().position(|&b| b == 0) {
         // Who names a mesh has a broken one.

@@ -8,7 +8,8 @@
 use glam::DVec3;
 
 use super::mend::Children;
-use super::piece::{Piece, Shape, count, nearest_on};
+use super::piece::{Piece, Shape, nearest_on};
+use crate::base::counted;
 
 /// A node of the skeleton in double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +33,7 @@ impl Gaps {
         if self.count > 0 {
             notes.push(format!(
                 "{} between a branch and its parent bridged, the largest {:.3} m",
-                count(self.count, "gap", "gaps"),
+                counted(self.count, "gap", "gaps"),
                 self.largest * scale
             ));
         }

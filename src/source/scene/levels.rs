@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::Scene;
+use crate::base::counted;
 
 /// Prefixes (Unreal) and suffixes (Godot) of colliders, in small letters.
 const COLLIDERS: ([&str; 4], [&str; 4]) =
@@ -36,7 +37,12 @@ pub(super) fn keep_finest(scene: &mut Scene) {
     }
     let mut keep = left_out.iter().map(|l| !l);
     scene.parts.retain(|_| keep.next().unwrap_or(true));
-    scene.notes.push(format!("{count} parts are lower levels of detail or colliders by their names: left out"));
+    let are = counted(
+        count,
+        "part is a lower level of detail or a collider",
+        "parts are lower levels of detail or colliders",
+    );
+    scene.notes.push(format!("{are} by name: left out"));
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! Lines end with LF, CRLF or a lone CR; a backslash at the end continues a statement on the next line; `#` starts a
 //! comment only at a line's beginning (names may hold one). Works on bytes: only what is used must be UTF-8.
 
-use crate::base::{Diagnostic, Span};
+use crate::base::{Diagnostic, Span, counted};
 
 /// Most errors that are listed.
 const MOST_ERRORS: usize = 20;
@@ -128,7 +128,8 @@ impl<'a> Errors<'a> {
     /// Nothing, or all of them.
     pub(super) fn check(mut self) -> Result<(), Vec<Diagnostic>> {
         if self.more > 0 {
-            self.list.push(Diagnostic::new(self.file, format!("and {} more errors", self.more)));
+            self.list
+                .push(Diagnostic::new(self.file, format!("and {}", counted(self.more, "more error", "more errors"))));
         }
         if self.list.is_empty() { Ok(()) } else { Err(self.list) }
     }

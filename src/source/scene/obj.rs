@@ -16,7 +16,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::lines::{Errors, Lines, Statement, number, shown};
 use super::obj_corners::{Corner, Parts, push};
 use super::{Files, Scene, mtl, reference};
-use crate::base::{Diagnostic, math};
+use crate::base::{Diagnostic, counted, math};
 
 /// Words that begin a statement of OBJ.
 const WORDS: [&[u8]; 42] = [
@@ -295,10 +295,16 @@ fn faces(
         }
     }
     if undefined > 0 {
-        scene.notes.push(format!("{undefined} materials are used but not defined by any file that was found"));
+        let are = counted(undefined, "material is", "materials are");
+        scene.notes.push(format!("{are} used but not defined by any file that was found"));
     }
     if left_out > 0 {
-        scene.notes.push(format!("{left_out} points, lines, curves or faces of fewer than three corners left out"));
+        let what = counted(
+            left_out,
+            "point, line, curve or face of fewer than three corners",
+            "points, lines, curves or faces of fewer than three corners",
+        );
+        scene.notes.push(format!("{what} left out"));
     }
     parts.finish(scene);
     super::keep_used(scene);

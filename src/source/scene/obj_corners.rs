@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3};
 use super::obj::Vertices;
 use super::polygon::Cutter;
 use super::{Part, Scene};
+use crate::base::counted;
 
 /// Longest way along a chain.
 const MOST_LINKS: usize = 64;
@@ -189,11 +190,10 @@ impl Parts {
             }
         }
         if self.merged > 0 {
-            scene.notes.push(format!("{} groups put together with others: there are too many", self.merged));
+            let groups = counted(self.merged, "group", "groups");
+            scene.notes.push(format!("{groups} put together with others: there are too many"));
         }
-        if self.cutter.fanned > 0 {
-            scene.notes.push(format!("{} polygons that cross themselves cut as fans", self.cutter.fanned));
-        }
+        scene.notes.extend(self.cutter.note());
         scene.parts = self.parts;
     }
 }

@@ -194,9 +194,7 @@ pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scene, Vec<Diagnostic>> {
         reader.faces(element, &mut values)?;
     }
     let mut scene = Scene { origin: reader.origin, ..Scene::default() };
-    if reader.cutter.fanned > 0 {
-        scene.notes.push(format!("{} polygons that cross themselves cut as fans", reader.cutter.fanned));
-    }
+    scene.notes.extend(reader.cutter.note());
     if let Some(name) = header.texture {
         scene.images.push(Image::File(name));
         scene.materials.push(Material { color_image: Some(0), double_sided: true, ..Material::default() });

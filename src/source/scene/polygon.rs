@@ -7,6 +7,8 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::base::counted;
+
 /// Cuts polygons; keeps its buffers and what work is left.
 #[derive(Debug)]
 pub(super) struct Cutter {
@@ -22,6 +24,12 @@ impl Cutter {
     /// For a file of so many bytes.
     pub(super) fn for_file(bytes: usize) -> Self {
         Self { corners: Vec::new(), left: Vec::new(), work: 1_000_000 + 20 * bytes as u64, fanned: 0 }
+    }
+
+    /// What is told of the polygons that were fanned; nothing where none was.
+    pub(super) fn note(&self) -> Option<String> {
+        let what = counted(self.fanned, "polygon that crosses itself", "polygons that cross themselves");
+        (self.fanned > 0).then(|| format!("{what} cut as {}", if self.fanned == 1 { "a fan" } else { "fans" }))
     }
 
     /// The triangles of a polygon of `n` corners by their numbers; always `n - 2`, in the polygon's turn.

@@ -33,7 +33,7 @@ fn obj_corners_groups_materials_and_negative_indices_are_read() {
     assert_eq!(image(material.alpha_image), Image::File("mask.png".into()));
     assert_eq!(image(material.normal_image), Image::File("n.png".into()));
     assert_eq!(scene.materials[scene.parts[1].material.unwrap()].name, "none");
-    assert!(scene.notes.iter().any(|n| n.contains("1 materials")), "{:?}", scene.notes);
+    assert!(scene.notes.iter().any(|n| n.contains("1 material is")), "{:?}", scene.notes);
 }
 
 fn files(owned: &BTreeMap<String, Vec<u8>>) -> Files<'_> {

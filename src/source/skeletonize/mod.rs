@@ -35,6 +35,7 @@ use rayon::prelude::*;
 
 use super::import::limb::{Limb, join};
 use super::scene::Scene;
+use crate::base::counted;
 use crate::plant::Plant;
 use crate::preset::plan::{ImportHeight, UpAxis};
 use surface::Surface;
@@ -169,17 +170,18 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
     by_faces(&mut found);
     let by = |way: Way| found.iter().filter(|f| f.way == way).count();
     let total = found.len();
+    let pieces = |n: usize| counted(n, "piece of surface", "pieces of surface");
     let tubes = by(Way::Tube);
     let (sticks, lost) = (by(Way::Stick), found.iter().filter(|f| f.limb.is_none()).count());
     if tubes < total {
         let contracted = by(Way::Contracted);
-        notes.push(format!("{total} pieces of surface: {tubes} tubes, {contracted} contracted"));
+        notes.push(format!("{}: {}, {contracted} contracted", pieces(total), counted(tubes, "tube", "tubes")));
     }
     if sticks > 0 {
-        notes.push(format!("{sticks} pieces of surface without an axis to contract to: taken as straight"));
+        notes.push(format!("{} without an axis to contract to: taken as straight", pieces(sticks)));
     }
     if lost > 0 {
-        notes.push(format!("{lost} pieces of surface without any length dropped"));
+        notes.push(format!("{} without any length dropped", pieces(lost)));
     }
     let limbs = found.into_iter().filter_map(|f| f.limb).collect();
     let tree = join(limbs, params.up, params.height, &mut notes).map_err(SkeletonError)?;
@@ -198,8 +200,7 @@ fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
     pieces.truncate(MOST_PIECES);
     if pieces.len() < all {
         let left = all - pieces.len();
-        let what = if left == 1 { "piece" } else { "pieces" };
-        notes.push(format!("{left} loose {what} of few triangles left out"));
+        notes.push(format!("{} of few triangles left out", counted(left, "loose piece", "loose pieces")));
     }
     pieces
 }
