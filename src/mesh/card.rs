@@ -292,3 +292,38 @@ pub(super) fn arched(y: Vec3, z: Vec3, arch: f32, v: f32, size: f32) -> (Vec3, V
     let (along, down) = if arch.abs() < 1e-3 { (v, arch * v * v * 0.5) } else { (sin / arch, (1.0 - cos) / arch) };
     (z * cos + y * sin, y * (along * size) - z * (down * size))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Rotation;
+    use crate::plant::PlantBuilder;
+
+    #[test]
+    fn a_frond_is_bent_and_folded_on_every_shape_of_card_however_it_lies() {
+        let (width, arch, fold, size) = (0.4, 1.2, 0.3, 0.5);
+        // Its tip runs along x, its upper face looks up, down and aside.
+        for face in [Vec3::Y, Vec3::NEG_Y, Vec3::Z] {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+            let orientation = Rotation::from_axes(Vec3::X.cross(face), Vec3::X, face);
+            let form = LeafForm::Frond { width, arch, fold };
+            builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, size, 0) });
+            let plant = builder.finish().unwrap();
+            let base = Vec3::Y * 2.0;
+            for (shape, count) in [(CardShape::Folded, 16), (CardShape::Trimmed, 8), (CardShape::Flat, 4)] {
+                let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), shape);
+                assert_eq!(mesh.indices.len() / 3, count);
+                for (p, uv) in mesh.positions.iter().zip(&mesh.uvs) {
+                    let (sin, cos) = math::sin_cos(arch * (1.0 - uv.y));
+                    let (along, up) = (Vec3::X * sin - face * (1.0 - cos), face * cos + Vec3::X * sin);
+                    let (lean, out) = math::sin_cos(fold);
+                    let half = (uv.x - 0.5) * width * size;
+                    let place =
+                        base + along * (size / arch) + Vec3::X.cross(face) * (half * out) - up * (half.abs() * lean);
+                    assert!(p.distance(place) < 1e-4, "{shape:?}, {face}: {p} for {place}");
+                }
+            }
+        }
+    }
+}

@@ -132,7 +132,6 @@ fn frond(top: f32, length: f32, turn: f32, fold: f32) -> Part {
 
 #[test]
 fn a_frond_is_one_card_that_is_bent_and_folded_as_it_is() {
-    use crate::mesh::{CardShape, all_cards, leaf_cards};
     let scene = Scene {
         parts: vec![trunk(4.0, 0.2), frond(4.0, 2.0, 1.2, 0.3)],
         materials: vec![Material { name: "Leaves".into(), ..Material::default() }],
@@ -145,20 +144,11 @@ fn a_frond_is_one_card_that_is_bent_and_folded_as_it_is() {
     let plant = attach(made.plant, &parts, &made.placement, &mut Vec::new());
     let LeafForm::Frond { arch, fold, .. } = plant.leaves()[0].form else { panic!("{:?}", plant.leaves()) };
     assert!((arch - 1.2).abs() < 0.1 && (fold - 0.3).abs() < 0.05, "{arch} {fold}");
-    // On every shape of card it lies where the sheet did, the coarser the farther off.
-    for (shape, most) in [(CardShape::Folded, 0.01), (CardShape::Trimmed, 0.03), (CardShape::Flat, 0.07)] {
-        let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), shape);
-        let on = mesh.indices.as_chunks::<3>().0.iter().flat_map(|t| {
-            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
-            (0..=20).flat_map(move |i| (0..=20 - i).map(move |j| a + ((b - a) * i as f32 + (c - a) * j as f32) / 20.0))
-        });
-        let on: Vec<Vec3> = on.collect();
-        for p in &scene.parts[1].positions {
-            let p = made.placement.point(*p);
-            let away = on.iter().map(|q| q.distance(p)).fold(f32::MAX, f32::min);
-            assert!(away < 2.0 * made.placement.scale() * (most + 0.02), "{shape:?}: {p} is {away} off");
-        }
-    }
+    let pose = plant.pose().leaf(&plant, &plant.leaves()[0]);
+    let (scale, leaf) = (made.placement.scale(), &plant.leaves()[0]);
+    assert!(pose.position.distance(made.placement.point(Vec3::Y * 4.0)) < 0.03 * scale, "{}", pose.position);
+    assert!(pose.frame.y.dot(Vec3::X) > 0.99 && pose.frame.z.dot(Vec3::Y) > 0.99, "{:?}", pose.frame);
+    assert!((leaf.size / (2.0 * scale) - 1.0).abs() < 0.02 && (leaf.form.width() - 0.24).abs() < 0.02, "{leaf:?}");
 }
 
 /// A disc of twelve sides at a height, facing up.
