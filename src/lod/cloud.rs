@@ -390,8 +390,10 @@ fn bake(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Rotation;
     use crate::lod::ladder;
     use crate::lod::specimen::{climbed, on_trunk, plain};
+    use crate::plant::{Leaf, PlantBuilder};
     use crate::preset::plan::{Lod, LodBudget};
 
     #[test]
@@ -422,5 +424,21 @@ mod tests {
                 "{most}: {wood} {cards}"
             );
         }
+    }
+
+    #[test]
+    fn fronds_go_to_cards_by_pieces_since_no_plane_lies_along_them() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.15, 0.1]);
+        for i in 0..12 {
+            let (sin, cos) = crate::base::math::sin_cos(i as f32 * 2.4);
+            let out = Vec3::new(cos, 0.3 * (i % 3) as f32, sin).normalize();
+            let side = out.cross(Vec3::Y).normalize();
+            let orientation = Rotation::from_axes(side, out, side.cross(out));
+            let form = LeafForm::Frond { width: 0.25, arch: 1.6, fold: 0.4 };
+            builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, 1.6, 0) });
+        }
+        let cloud = &climbed(&builder.finish().unwrap(), Lod::BillboardCloud { cards: 32 }).levels[1];
+        assert!(cloud.measured.iou > 0.75, "{}", cloud.measured.iou);
     }
 }

@@ -136,6 +136,15 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
 }
 
 #[test]
+fn leaves_of_twins_cover_half_way_what_they_do_at_either_end() {
+    let plant = random_plant(Seed::new(3), 60, Oddity::Tame);
+    let twins = fuzzy_family(plant.clone(), plant.clone(), &EVEN).unwrap();
+    let area = |plant: &Plant| plant.leaves().iter().map(|leaf| leaf.size * leaf.size).sum::<f32>();
+    let half = twins.blend(&even(&twins, 0.5));
+    assert!(half.leaves().len() > 10 && (area(&half) / area(&plant) - 1.0).abs() < 0.02, "{}", area(&half));
+}
+
+#[test]
 fn children_stay_within_their_parents_and_chains_taper() {
     for seed in 0..80 {
         let family = pair(seed, 40, Oddity::Tame);
