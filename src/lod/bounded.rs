@@ -124,15 +124,37 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::base::{Rotation, math};
     use crate::lod::mesh_levels;
     use crate::lod::specimen::{crown, on_trunk};
     use crate::lod::twigs::thin_wood;
     use crate::mesh::TreeMesh;
+    use crate::plant::PlantBuilder;
     use crate::preset::plan::{ANY, Backs};
 
     /// Three hundred leafy twigs, and leafy limbs with bare ones.
     fn plants() -> [Plant; 2] {
         [on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10)), crown(20, 1.0)]
+    }
+
+    /// A stem that winds up, of many rings, with leafy twigs.
+    fn winding() -> Plant {
+        let mut builder = PlantBuilder::new();
+        let at = |i: usize| {
+            let (sin, cos) = math::sin_cos(i as f32 * 0.5);
+            Vec3::new(0.3 * cos - 0.3, i as f32 * 0.1, 0.3 * sin)
+        };
+        let stem = builder.stem(Vec3::ZERO, &std::array::from_fn::<_, 60, _>(at), &[0.15; 60]);
+        for i in 0..100 {
+            let seed = Seed::new(9).at(i);
+            let twig = builder.branch(stem, seed.unit(), &[Vec3::ZERO, seed.at(1).direction()], &[0.02, 0.01]);
+            for k in 0..6 {
+                let seed = seed.at(2 + k);
+                let turned = Rotation::about(seed.direction(), seed.at(1).range(0.0, 6.0));
+                builder.leaf(Leaf::new(twig, seed.at(2).unit(), turned, 0.3, 0));
+            }
+        }
+        builder.finish().expect("it is sound")
     }
 
     fn count(mesh: &Mesh) -> usize {
@@ -170,8 +192,8 @@ mod tests {
 
     #[test]
     fn no_budget_that_stems_leave_room_for_is_exceeded() {
-        for plant in plants() {
-            for most in (100..1500).step_by(50) {
+        for plant in plants().into_iter().chain([winding()]) {
+            for most in (200..1500).step_by(50) {
                 let full = &levels(&plant, most)[0];
                 let [made, leaves] = [triangles(full), count(&full.leaf)];
                 assert!(
