@@ -35,13 +35,14 @@ fn trunk(triangles: u32) -> Wood {
 #[divan::bench(sample_count = 5, args = [10_000, 100_000])]
 fn contract_a_trunk(bencher: Bencher<'_, '_>, triangles: u32) {
     let wood = trunk(triangles);
-    let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::Contraction };
+    let params =
+        SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::Contraction, around: None };
     bencher.bench(|| skeletonize(&wood, &params).unwrap());
 }
 
 #[divan::bench(sample_count = 10, args = [10_000, 100_000])]
 fn rings_of_a_trunk(bencher: Bencher<'_, '_>, triangles: u32) {
     let wood = trunk(triangles);
-    let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::ByPiece };
+    let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::ByPiece, around: None };
     bencher.bench(|| skeletonize(&wood, &params).unwrap());
 }

@@ -67,7 +67,7 @@ fn import(path: &Path) -> Option<(Scene, Plant, Place)> {
     let mut parts = foliage::split(&scene, &files, &Overrides::default());
     let wood =
         Wood { positions: std::mem::take(&mut parts.wood_positions), triangles: std::mem::take(&mut parts.wood) };
-    let params = SkeletonParams { up: scene.up.0, height: ImportHeight::AsIs, method: Method::ByPiece };
+    let params = SkeletonParams { up: scene.up.0, height: ImportHeight::AsIs, method: Method::ByPiece, around: None };
     let made = skeletonize(&wood, &params).ok()?;
     let plant = foliage::attach(made.plant, &parts, &made.placement, &mut Vec::new());
     let placement = made.placement;

@@ -32,7 +32,7 @@ pub(crate) fn print() {
 }
 
 fn params(up: UpAxis, method: Method) -> SkeletonParams {
-    SkeletonParams { up, height: ImportHeight::AsIs, method }
+    SkeletonParams { up, height: ImportHeight::AsIs, method, around: None }
 }
 
 /// One mesh: against its truth where it has one, and its surface against the plant's.

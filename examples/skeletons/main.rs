@@ -27,7 +27,7 @@ fn main() {
         if chosen > 0 && !names.iter().any(|n| tree.name.contains(n.as_str())) {
             continue;
         }
-        let params = SkeletonParams { up: tree.up, height: ImportHeight::AsIs, method };
+        let params = SkeletonParams { up: tree.up, height: ImportHeight::AsIs, method, around: None };
         let start = Instant::now();
         let found = skeletonize(&tree.wood, &params);
         let time = start.elapsed().as_secs_f64();

@@ -161,8 +161,28 @@ mod tests {
         mesh.indices.len() / 3
     }
 
+    fn chains(mesh: &Mesh) -> BTreeSet<u32> {
+        mesh.chains.iter().copied().collect()
+    }
+
+    fn params(most: u32) -> MeshParams {
+        MeshParams { most, ..MeshParams::told(8, 0.004) }
+    }
+
+    fn wood<'a>(plant: &'a Plant, posed: &'a Posed) -> Wood<'a> {
+        Wood::of(plant, posed, &TubeDetail::full(&params(ANY)))
+    }
+
+    /// A plant within so many triangles, and the chains that its wood is of.
+    fn within(tree: (&Plant, &Posed, &CrownLight), wood: &Wood<'_>, most: u32) -> (Bounded<'static>, BTreeSet<u32>) {
+        let cards = Cards::of(params(most).leaves, &[]);
+        let bound = bounded(tree, &params(most), wood, cards, Seed::new(1)).expect("it has more than that");
+        let shown = chains(&bound.bark);
+        (bound, shown)
+    }
+
     fn levels(plant: &Plant, most: u32) -> Vec<TreeMesh> {
-        let params = MeshParams { most, backs: Backs::DoubleSided, ..MeshParams::told(8, 0.004) };
+        let params = MeshParams { backs: Backs::DoubleSided, ..params(most) };
         mesh_levels(plant, &params, &[0.4], Seed::new(1))
     }
 
@@ -207,15 +227,12 @@ mod tests {
     #[test]
     fn no_level_has_limbs_that_the_full_level_has_no_triangles_for() {
         let plant = crown(20, 1.0);
-        let (posed, params) = (plant.pose(), MeshParams { most: 800, ..MeshParams::told(8, 0.004) });
+        let posed = plant.pose();
         let light = CrownLight::of(&plant, &posed);
-        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
-        let cards = Cards::of(params.leaves, &[]);
-        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
-        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
-        let shown = chains(&bound.bark);
+        let wood = wood(&plant, &posed);
+        let (bound, shown) = within((&plant, &posed, &light), &wood, 800);
         assert!(shown.len() > 1 && shown.len() < plant.chains().len() / 2, "{}", shown.len());
-        let fine = wood.only(bound.shown.clone()).mesh(&light, &TubeDetail::full(&params));
+        let fine = wood.only(bound.shown.clone()).mesh(&light, &TubeDetail::full(&params(ANY)));
         assert_eq!(chains(&fine), shown);
         let twigs = thin_wood((&plant, &posed, &bound.shown), &light, f32::MAX).len();
         assert_eq!(twigs, shown.iter().map(|&chain| plant.points(ChainId(chain)).len() - 1).sum::<usize>());
@@ -224,13 +241,9 @@ mod tests {
     #[test]
     fn leaves_keep_their_twigs_and_twigs_go_evenly_over_the_crown() {
         let plant = on_trunk(Vec3::ZERO, (6.0, 0.2), (300, 10));
-        let (posed, params) = (plant.pose(), MeshParams { most: 2500, ..MeshParams::told(8, 0.004) });
+        let posed = plant.pose();
         let light = CrownLight::of(&plant, &posed);
-        let wood = Wood::of(&plant, &posed, &TubeDetail::full(&params));
-        let cards = Cards::of(params.leaves, &[]);
-        let bound = bounded((&plant, &posed, &light), &params, &wood, cards, Seed::new(1)).unwrap();
-        let chains = |mesh: &Mesh| mesh.chains.iter().copied().collect::<BTreeSet<_>>();
-        let shown = chains(&bound.bark);
+        let (bound, shown) = within((&plant, &posed, &light), &wood(&plant, &posed), 2500);
         assert!((30..200).contains(&shown.len()), "{}", shown.len());
         assert!(bound.plant.leaves().len() > 100);
         assert!(bound.plant.leaves().iter().all(|leaf| shown.contains(&leaf.chain.0)));

@@ -264,10 +264,9 @@ fn sprays(scene: &Scene<'_>) -> (Vec<Unit>, Vec<u32>) {
         if let LeafForm::Frond { .. } = leaf.form {
             for quad in own.step_by(2) {
                 unit_of[quad..=quad + 1].fill(units.len() as u32);
-                let corners = || mesh.indices[3 * quad..][..6].iter().map(|&c| mesh.positions[c as usize]);
-                let centre = corners().sum::<Vec3>() / 6.0;
-                let fan = corners().collect::<Vec<_>>();
-                let normal = fan.chunks_exact(3).map(|t| (t[1] - t[0]).cross(t[2] - t[0])).sum::<Vec3>();
+                let corners: [Vec3; 6] = std::array::from_fn(|k| mesh.positions[mesh.indices[3 * quad + k] as usize]);
+                let centre = corners.iter().sum::<Vec3>() / 6.0;
+                let normal = corners.as_chunks::<3>().0.iter().map(|[a, b, c]| (b - a).cross(c - a)).sum::<Vec3>();
                 let area = normal.length() * 0.5 + 1e-12;
                 units.push(Unit { centre, way: normal.normalize_or(Vec3::Y), is_twig: false, area });
             }

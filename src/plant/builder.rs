@@ -119,20 +119,3 @@ impl PlantBuilder {
         id
     }
 }
-
-impl Plant {
-    /// The plant's wood, `factor` times as large; none where that leaves the range of numbers.
-    pub(crate) fn wood_scaled(&self, factor: f32) -> Option<Self> {
-        let mut builder = PlantBuilder::new();
-        for id in self.chain_ids() {
-            let chain = self.chain(id);
-            let points: Vec<_> = self.points(id).iter().map(|&p| p * factor).collect();
-            let radii: Vec<_> = self.radii(id).iter().map(|&r| r * factor).collect();
-            match chain.parent {
-                None => builder.stem(chain.origin * factor, &points, &radii),
-                Some(parent) => builder.branch(parent, chain.location, &points, &radii),
-            };
-        }
-        builder.finish().ok()
-    }
-}

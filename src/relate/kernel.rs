@@ -77,8 +77,9 @@ impl Family {
     /// in the children of one kin. For many trees of one family take a [`Blender`].
     ///
     /// Chains come in the order of the kins; where a single source feeds all of them, in the order of that source. A
-    /// leaf of a source is there at its size × the root of the source's share of the kin, so that leaves of all sources cover in the
-    /// sum what those of one do, × the kin's degree of growth, and as far from the axis × that degree. A plant has a chain: when every kin is absent, the first kin stands there alone, as its first member has it.
+    /// leaf of a source is there at its size × the root of the source's share of the kin, so that leaves of all sources cover in
+    /// the sum what those of one do, × the kin's degree of growth, and as far from the axis × that degree. A plant has a chain:
+    /// when every kin is absent, the first kin stands there alone, as its first member has it.
     #[must_use]
     pub fn blend(&self, weights: &Weights) -> Plant {
         Blender::new(self).blend(weights)

@@ -75,7 +75,8 @@ fn leafy(count: u64) -> (Scene, Vec<(Vec3, Frame, f32, f32)>) {
 
 fn plant_of(parts: &Parts) -> Skeletonized {
     let wood = Wood { positions: parts.wood_positions.clone(), triangles: parts.wood.clone() };
-    let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::Metres(4.5), method: Method::ByPiece };
+    let params =
+        SkeletonParams { up: UpAxis::Y, height: ImportHeight::Metres(4.5), method: Method::ByPiece, around: None };
     skeletonize(&wood, &params).unwrap()
 }
 
@@ -295,7 +296,8 @@ fn broken_scenes_break_nothing() {
         }
         let parts = split(&bad, &Files::new(), &Overrides::default());
         let wood = Wood { positions: parts.wood_positions.clone(), triangles: parts.wood.clone() };
-        let params = SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::ByPiece };
+        let params =
+            SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method: Method::ByPiece, around: None };
         if let Ok(made) = skeletonize(&wood, &params) {
             let _ = attach(made.plant, &parts, &made.placement, &mut Vec::new());
         }

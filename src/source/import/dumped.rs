@@ -5,7 +5,7 @@
 
 use super::{Format, Imported};
 use crate::base::{Diagnostic, counted};
-use crate::plant::undump;
+use crate::plant::{Plant, PlantBuilder, undump};
 use crate::preset::plan::{ImportHeight, ImportParams};
 use crate::source::foliage::Art;
 
@@ -32,11 +32,25 @@ pub(super) fn read(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Im
     }
     if let ImportHeight::Metres(metres) = params.height {
         let factor = metres / plant.height();
-        plant = plant
-            .wood_scaled(factor)
-            .ok_or_else(|| whole("nothing rises above the base".into(), "leave out `height`"))?;
+        let scaled = if factor.is_finite() { scaled(&plant, factor) } else { None };
+        plant = scaled.ok_or_else(|| whole("nothing rises above the base".into(), "leave out `height`"))?;
     }
     Ok(Imported { plant, format: Format::Dump, art: Art::default(), notes })
+}
+
+/// The plant's wood, `factor` times as large; none where that leaves the range of numbers.
+fn scaled(plant: &Plant, factor: f32) -> Option<Plant> {
+    let mut builder = PlantBuilder::new();
+    for id in plant.chain_ids() {
+        let chain = plant.chain(id);
+        let points: Vec<_> = plant.points(id).iter().map(|&p| p * factor).collect();
+        let radii: Vec<_> = plant.radii(id).iter().map(|&r| r * factor).collect();
+        match chain.parent {
+            None => builder.stem(chain.origin * factor, &points, &radii),
+            Some(parent) => builder.branch(parent, chain.location, &points, &radii),
+        };
+    }
+    builder.finish().ok()
 }
 
 #[cfg(test)]
@@ -45,7 +59,7 @@ mod tests {
 
     use super::*;
     use crate::base::Rotation;
-    use crate::plant::{Leaf, Plant, PlantBuilder, dump};
+    use crate::plant::{Leaf, dump};
     use crate::source::import::import;
 
     fn plant() -> Plant {

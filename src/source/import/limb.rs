@@ -7,7 +7,7 @@
 //! that do the thickest, of those alike the one on the thickest wood. The limb with the most wood stands on its thickest
 //! end near the ground; where it is thicker above that end, the end is a root, and the base is where the roots meet.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::connect;
 use super::mend;
@@ -110,10 +110,12 @@ pub(in crate::source) struct Tree {
 /// # Errors
 ///
 /// When there is no limb with a length, or nothing rises above the base.
+///
+/// `height` is that of the box around the whole tree, as `SkeletonParams` has both.
 pub(in crate::source) fn join(
     mut limbs: Vec<Limb>,
     up: UpAxis,
-    height: ImportHeight,
+    (height, around): (ImportHeight, Option<[Vec3; 2]>),
     notes: &mut Vec<String>,
 ) -> Result<Tree, String> {
     limbs.retain(|limb| limb.edges.iter().any(|&e| limb.length(e) > 0.0));
@@ -140,7 +142,10 @@ pub(in crate::source) fn join(
     let (order, joined) = connect::connect(&mut pieces, order, Shape::Nodes);
     let shift = pieces[0].start - before;
     let (mut nodes, gaps) = trace::trace(&pieces, &order, Shape::Nodes);
-    let factor = upright::scale(&mut nodes, height, notes)?;
+    // Crowns and fronds rise above the wood.
+    let top = around.into_iter().flatten().map(|corner| f64::from(if up == UpAxis::Z { corner.z } else { corner.y }));
+    let top = top.fold(0.0, |top: f64, y| top.max(y + shift.y));
+    let factor = upright::scale(&mut nodes, height, top, notes)?;
     joined.note_of_limbs(limbs.len(), factor, notes);
     gaps.note(factor, notes);
     let plant = upright::skeleton(&nodes).into_plant().map_err(|error| format!("the wood makes no plant: {error}"))?;

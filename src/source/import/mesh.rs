@@ -2,10 +2,10 @@
 
 use super::{Format, Imported};
 use crate::base::Diagnostic;
-use crate::preset::plan::{ImportHeight, ImportParams, UpAxis};
-use crate::source::foliage::{self, Overrides, Parts};
+use crate::preset::plan::{ImportParams, UpAxis};
+use crate::source::foliage::{self, Overrides};
 use crate::source::scene::{Files, MeshFormat, Scene};
-use crate::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
+use crate::source::skeletonize::{Method, SkeletonParams, Wood, skeletonize};
 
 /// Imports a mesh. `files` holds its pictures, as far as they are there.
 pub(super) fn mesh(
@@ -24,23 +24,13 @@ pub(super) fn mesh(
     let up = if params.up == UpAxis::Detect { scene.up.0 } else { params.up };
     let wood =
         Wood { positions: std::mem::take(&mut parts.wood_positions), triangles: std::mem::take(&mut parts.wood) };
-    let skeleton = SkeletonParams { up, height: params.height, method: Method::ByPiece };
+    let skeleton = SkeletonParams { up, height: params.height, method: Method::ByPiece, around: Some(parts.bounds) };
     let made = skeletonize(&wood, &skeleton).map_err(|error| {
         let hint = "name the materials or parts that are wood in the preset: `wood: [\"…\"]`";
         vec![Diagnostic::new(file, error.to_string()).with_hint(hint)]
-    })?;
-    let made = as_high_as_told(made, &parts, params.height).ok_or_else(|| {
-        vec![Diagnostic::new(file, "the tree can't be scaled to its `height`").with_hint("leave it out")]
     })?;
     notes.extend(made.notes);
     notes.append(&mut parts.notes);
     let plant = foliage::attach(made.plant, &parts, &made.placement, &mut notes);
     Ok(Imported { plant, format: Format::Mesh(format), art: parts.art, notes })
-}
-
-/// A tree whose wood is as high as a preset tells, as high with its leaves: crowns and fronds rise above the wood.
-fn as_high_as_told(made: Skeletonized, parts: &Parts, height: ImportHeight) -> Option<Skeletonized> {
-    let ImportHeight::Metres(metres) = height else { return Some(made) };
-    let top = parts.bounds.map(|corner| made.placement.point(corner).y).into_iter().fold(made.plant.height(), f32::max);
-    made.scaled(metres / top)
 }

@@ -190,7 +190,7 @@ fn model(bytes: &[u8], file: &str, files: &Files<'_>, params: &ImportParams) -> 
     let format = read.format;
     // Each form is dropped once the next is there: a plant takes as much as all of them.
     drop((read, order));
-    let factor = upright::scale(&mut nodes, params.height, &mut notes)
+    let factor = upright::scale(&mut nodes, params.height, 0.0, &mut notes)
         .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;
     joined.note(factor, &mut notes);
     gaps.note(factor, &mut notes);

@@ -39,17 +39,23 @@ pub(super) fn stand(pieces: &mut [Piece], up: UpAxis, notes: &mut Vec<String>) {
     }
 }
 
-/// Scales the nodes to a height, if one is asked for; returns the factor.
+/// Scales the nodes to a height, if one is asked for; returns the factor. What else there is of the tree is `top` high.
 ///
 /// # Errors
 ///
 /// When no node is above the base.
-pub(super) fn scale(nodes: &mut [Node], height: ImportHeight, notes: &mut Vec<String>) -> Result<f64, String> {
-    let top = nodes.iter().fold(0.0_f64, |top, n| top.max(n.position.y));
+pub(super) fn scale(
+    nodes: &mut [Node],
+    height: ImportHeight,
+    top: f64,
+    notes: &mut Vec<String>,
+) -> Result<f64, String> {
+    let wood = nodes.iter().fold(0.0_f64, |top, n| top.max(n.position.y));
     let size = nodes.iter().fold(0.0_f64, |size, n| size.max(n.position.length()));
-    if top <= size * 1e-3 {
+    if wood <= size * 1e-3 {
         return Err("nothing rises above the base".into());
     }
+    let top = wood.max(top);
     let mut factor = 1.0;
     match height {
         ImportHeight::Metres(metres) => {

@@ -94,6 +94,9 @@ pub struct SkeletonParams {
     pub height: ImportHeight,
     /// How axes are found.
     pub method: Method,
+    /// Lowest and highest corner of the box around the whole tree, in the file's unit, which `height` is that of; the wood's
+    /// where none is known.
+    pub around: Option<[Vec3; 2]>,
 }
 
 /// From the file's unit and axes to the plant's.
@@ -140,16 +143,6 @@ pub struct Skeletonized {
     pub notes: Vec<String>,
 }
 
-impl Skeletonized {
-    /// The same, `factor` times as large; none where that leaves the range of numbers.
-    #[must_use]
-    pub(crate) fn scaled(self, factor: f32) -> Option<Self> {
-        let plant = self.plant.wood_scaled(factor)?;
-        let placement = Placement { factor: self.placement.factor * f64::from(factor), ..self.placement };
-        Some(Self { plant, placement, notes: self.notes })
-    }
-}
-
 /// Why wood makes no plant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
@@ -184,7 +177,7 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
         notes.push(format!("{} without any length dropped", pieces(lost)));
     }
     let limbs = found.into_iter().filter_map(|f| f.limb).collect();
-    let tree = join(limbs, params.up, params.height, &mut notes).map_err(SkeletonError)?;
+    let tree = join(limbs, params.up, (params.height, params.around), &mut notes).map_err(SkeletonError)?;
     let placement = Placement { up: tree.up, shift: tree.shift, factor: tree.factor };
     Ok(Skeletonized { plant: tree.plant, placement, notes })
 }

@@ -15,7 +15,7 @@ use crate::source::import::{agreement, agreement_at, import, import_with};
 use crate::source::scene::{Files, read};
 
 fn params(method: Method) -> SkeletonParams {
-    SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method }
+    SkeletonParams { up: UpAxis::Y, height: ImportHeight::AsIs, method, around: None }
 }
 
 fn found(wood: &Wood) -> Skeletonized {
@@ -87,7 +87,8 @@ fn corners_of_their_own_and_doubled_faces_change_nothing() {
 fn z_up_is_seen_and_placed() {
     let mut lying = wood(&tree());
     lying.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x + 5.0, -p.z, p.y + 100.0));
-    let how = SkeletonParams { up: UpAxis::Detect, height: ImportHeight::Metres(4.0), method: Method::ByPiece };
+    let how =
+        SkeletonParams { up: UpAxis::Detect, height: ImportHeight::Metres(4.0), method: Method::ByPiece, around: None };
     let found = skeletonize(&lying, &how).unwrap();
     assert!((found.plant.height() - 4.0).abs() < 1e-3);
     assert!((found.placement.scale() - 0.5).abs() < 0.01);
