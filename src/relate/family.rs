@@ -19,8 +19,11 @@ use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::topology_tree::branching_vector;
 use super::units::Units;
-use crate::base::{Rotation, math};
+use crate::base::{Rotation, Seed, math};
 use crate::plant::{ChainId, Curve, Plant, value_at};
+
+/// From one lot along a kin to the next, of 2³² (the golden section): any few that follow each other are spread evenly.
+const STRIDE: u32 = 0x9E37_79B9;
 
 /// Index of a kin in its family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -121,6 +124,9 @@ pub(super) struct LeafSite {
     pub(super) source: u32,
     pub(super) kin: u32,
     pub(super) leaf: u32,
+    /// Its lot, 0..1: sources share these out, and each shows the leaves whose lots are its own. The `i`-th leaves along a
+    /// kin have the same lot, so that of all sources' one is there; lots follow each other evenly.
+    pub(super) lot: f32,
 }
 
 /// N plants in correspondence. See the head of this file.
@@ -510,12 +516,32 @@ fn leaf_sites(plants: &[Plant], kins: &[Kin]) -> Vec<LeafSite> {
                 holders[chain.index()].push(k as u32);
             }
         }
+        let ranks = ranks(plant);
         for (i, leaf) in plant.leaves().iter().enumerate() {
+            // 24 bits, from where the kin's lots begin.
+            let turns =
+                |kin: u32| (Seed::new(u64::from(kin)).bits() as u32).wrapping_add(ranks[i].wrapping_mul(STRIDE));
+            let lot = |kin: u32| (turns(kin) >> 8) as f32 / (1 << 24) as f32;
             let on = holders[leaf.chain.index()].iter();
-            sites.extend(on.map(|&kin| LeafSite { source: s as u32, kin, leaf: i as u32 }));
+            sites.extend(on.map(|&kin| LeafSite { source: s as u32, kin, leaf: i as u32, lot: lot(kin) }));
         }
     }
     sites
+}
+
+/// Of each leaf, how many come before it along its chain.
+fn ranks(plant: &Plant) -> Vec<u32> {
+    let leaves = plant.leaves();
+    let mut order: Vec<usize> = (0..leaves.len()).collect();
+    order.sort_by(|&i, &j| leaves[i].location.total_cmp(&leaves[j].location).then(i.cmp(&j)));
+    let mut borne = vec![0; plant.chains().len()];
+    let mut ranks = vec![0; leaves.len()];
+    for i in order {
+        let next = &mut borne[leaves[i].chain.index()];
+        ranks[i] = *next;
+        *next += 1;
+    }
+    ranks
 }
 
 /// Base radius over the parent's radius at the location, at least 1.

@@ -77,9 +77,11 @@ impl Family {
     /// in the children of one kin. For many trees of one family take a [`Blender`].
     ///
     /// Chains come in the order of the kins; where a single source feeds all of them, in the order of that source. A
-    /// leaf of a source is there at its size × the root of the source's share of the kin, so that leaves of all sources cover in
-    /// the sum what those of one do, × the kin's degree of growth, and as far from the axis × that degree. A plant has a chain:
-    /// when every kin is absent, the first kin stands there alone, as its first member has it.
+    /// kin bears of each source as many of its leaves as the source's share says, drawn by lot, the same ones as long as the
+    /// share is the same: crowns cover what sources do, with as many leaves. Each is as large, and as far from the axis, as the
+    /// kin's degree of growth says. (Leaves that are to move from one source to the other are put in pairs,
+    /// [`pair_leaves`](Self::pair_leaves).) A plant has a chain: when every kin is absent, the first kin stands there alone, as
+    /// its first member has it.
     #[must_use]
     pub fn blend(&self, weights: &Weights) -> Plant {
         Blender::new(self).blend(weights)
@@ -313,7 +315,6 @@ impl<'f> Blender<'f> {
             self.chains[k] = id.0;
             self.kins.push(KinId(kin));
         }
-        let sources = family.plants.len();
         // A source alone has its leaves in its own order.
         if let (Some(pairs), None) = (&family.leaf_pairs, sole) {
             self.pair_up(pairs, &mut builder);
@@ -321,15 +322,23 @@ impl<'f> Blender<'f> {
         }
         for site in &family.leaf_sites {
             let k = site.kin as usize;
-            let share = self.shares[k * sources + site.source as usize];
-            if self.chains[k] == NONE || share <= 0.0 {
+            if self.chains[k] == NONE || !self.wins(k, site.source as usize, site.lot) {
                 continue;
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
-            let size = leaf.size * (share.sqrt() * self.degrees[k]);
-            let offset = leaf.offset * self.degrees[k];
+            let (size, offset) = (leaf.size * self.degrees[k], leaf.offset * self.degrees[k]);
             builder.leaf(Leaf { chain: ChainId(self.chains[k]), size, offset, ..leaf });
         }
         builder.finish_trusted()
+    }
+
+    /// Whether a lot is one of a source's on a kin: sources have as many, one after the other, as their shares say.
+    fn wins(&self, kin: usize, source: usize, lot: f32) -> bool {
+        let (before, others) = self.share(kin).split_at(source);
+        let Some((&share, after)) = others.split_first() else { return false };
+        let first: f32 = before.iter().sum();
+        // Sums of shares are nearly one, and the last lots are somebody's.
+        let is_last = after.iter().all(|share| *share <= 0.0);
+        share > 0.0 && lot >= first && (is_last || lot < first + share)
     }
 }

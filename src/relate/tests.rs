@@ -136,12 +136,36 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
 }
 
 #[test]
-fn leaves_of_twins_cover_half_way_what_they_do_at_either_end() {
+fn blends_bear_as_many_leaves_as_their_sources_whatever_the_shares() {
     let plant = random_plant(Seed::new(3), 60, Oddity::Tame);
     let twins = fuzzy_family(plant.clone(), plant.clone(), &EVEN).unwrap();
-    let area = |plant: &Plant| plant.leaves().iter().map(|leaf| leaf.size * leaf.size).sum::<f32>();
-    let half = twins.blend(&even(&twins, 0.5));
-    assert!(half.leaves().len() > 10 && (area(&half) / area(&plant) - 1.0).abs() < 0.02, "{}", area(&half));
+    let sizes = |plant: &Plant| {
+        let mut sizes: Vec<f32> = plant.leaves().iter().map(|leaf| leaf.size).collect();
+        sizes.sort_by(f32::total_cmp);
+        sizes
+    };
+    for share in [0.1, 0.5, 0.77] {
+        assert_eq!(sizes(&twins.blend(&even(&twins, share))), sizes(&plant), "of twins each leaf is there once");
+    }
+    // Sixty leaves along one stem and twenty along the other.
+    let stem = |count: u16, slot| {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.2, 0.1]);
+        for i in 0..count {
+            let location = (f32::from(i) + 0.5) / f32::from(count);
+            builder.leaf(Leaf::new(stem, location, Rotation::IDENTITY, 0.3, slot));
+        }
+        builder.finish().unwrap()
+    };
+    let family = fuzzy_family(stem(60, 0), stem(20, 1), &EVEN).unwrap();
+    for (share, least) in [(0.25, [44, 4]), (0.5, [29, 9]), (0.75, [14, 14])] {
+        let plant = family.blend(&even(&family, share));
+        let worn = |slot| plant.leaves().iter().filter(|leaf| leaf.slot == slot).count();
+        let found = [worn(0), worn(1)];
+        assert!((0..2).all(|s| (least[s]..least[s] + 3).contains(&found[s])), "{share}: {found:?}");
+        let lower = plant.leaves().iter().filter(|leaf| leaf.location < 0.5).count() as f32;
+        assert!((lower / plant.leaves().len() as f32 - 0.5).abs() < 0.1, "no end of the stem is bare");
+    }
 }
 
 #[test]
