@@ -10,6 +10,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::replace::replace;
 use super::{Specimen, record, specimens};
 use crate::base::counted;
 use crate::export::Manifest;
@@ -73,13 +74,7 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     for specimen in &species {
         of_species(&mut html, specimen);
     }
-    if html == old {
-        return Ok(true);
-    }
-    // A reader sees the old page or the new one.
-    let new = out.join(format!(".{GALLERY}.{}", std::process::id()));
-    fs::write(&new, html)?;
-    fs::rename(&new, &page).inspect_err(|_| drop(fs::remove_file(&new)))?;
+    replace(&page, html.as_bytes())?;
     Ok(true)
 }
 

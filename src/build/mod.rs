@@ -22,6 +22,7 @@ mod output;
 pub mod pipeline;
 mod plan;
 mod record;
+pub(crate) mod replace;
 mod selections;
 mod shapes;
 mod sheet;

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::output::Turn;
+use super::replace::replace;
 use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline};
 use crate::bake::{Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
 use crate::base::{Diagnostic, Key, Seed};
@@ -144,7 +145,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
                     specimen.sheet = hex(&old);
                 }
-                (Some(png), old) if old.as_ref() != Some(png) => replace(&target, png)?,
+                (Some(png), _) => replace(&target, png)?,
                 (None, Some(old)) if is_signed(&old) => fs::remove_file(&target)?,
                 _ => {}
             }
@@ -192,13 +193,6 @@ fn is_signed(bytes: &[u8]) -> bool {
 
 fn hex(bytes: &[u8]) -> String {
     Key::of_bytes(bytes).to_hex()
-}
-
-/// Writes a file that a reader sees whole, the old or the new.
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let new = path.with_file_name(format!(".treewright-{}-{name}.new", std::process::id()));
-    fs::write(&new, bytes).and_then(|()| fs::rename(&new, path)).inspect_err(|_| drop(fs::remove_file(&new)))
 }
 
 /// The species files beside a folder's presets, by name: those whose names can be part of a file's name.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::{MessageFormat, PlanArguments, PlanFormat, StepArguments, StepOf};
 use super::report::{Failure, Meter, print};
+use crate::build::replace::replace;
 use crate::build::{self, BuildOptions, Builder, Shard, Share, find_presets, make_part, ninja};
 
 /// Prints the graph.
@@ -74,21 +75,12 @@ fn unquoted(line: &str) -> String {
     }
 }
 
-/// Writes a file whole or not at all, and not at all when it holds these bytes.
+/// Writes a file, and the folder that it is to be in.
 fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    if fs::read(path).is_ok_and(|old| old == bytes) {
-        return Ok(());
-    }
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".{}.new", std::process::id()));
-    let written = fs::write(&name, bytes).and_then(|()| fs::rename(&name, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&name);
-    }
-    written
+    replace(path, bytes)
 }
 
 #[cfg(test)]

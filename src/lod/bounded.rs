@@ -98,15 +98,18 @@ fn shown(
     let (mut in_wood, mut in_leaves) = (0, 0);
     for chain in order {
         let is_missing = |id: &ChainId| !shown[id.index()];
-        let way = std::iter::successors(Some(id(chain)), |id| plant.chain(*id).parent);
-        let way: Vec<usize> = way.take_while(is_missing).map(ChainId::index).collect();
-        let sum = |of: &[usize]| way.iter().map(|&i| of[i]).sum::<usize>();
-        let (more_wood, more_leaves) = (in_wood + sum(&of_wood), in_leaves + sum(&of_leaves));
-        if !is_stem(plant, id(chain)) && more_wood > most_wood && more_wood + more_leaves > most {
-            continue;
+        let way = std::iter::successors(Some(id(chain)), |id| plant.chain(*id).parent).take_while(is_missing);
+        let (mut more_wood, mut more_leaves, mut added) = (in_wood, in_leaves, Vec::new());
+        // Given up as soon as it is too much: ways may be as long as a plant is deep.
+        let is_enough = way.map(ChainId::index).all(|i| {
+            added.push(i);
+            (more_wood, more_leaves) = (more_wood + of_wood[i], more_leaves + of_leaves[i]);
+            is_stem(plant, id(chain)) || more_wood <= most_wood || more_wood + more_leaves <= most
+        });
+        if is_enough {
+            (in_wood, in_leaves) = (more_wood, more_leaves);
+            added.into_iter().for_each(|i| shown[i] = true);
         }
-        (in_wood, in_leaves) = (more_wood, more_leaves);
-        way.iter().for_each(|&i| shown[i] = true);
     }
     shown
 }

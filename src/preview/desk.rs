@@ -6,7 +6,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -14,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::drafts::{Change, crown_svg};
 use crate::base::{Diagnostic, Key};
+use crate::build::replace::replace;
 use crate::build::{Limits, Loaded, load_edited};
 use crate::export::Manifest;
 use crate::preset::plan::SourceRecipe;
@@ -292,7 +292,7 @@ pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Draw
     let all = files(folder, loaded);
     let preset = all.get(&own).ok_or(Refused::NoFile)?;
     // In this order a build that comes in between finds no name without a file.
-    replace(&path, &svg).map_err(|e| Refused::Wrong(format!("can't write {relative}: {e}")))?;
+    replace(&path, svg.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {relative}: {e}")))?;
     let item = format!("Sketch(of: {:?}, crown: {relative:?}, size: Metres({:.2}))", asked.of, height);
     let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
     if !named {
@@ -317,30 +317,8 @@ fn write(
     let new = edited(&old, edits).map_err(|error| Refused::Wrong(error.to_string()))?;
     let texts = BTreeMap::from([(file.to_owned(), new.clone())]);
     load_edited(Path::new(&loaded.preset), limits, texts).map_err(Refused::Broken)?;
-    if new != old {
-        replace(path, &new).map_err(|e| Refused::Wrong(format!("can't write {file}: {e}")))?;
-    }
+    replace(path, new.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {file}: {e}")))?;
     Ok(new)
-}
-
-/// Replaces a file as one: a build sees the old text or the new one.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.{}.treewright", std::process::id()));
-    let write = || {
-        let mut file = fs::OpenOptions::new().write(true).create_new(true).open(&beside)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        if let Ok(old) = fs::metadata(path) {
-            file.set_permissions(old.permissions())?;
-        }
-        fs::rename(&beside, path)
-    };
-    let written = write();
-    if written.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
-    written
 }
 
 #[cfg(test)]

@@ -1,0 +1,91 @@
+//! Single files that readers see whole, the old or the new, whenever they look and whenever a writer is killed.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::Duration;
+
+/// How much older than a new file those are that somebody left who was killed while writing it: nobody writes for so long.
+const LEFT: Duration = Duration::from_hours(1);
+
+/// Replaces a file, whose permissions stay, or writes a new one; not where it holds these bytes. What was left beside it by
+/// somebody who was killed is removed, after an hour.
+///
+/// # Errors
+///
+/// When the folder can't be written. The file is as it was then.
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if fs::read(path).is_ok_and(|old| old == bytes) {
+        return Ok(());
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!("{}{}{END}", start(&name), std::process::id()));
+    // Of a process of this number that was killed.
+    let _ = fs::remove_file(&beside);
+    let write = || {
+        let mut file = fs::File::create_new(&beside)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        if let Ok(old) = fs::metadata(path) {
+            file.set_permissions(old.permissions())?;
+        }
+        fs::rename(&beside, path)
+    };
+    write().inspect_err(|_| drop(fs::remove_file(&beside)))?;
+    sweep(path, &name);
+    Ok(())
+}
+
+/// How what is written beside a file is named: the start, a process' number, the end.
+fn start(name: &str) -> String {
+    format!(".{name}.")
+}
+const END: &str = ".new";
+
+/// Removes what was left beside a file that was just written. Times are those of the file system: no clock is asked.
+fn sweep(path: &Path, name: &str) {
+    let time = |path: &Path| fs::symlink_metadata(path).and_then(|m| m.modified()).ok();
+    let (Some(now), Some(folder), start) = (time(path), path.parent(), start(name)) else { return };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let found = entry.file_name();
+        let number = found.to_str().and_then(|found| found.strip_prefix(&start)?.strip_suffix(END));
+        let is_ours = number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
+        let age = |then| now.duration_since(then).unwrap_or_default();
+        if is_ours && time(&entry.path()).is_some_and(|then| age(then) > LEFT) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_whole_and_what_a_killed_writer_left_goes_after_an_hour() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        replace(&at("page.html"), b"old").unwrap();
+        let long_ago = fs::metadata(at("page.html")).unwrap().modified().unwrap() - LEFT * 2;
+        for (name, is_old) in [
+            (".page.html.12.new", true),
+            (".page.html.13.new", false),
+            (".page.html.mine.new", true),
+            ("page.html.12.new", true),
+            (".other.html.12.new", true),
+        ] {
+            let file = fs::File::create_new(at(name)).unwrap();
+            if is_old {
+                file.set_modified(long_ago).unwrap();
+            }
+        }
+        replace(&at("page.html"), b"new").unwrap();
+        assert_eq!(fs::read(at("page.html")).unwrap(), b"new");
+        assert!(!at(".page.html.12.new").exists());
+        let left = fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, 5, "a writer at work, and files of others, stay");
+        assert!(replace(&at("none/page.html"), b"new").is_err());
+    }
+}
