@@ -189,13 +189,18 @@ fn pieces(wood: &Wood, notes: &mut Vec<String>) -> Vec<Surface> {
     drop(positions);
     let mut pieces = surface::surfaces(&welded);
     let all = pieces.len();
-    pieces.retain(|p| p.triangles.len() >= LEAST_TRIANGLES);
+    pieces.retain(|p| p.triangles.len() >= LEAST_TRIANGLES || is_spike(p));
     pieces.truncate(MOST_PIECES);
     if pieces.len() < all {
         let left = all - pieces.len();
         notes.push(format!("{} of few triangles left out", counted(left, "loose piece", "loose pieces")));
     }
     pieces
+}
+
+/// Whether a piece is three triangles around a tip: the finest twigs of trees, ours too, are.
+fn is_spike(piece: &Surface) -> bool {
+    piece.triangles.len() == 3 && piece.positions.len() == 4 && prism::prism(piece).is_some()
 }
 
 /// What a piece of surface became.

@@ -70,6 +70,32 @@ fn both_ways_find_a_trunk_and_its_branches() {
 }
 
 #[test]
+fn twigs_of_three_triangles_are_twigs_and_loose_triangles_are_not() {
+    let spike = |corners: [DVec3; 3], tip: DVec3| Surface {
+        positions: corners.into_iter().chain([tip]).collect(),
+        triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    };
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let slender = spike([at(0.3, 4.0, 0.02), at(0.3, 4.03, -0.02), at(0.3, 3.97, -0.02)], at(1.3, 4.5, 0.1));
+    let flat = spike([at(-0.3, 4.0, 1.0), at(-0.3, 4.0, -1.0), at(-1.9, 4.0, -0.9)], at(-0.9, 4.02, 0.1));
+    let stray = Surface {
+        positions: vec![at(0.4, 5.0, 0.0), at(1.4, 5.0, 0.0), at(1.0, 5.6, 0.1)],
+        triangles: vec![[0, 1, 2]],
+    };
+    let of = |parts: &[Surface]| found(&wood(&[tree(), parts.to_vec()].concat()));
+    let (bare, spiky) = (of(&[]), of(&[slender]));
+    assert_eq!(spiky.plant.chains().len(), bare.plant.chains().len() + 1, "{:?}", spiky.notes);
+    let length =
+        spiky.plant.chain_ids().map(|id| spiky.plant.points(id).last().unwrap().length()).fold(f32::MAX, f32::min);
+    assert!((length - 1.4).abs() < 0.3, "a metre long, and its way into the trunk: {length}");
+    for left in [flat, stray] {
+        let found = of(&[left]);
+        assert_eq!(found.plant, bare.plant);
+        assert!(found.notes.iter().any(|note| note.contains("1 loose piece of few")), "{:?}", found.notes);
+    }
+}
+
+#[test]
 fn corners_of_their_own_and_doubled_faces_change_nothing() {
     let whole = wood(&tree());
     let mut loose = Wood::default();
