@@ -120,6 +120,8 @@ impl ArtError {
     }
 }
 
+/// Bytes of a texel of all maps.
+const MAPS: u64 = 4 + 3 + 3;
 /// Roughness where no map says otherwise: leaves, bark.
 const ROUGH: [u8; 2] = [148, 224];
 
@@ -140,7 +142,8 @@ pub fn maps_from_images(
     let picture = decode(color, ArtFile::Color, limits)?.into_rgba8();
     let (width, height) = picture.dimensions();
     let edge = u64::from(width.max(height));
-    if purpose == ArtUse::Leaf && edge * edge * 4 > limits.bytes {
+    // What is made square has three maps of that edge.
+    if purpose == ArtUse::Leaf && width != height && edge * edge * MAPS > limits.bytes {
         return Err(ArtError::TooLarge { file: ArtFile::Color, edge: limits.edge, bytes: limits.bytes });
     }
     let mut pixels: Vec<[u8; 4]> = picture.pixels().map(|p| p.0).collect();

@@ -16,7 +16,7 @@ use super::{
     BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetFiles, SetState,
     SetStatus, World, find, load_preset, pipeline, record, uses,
 };
-use crate::base::{Diagnostic, Key};
+use crate::base::{Diagnostic, Key, Note, counted};
 
 /// Builds sets; keeps grown sources and made pictures in memory between calls, so that a watcher makes them once.
 #[derive(Debug)]
@@ -212,6 +212,7 @@ impl Builder {
         let mut outcome = Outcome::current(name.clone(), loaded.plan.variants.len(), loaded.world.reads());
         if let Some((committed, took, notes)) = made {
             outcome = Outcome { happened: Happened::Built, committed, took, notes, ..outcome };
+            outcome.notes.extend(edited(&outcome.committed.edited));
             self.told(&mut outcome);
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
@@ -244,6 +245,17 @@ impl Builder {
         self.cache.trim();
         outcome.notes.extend(self.cache.take_notes());
     }
+}
+
+/// What becomes of files that somebody changed since they were written.
+fn edited(names: &[String]) -> Option<Note> {
+    let (about, more) = (names.first()?, names.len() - 1);
+    let others = if more > 0 { format!(" and {}", counted(more, "other file", "other files")) } else { String::new() };
+    let message = format!(
+        "somebody changed it{others} since Treewright wrote it: written anew; keep changed files under another name, \
+         and pictures of your own in the preset"
+    );
+    Some(Note { about: about.clone(), message })
 }
 
 /// Makes the set of one preset out of files in memory: no file is read or written, and what is made is what a build

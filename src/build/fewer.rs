@@ -24,12 +24,15 @@ struct Longer {
 impl Longer {
     fn of(plan: &Plan, wardrobe: &Wardrobe, variant: &Variant, tree: &Tree) -> Option<Self> {
         // Sketches make trees and leaves larger by themselves.
-        let Some(Dressing::Made { params, .. }) = wardrobe.dressing(plan, variant) else { return None };
+        let Some(Dressing::Made { params, first, .. }) = wardrobe.dressing(plan, variant) else { return None };
         if matches!(variant, Variant::Sketched { .. }) {
             return None;
         }
         let asked = params.leaf_size.min(params.leaf_share * tree.plant.pose().extent());
-        let longest = tree.plant.leaves().iter().map(|leaf| leaf.size).fold(0.0, f32::max);
+        let pictures = first..first.saturating_add(plan.dress.pictures.into());
+        // Of those that are made: what a source brings is as long as it is.
+        let made = tree.plant.leaves().iter().filter(|leaf| pictures.contains(&leaf.slot));
+        let longest = made.map(|leaf| leaf.size).fold(0.0, f32::max);
         let times = longest / (asked * (1.0 + params.leaf_spread)).max(1e-6);
         let has_most = tree.plant.leaves().len() >= params.most_leaves as usize;
         (times >= LONGER).then_some(Self { times, asked, has_most })

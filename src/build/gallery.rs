@@ -10,6 +10,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::output::Turn;
 use super::replace::replace;
 use super::{Specimen, record, specimens};
 use crate::base::counted;
@@ -36,9 +37,22 @@ img{max-width:100%;height:auto;border-radius:.5rem;border:1px solid #8884}\
 ///
 /// When `out` can't be read or written.
 pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
-    let page = out.join(GALLERY);
-    let old = match fs::read(&page) {
-        Ok(old) if !old.starts_with(MARK.as_bytes()) => return Ok(false),
+    let is_current = |(old, new): (String, String)| old == new;
+    match pages(out, presets)?.map(is_current) {
+        Some(false) => {}
+        current => return Ok(current.is_some()),
+    }
+    // Of two builds into one folder the later sees the sets of both.
+    let _turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    let Some((_, new)) = pages(out, presets)? else { return Ok(false) };
+    replace(&out.join(GALLERY), new.as_bytes())?;
+    Ok(true)
+}
+
+/// The page as it is, empty where there is none, and as it is to be; none where Treewright did not write it.
+fn pages(out: &Path, presets: &[PathBuf]) -> io::Result<Option<(String, String)>> {
+    let old = match fs::read(out.join(GALLERY)) {
+        Ok(old) if !old.starts_with(MARK.as_bytes()) => return Ok(None),
         Ok(old) => String::from_utf8_lossy(&old).into_owned(),
         Err(_) => String::new(),
     };
@@ -74,8 +88,7 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
     for specimen in &species {
         of_species(&mut html, specimen);
     }
-    replace(&page, html.as_bytes())?;
-    Ok(true)
+    Ok(Some((old, html)))
 }
 
 /// What stands in a preset's comment before anything else, up to the first empty line of it.
@@ -171,6 +184,8 @@ mod tests {
         fs::write(out.path().join(GALLERY), "mine").unwrap();
         assert!(!gallery(out.path(), &[]).unwrap());
         assert_eq!(fs::read(out.path().join(GALLERY)).unwrap(), b"mine");
-        assert_eq!(fs::read_dir(out.path()).unwrap().count(), 1);
+        let pages =
+            fs::read_dir(out.path()).unwrap().filter(|e| !e.as_ref().unwrap().path().ends_with(".treewright-lock"));
+        assert_eq!(pages.count(), 1);
     }
 }

@@ -81,6 +81,15 @@ pub(super) fn morphs(plan: &Plan, inputs: &Inputs, wardrobe: &mut Wardrobe) -> R
     if !errors.is_empty() {
         return Err(errors);
     }
+    let count = |made: &Made| made.slots.pairs.len() * between(made.frames) as usize;
+    let all = wardrobe.pictures.leaves.len() + made.iter().map(count).sum::<usize>();
+    if let (true, Some(most)) = (all > usize::from(u16::MAX), made.iter().zip(&plan.morphs).max_by_key(|m| count(m.0)))
+    {
+        let message = format!("all sequences together have {all} pictures of leaves, more than {}", u16::MAX);
+        let hint = "ask for fewer frames, fewer sequences or fewer `pictures` of leaves";
+        let field = format!("variants[{}].frames", most.1.entry);
+        return Err(vec![Diagnostic::new("", message).with_field(field).with_hint(hint)]);
+    }
     let drawn = pictures_between(&mut made, &wardrobe.pictures.leaves, &plan.atlas);
     wardrobe.pictures.leaves.extend(drawn.0);
     Ok(Morphs { made, note: drawn.1 })
@@ -117,7 +126,8 @@ fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> 
     let drawn: Vec<Maps> = pairs.par_iter().flat_map_iter(of).collect();
     let mut next = leaves.len();
     for made in made {
-        made.first_picture = u16::try_from(next).unwrap_or(u16::MAX);
+        // There are no more; see above.
+        made.first_picture = next as u16;
         next += made.slots.pairs.len() * between(made.frames) as usize;
     }
     let note = (full > edge && !drawn.is_empty()).then(|| {

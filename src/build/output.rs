@@ -52,6 +52,8 @@ pub struct Committed {
     pub unchanged: usize,
     /// Files removed because the set has them no longer.
     pub removed: Vec<String>,
+    /// Of those that were written, the ones that somebody had changed since Treewright wrote them.
+    pub edited: Vec<String>,
 }
 
 /// Why a set could not be written.
@@ -273,20 +275,27 @@ fn commit_by<B: AsRef<[u8]> + Sync>(
     let mut committed = Committed::default();
     let mut changed: Vec<(&str, &[u8])> = Vec::new();
     let mut foreign = Vec::new();
-    // Whether each is there already, and its stamp.
+    // Whether each is there already, or was changed since it was written, and its stamp.
     let there = |(name, bytes): &Named<B>| {
-        stamp::read_at(&folder.join(name)).map(|(old, stamp)| (old == bytes.as_ref(), stamp))
+        stamp::read_at(&folder.join(name)).map(|(old, stamp)| {
+            let is_same = old == bytes.as_ref();
+            let is_edited = !is_same && owned.get(name).is_some_and(|key| Key::of_bytes(&old) != *key);
+            (is_same, is_edited, stamp)
+        })
     };
-    let found: Vec<io::Result<(bool, Option<Stamp>)>> = files.par_iter().map(there).collect();
+    let found: Vec<io::Result<(bool, bool, Option<Stamp>)>> = files.par_iter().map(there).collect();
     for ((name, bytes), found) in files.iter().zip(found) {
         let (path, bytes) = (folder.join(name), bytes.as_ref());
         match found {
-            Ok((true, stamp)) => {
+            Ok((true, _, stamp)) => {
                 hand.stamps.extend(stamp.map(|stamp| (name.clone(), stamp)));
                 committed.unchanged += 1;
             }
             Ok(_) if !owned.contains_key(name) => foreign.push(name.clone()),
-            Ok(_) => changed.push((name, bytes)),
+            Ok((_, is_edited, _)) => {
+                committed.edited.extend(is_edited.then(|| name.clone()));
+                changed.push((name, bytes));
+            }
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
                 // A link that leads nowhere is somebody's.
                 if fs::symlink_metadata(&path).is_ok() && !owned.contains_key(name) {
@@ -445,8 +454,15 @@ mod tests {
         let old = [("a", "1"), ("b", "2"), ("c", "3")];
         commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
         let committed = commit(folder.path(), &owned(&old), &files(&[("a", "1"), ("b", "new")])).unwrap();
-        assert_eq!(committed, Committed { written: vec!["b".into()], unchanged: 1, removed: vec!["c".into()] });
+        let as_wanted =
+            Committed { written: vec!["b".into()], unchanged: 1, removed: vec!["c".into()], ..Committed::default() };
+        assert_eq!(committed, as_wanted);
         assert_eq!(listing(folder.path()), ["a", "b"]);
+        // What somebody changed is written anew, and told.
+        fs::write(folder.path().join("b"), "painted over").unwrap();
+        let new = [("a", "1"), ("b", "new")];
+        let committed = commit(folder.path(), &owned(&new), &files(&[("a", "2"), ("b", "new")])).unwrap();
+        assert_eq!((committed.written.len(), committed.edited), (2, vec!["b".to_owned()]));
     }
 
     #[test]

@@ -15,15 +15,17 @@ const LEFT: Duration = Duration::from_hours(1);
 ///
 /// When the folder can't be written. The file is as it was then.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // A pipe or device, `/dev/stdout` say, holds nothing to be replaced.
+    if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return fs::write(path, bytes);
+    }
     if fs::read(path).is_ok_and(|old| old == bytes) {
         return Ok(());
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!("{}{}{END}", start(&name), std::process::id()));
-    // Of a process of this number that was killed.
-    let _ = fs::remove_file(&beside);
-    let write = || {
-        let mut file = fs::File::create_new(&beside)?;
+    let beside = path.with_file_name(format!("{}{}{END}", start(&name), chance()));
+    let file = fs::File::create_new(&beside)?;
+    let write = |mut file: fs::File| {
         file.write_all(bytes)?;
         file.sync_all()?;
         if let Ok(old) = fs::metadata(path) {
@@ -31,12 +33,19 @@ pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         }
         fs::rename(&beside, path)
     };
-    write().inspect_err(|_| drop(fs::remove_file(&beside)))?;
+    write(file).inspect_err(|_| drop(fs::remove_file(&beside)))?;
     sweep(path, &name);
     Ok(())
 }
 
-/// How what is written beside a file is named: the start, a process' number, the end.
+/// A number that no other writer has: machines and containers that share a folder share process numbers. It names files that are
+/// renamed or removed, and decides nothing of what is built.
+pub(super) fn chance() -> u64 {
+    use std::hash::{BuildHasher, RandomState};
+    RandomState::new().hash_one(std::process::id())
+}
+
+/// How what is written beside a file is named: the start, a number that no other writer has, the end.
 fn start(name: &str) -> String {
     format!(".{name}.")
 }

@@ -100,6 +100,41 @@ fn version() -> String {
     format!("{} {} {VERSION}", env!("CARGO_PKG_VERSION"), pipeline::VERSION)
 }
 
+/// What is to be done for a folder's species.
+struct Due {
+    /// Those of other folders.
+    all: Vec<Specimen>,
+    /// Those that are as they were.
+    kept: Vec<Specimen>,
+    /// Those to be drawn, by name and file.
+    due: Vec<(String, PathBuf)>,
+    /// Those that are gone.
+    gone: Vec<Specimen>,
+}
+
+impl Due {
+    /// For the files `found` in a folder, `named` so from `out`.
+    fn of(found: &[(String, PathBuf)], named: &str, out: &Path) -> Self {
+        let is_ours = |known: &Specimen| known.folder == named || !out.join(&known.folder).is_dir();
+        let (ours, all): (Vec<Specimen>, Vec<Specimen>) = specimens(out).into_iter().partition(is_ours);
+        let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
+        // A species of another folder has the name: the first that was drawn keeps it.
+        let files = found.iter().filter(|(name, _)| all.iter().all(|known| known.name != *name));
+        let (mut kept, mut due) = (Vec::new(), Vec::new());
+        for (name, path) in files {
+            match ours.remove(name) {
+                Some(known) if known.is_current(out) => kept.push(known),
+                _ => due.push((name.clone(), path.clone())),
+            }
+        }
+        Self { all, kept, due, gone: ours.into_values().collect() }
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.due.is_empty() && self.gone.is_empty()
+    }
+}
+
 /// Draws the sheets of the species beside a folder of presets (`FOLDER/species/*.ron`) that are not current, and
 /// removes those of species that are gone; whether there was anything to do.
 ///
@@ -109,31 +144,23 @@ fn version() -> String {
 pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> io::Result<bool> {
     // The same folder, wherever the build is called from.
     let folder = &folder.canonicalize()?;
-    let old = specimens(out);
     let found = species_files(folder);
-    if old.is_empty() && found.is_empty() {
+    if found.is_empty() && specimens(out).is_empty() {
         return Ok(false);
     }
     fs::create_dir_all(out)?;
     let out = &out.canonicalize()?;
     let named = from(out, folder);
-    let is_ours = |known: &Specimen| known.folder == named || !out.join(&known.folder).is_dir();
-    let (ours, mut all): (Vec<Specimen>, Vec<Specimen>) = old.into_iter().partition(is_ours);
-    let mut ours: BTreeMap<String, Specimen> = ours.into_iter().map(|known| (known.name.clone(), known)).collect();
-    // A species of another folder has the name: the first that was drawn keeps it.
-    let files: Vec<(String, PathBuf)> =
-        found.into_iter().filter(|(name, _)| all.iter().all(|known| known.name != *name)).collect();
-    let (mut kept, mut due) = (Vec::new(), Vec::new());
-    for (name, path) in files {
-        match ours.remove(&name) {
-            Some(known) if known.is_current(out) => kept.push(known),
-            _ => due.push((name, path)),
-        }
-    }
-    if due.is_empty() && ours.is_empty() {
+    if Due::of(&found, &named, out).is_nothing() {
         return Ok(false);
     }
     let _turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    // Somebody else may have drawn meanwhile: what is written below is what stands there now, and more.
+    let due = Due::of(&found, &named, out);
+    if due.is_nothing() {
+        return Ok(false);
+    }
+    let Due { mut all, mut kept, due, gone } = due;
     fs::create_dir_all(out.join(FOLDER))?;
     let made: Vec<io::Result<Specimen>> = due
         .par_iter()
@@ -152,7 +179,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
             Ok(specimen)
         })
         .collect();
-    for gone in ours.values() {
+    for gone in gone {
         let sheet = out.join(gone.sheet());
         if fs::read(&sheet).is_ok_and(|bytes| is_signed(&bytes) && hex(&bytes) == gone.sheet) {
             fs::remove_file(&sheet)?;

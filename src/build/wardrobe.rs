@@ -224,12 +224,16 @@ impl Dressing {
             Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
             Self::Made { params, first, own, own_density } => {
                 let there = if *own > 0.0 { area(&plant) / own } else { 0.0 };
-                let at = |density: f32| DressParams { density, ..params.clone() };
-                let kept = dress::thin(plant.clone(), &at(*own_density), seed.child("thin"));
+                let at = |density: f32, most_leaves: u32| DressParams { density, most_leaves, ..params.clone() };
                 if there > 1.0 - LEAST {
-                    return kept;
+                    return dress::thin(plant, &at(*own_density, params.most_leaves), seed.child("thin"));
                 }
-                let dressed = dress::dress(&plant.without_leaves(), &at(params.density * (1.0 - there)), seed);
+                // Of as many as a tree may have each kind gets its part, and what the first leaves over is the second's.
+                let part = (params.most_leaves as f32 * there) as u32;
+                let kept = dress::thin(plant.clone(), &at(*own_density, part), seed.child("thin"));
+                let room = params.most_leaves.saturating_sub(kept.leaves().len() as u32);
+                let density = params.density * (1.0 - there);
+                let dressed = dress::dress(&plant.without_leaves(), &at(density, room), seed);
                 let made = dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form));
                 let leaves = made.leaves().iter().chain(kept.leaves()).copied().collect();
                 made.with_leaves(leaves)
@@ -395,5 +399,14 @@ mod tests {
         assert!(all > 50 && counts(0).0 == 0 && counts(4) == (400, 0), "{all} {:?}", counts(4));
         let (own, more) = counts(2);
         assert!(own == 200 && more.abs_diff(all / 2) <= all / 10, "{own} {more} of {all}");
+        // All together are no more than a tree may have, and each kind has its part of them.
+        let Dressing::Made { params, first, own, own_density } = dressing.clone() else { panic!("some are made") };
+        let most = DressParams { most_leaves: 60, ..params };
+        let dressing = Dressing::Made { params: most, first, own, own_density };
+        let half = sources[0].plant.clone().keep_leaves(|i, leaf| (i % 4 < 2).then_some(*leaf));
+        let dressed = dressing.dress(half, Seed::new(1));
+        let own = dressed.leaves().iter().filter(|leaf| leaf.slot == 0).count();
+        let all = dressed.leaves().len();
+        assert!((25..=35).contains(&own) && (50..=60).contains(&all), "{own} of {all}");
     }
 }

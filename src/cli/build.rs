@@ -1,11 +1,11 @@
 //! `treewright build` and `treewright check`.
 
-use std::fs;
 use std::path::PathBuf;
 
 use super::args::{BuildArguments, CheckArguments};
 use super::report::{Failure, Meter, print};
 use crate::base::counted;
+use crate::build::replace::replace;
 use crate::build::{
     BuildOptions, Builder, GALLERY, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
 };
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
         Err(error) => arguments.keep_going.then_some(&error.built),
     };
     let listed = match (&arguments.depfile, built) {
-        (Some(path), Some(outcomes)) => fs::write(path, depfile(outcomes, &arguments.out))
+        (Some(path), Some(outcomes)) => replace(path, &depfile(outcomes, &arguments.out))
             .map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display()))),
         _ => Ok(()),
     };

@@ -5,8 +5,8 @@
 //! nothing else. All levels share the origin. Textures are files beside the GLB, shared by the set. WebP and KTX2 are named by
 //! their extensions, which are required then: a PNG to fall back on would have to lie beside each.
 //!
-//! What leaves let through stands in the blue of their ORM map, which metalness leaves free (its factor is zero in every file).
-//! `KHR_materials_diffuse_transmission` wants a texture's alpha, so it is told the mean, and the base colour for the colour;
+//! What leaves let through stands in the blue of their ORM map, which metalness leaves free (the leaf material's metallic
+//! factor is zero; bark's map is black there). `KHR_materials_diffuse_transmission` wants a texture's alpha, so it is told the mean, and the base colour for the colour;
 //! it is never required.
 //!
 //! Limits: what is structurally wrong (array lengths, indices, a position that isn't finite) is an error; what rounding

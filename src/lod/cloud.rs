@@ -298,17 +298,18 @@ fn sort_out(
     for (content, corners) in contents.iter_mut().zip(&corners) {
         content.leaf = part(&scene.full.leaf, corners);
     }
-    for (i, twig) in twigs.iter().enumerate() {
-        let nearest = || {
-            let (centre, mut best) = (twig.centre(), 0);
-            for (k, plane) in planes.iter().enumerate() {
-                if plane.distance(centre) < planes[best].distance(centre) {
-                    best = k;
-                }
+    let nearest = |twig: &Segment| {
+        let (centre, mut best) = (twig.centre(), 0);
+        for (k, plane) in planes.iter().enumerate() {
+            if plane.distance(centre) < planes[best].distance(centre) {
+                best = k;
             }
-            best
-        };
-        let home = twig_homes.get(i).copied().unwrap_or_else(nearest);
+        }
+        best
+    };
+    let home = |(i, twig): (usize, &Segment)| twig_homes.get(i).copied().unwrap_or_else(|| nearest(twig));
+    let all: Vec<usize> = twigs.par_iter().enumerate().with_min_len(256).map(home).collect();
+    for (twig, home) in twigs.iter().zip(all) {
         twig.add(&mut contents[home].bark, scene.params.bark_tile.max(1e-3));
     }
     contents

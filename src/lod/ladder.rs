@@ -26,7 +26,7 @@ use super::thin::thinned;
 use super::tile::Tile;
 use crate::bake::{Maps, PictureKind};
 use crate::base::{Seed, once};
-use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in};
+use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards, leaf_cards_in, least_leaf};
 use crate::plant::{Plant, Posed};
 use crate::preset::plan::{ANY, Backs, LeafCards, Lod, LodBudget, MeshParams};
 
@@ -327,8 +327,8 @@ fn full_level(dressed: &Dressed<'_>, light: &CrownLight, (wood, params): (&Wood<
 
 /// The leaf of each triangle of the full level: `leaf_cards` leaves out what rounding would crush.
 fn leaf_of_triangles(plant: &Plant, posed: &Posed, cards: Cards<'_>) -> Vec<u32> {
-    let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
-    let shown = |(_, leaf): &(usize, &crate::plant::Leaf)| leaf.size > least;
+    let least = least_leaf(posed);
+    let shown = |(_, leaf): &(usize, &crate::plant::Leaf)| leaf.size > least && leaf.size.is_finite();
     plant
         .leaves()
         .iter()

@@ -178,6 +178,11 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
     (0..plant.leaves().len()).map(|leaf| LeafCard { leaf, scale: 1.0 }).collect()
 }
 
+/// Leaves of so few metres and smaller are not drawn: rounding would crush their cards.
+pub(crate) fn least_leaf(posed: &Posed) -> f32 {
+    posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5
+}
+
 /// Meshes leaves: a card as wide as the leaf's form says, its picture's base in the middle of the lower edge at the
 /// leaf's base; flat where the form is, else of the shape that is asked for; u, v in 0..=1 of the tile with v = 1 at the
 /// base, `tiles` the leaf's slot. A leaf of no size, or that the plant doesn't have, gives nothing. Tangents
@@ -211,8 +216,7 @@ pub fn leaf_cards_in<'c>(
         ..Mesh::default()
     };
     let poses = posed.leaves(plant);
-    // Cards that rounding would crush have no area.
-    let least = posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5;
+    let least = least_leaf(posed);
     let mut folded = (0.0, math::sin_cos(0.0));
     let mut canopy = Canopy::new(light);
     // Where a card is bent, or large beside its tree, one side need not be right for all of it.

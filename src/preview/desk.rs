@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -235,7 +236,7 @@ pub(super) fn save(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Save
     let mut edits: Vec<Edit> = asked.edits.iter().map(Change::edit).collect();
     let append = asked.append.iter().cloned();
     edits.extend(append.map(|(path, value)| Edit::Append { path, value }));
-    let text = write(loaded, limits, (&asked.file, path), Some(&asked.base), &edits)?;
+    let text = write(loaded, limits, (&asked.file, path), &asked.base, &edits)?;
     Ok(json!({ "base": hash(&text) }))
 }
 
@@ -258,7 +259,7 @@ pub(super) fn decide(
     let own = own_file(loaded);
     let files = files(folder, loaded);
     let path = files.get(&own).ok_or(Refused::NoFile)?;
-    write(loaded, limits, (&own, path), Some(&hash(&loaded.text)), &edits)?;
+    write(loaded, limits, (&own, path), &hash(&loaded.text), &edits)?;
     Ok(json!({ "told": told }))
 }
 
@@ -266,7 +267,7 @@ pub(super) fn decide(
 ///
 /// # Errors
 ///
-/// See [`Refused`].
+/// See [`Refused`]; then nothing was written, but where the disk refuses the second of the two files.
 pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
     let wrong = |why: &str| Refused::Wrong(why.to_owned());
     let name = asked.name.as_str();
@@ -291,34 +292,65 @@ pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Draw
     let own = own_file(loaded);
     let all = files(folder, loaded);
     let preset = all.get(&own).ok_or(Refused::NoFile)?;
+    let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
+    let item = format!("Sketch(of: {:?}, crown: {relative:?}, size: Metres({:.2}))", asked.of, height);
+    let edits = if named { vec![] } else { vec![Edit::Append { path: "variants".to_owned(), value: item }] };
+    let _turn = turn();
+    let edited = Edited::new(loaded, limits, (&own, preset), &edits, Some((relative.clone(), svg.clone())))?;
     // In this order a build that comes in between finds no name without a file.
     replace(&path, svg.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {relative}: {e}")))?;
-    let item = format!("Sketch(of: {:?}, crown: {relative:?}, size: Metres({:.2}))", asked.of, height);
-    let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
-    if !named {
-        let edit = Edit::Append { path: "variants".to_owned(), value: item };
-        write(loaded, limits, (&own, preset), None, &[edit])?;
-    }
+    edited.write()?;
     Ok(json!({ "file": relative, "added": !named }))
 }
 
-/// Edits a file, sees that the preset still loads, and writes it.
-fn write(
-    loaded: &Loaded,
-    limits: &Limits,
-    (file, path): (&str, &Path),
-    base: Option<&str>,
-    edits: &[Edit],
-) -> Result<String, Refused> {
-    let old = fs::read_to_string(path).map_err(|_| Refused::NoFile)?;
-    if base.is_some_and(|base| base != hash(&old)) {
+/// Edits a file, where it is the one that was seen, sees that the preset still loads, and writes it.
+fn write(loaded: &Loaded, limits: &Limits, file: (&str, &Path), base: &str, edits: &[Edit]) -> Result<String, Refused> {
+    let _turn = turn();
+    if hash(&fs::read_to_string(file.1).map_err(|_| Refused::NoFile)?) != base {
         return Err(Refused::Stale);
     }
-    let new = edited(&old, edits).map_err(|error| Refused::Wrong(error.to_string()))?;
-    let texts = BTreeMap::from([(file.to_owned(), new.clone())]);
-    load_edited(Path::new(&loaded.preset), limits, texts).map_err(Refused::Broken)?;
-    replace(path, new.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {file}: {e}")))?;
-    Ok(new)
+    let edited = Edited::new(loaded, limits, file, edits, None)?;
+    edited.write()?;
+    Ok(edited.new)
+}
+
+/// Whoever holds it writes alone: between the look at a file and its replacement no other page changes it.
+fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A file with edits that are not written yet, with which the preset loads.
+struct Edited<'a> {
+    file: &'a str,
+    path: &'a Path,
+    old: String,
+    new: String,
+}
+
+impl<'a> Edited<'a> {
+    /// `beside` is another file that is to hold another text then.
+    fn new(
+        loaded: &Loaded,
+        limits: &Limits,
+        (file, path): (&'a str, &'a Path),
+        edits: &[Edit],
+        beside: Option<(String, String)>,
+    ) -> Result<Self, Refused> {
+        let old = fs::read_to_string(path).map_err(|_| Refused::NoFile)?;
+        let new = edited(&old, edits).map_err(|error| Refused::Wrong(error.to_string()))?;
+        let texts = BTreeMap::from_iter(beside.into_iter().chain([(file.to_owned(), new.clone())]));
+        load_edited(Path::new(&loaded.preset), limits, texts).map_err(Refused::Broken)?;
+        Ok(Self { file, path, old, new })
+    }
+
+    /// Where nobody else, an editor say, wrote the file meanwhile.
+    fn write(&self) -> Result<(), Refused> {
+        if fs::read_to_string(self.path).is_ok_and(|text| text != self.old) {
+            return Err(Refused::Stale);
+        }
+        replace(self.path, self.new.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {}: {e}", self.file)))
+    }
 }
 
 #[cfg(test)]
@@ -382,5 +414,11 @@ mod tests {
         assert!(draw(&real, &loaded, &limits, &drawn("spike", false)).is_err());
         assert_eq!(draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap()["added"], false);
         assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
+        // A preset that somebody breaks meanwhile keeps its drawing.
+        let sketch = fs::read(real.join("sketches/spike.svg")).unwrap();
+        fs::write(real.join("p.ron"), "(").unwrap();
+        let other = Drawn { points: vec![[-2.0, 1.0], [2.0, 1.0], [0.0, 5.0]], ..drawn("spike", true) };
+        assert!(draw(&real, &loaded, &limits, &other).is_err());
+        assert_eq!(fs::read(real.join("sketches/spike.svg")).unwrap(), sketch);
     }
 }

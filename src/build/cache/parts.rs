@@ -34,8 +34,11 @@ impl Parts {
         let mut given = BTreeMap::new();
         for path in files {
             let wrong = |why: &str| PartError { path: path.clone(), why: why.to_owned() };
-            let length = fs::metadata(path).map_err(|e| wrong(&e.to_string()))?.len();
-            if length > MOST_BYTES {
+            let there = fs::metadata(path).map_err(|e| wrong(&e.to_string()))?;
+            if !there.is_file() {
+                return Err(wrong("it is no file"));
+            }
+            if there.len() > MOST_BYTES {
                 return Err(wrong("it is larger than any part"));
             }
             let bytes = fs::read(path).map_err(|e| wrong(&e.to_string()))?;

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
+use super::super::replace::chance;
 use super::CacheOptions;
 use crate::base::Key;
 
@@ -22,6 +23,8 @@ const SUFFIX: &str = ".entry";
 const TEMPORARY: &str = ".part";
 /// Largest entry that is read, bytes.
 const MOST_BYTES: u64 = 2 << 30;
+/// Room that is made for an entry before it is read.
+const CLAIMED: usize = 1 << 24;
 /// How long nobody writes at an entry: older parts were left by a process that died.
 const STALE: Duration = Duration::from_secs(3600);
 
@@ -84,7 +87,8 @@ impl Store {
     pub(super) fn get(&self, stage: &str, key: Key) -> Found {
         let path = self.path(stage, key);
         // What can't be opened or is no file is a miss like any other; writing it again will tell.
-        let Ok(file) = fs::File::open(&path) else { return Found::Missing };
+        let is_file = fs::metadata(&path).is_ok_and(|there| there.is_file());
+        let Some(file) = is_file.then(|| fs::File::open(&path).ok()).flatten() else { return Found::Missing };
         match read(&file, key) {
             Some(bytes) => {
                 // A folder that can't be written forgets when entries were used.
@@ -100,7 +104,8 @@ impl Store {
 
     /// Writes an entry.
     pub(super) fn put(&self, stage: &str, key: Key, bytes: &[u8]) -> Result<(), CacheError> {
-        if self.refused.load(Ordering::Relaxed) {
+        // What is too large to be read again is not kept.
+        if self.refused.load(Ordering::Relaxed) || (HEADER + bytes.len()) as u64 > MOST_BYTES {
             return Ok(());
         }
         let path = self.path(stage, key);
@@ -169,12 +174,6 @@ fn clock() -> SystemTime {
     SystemTime::now()
 }
 
-/// A number that no other process has. It names files that are renamed or removed, and decides nothing of what is built.
-fn chance() -> u64 {
-    use std::hash::{BuildHasher, RandomState};
-    RandomState::new().hash_one(std::process::id())
-}
-
 /// The payload of an entry; none when it is not the whole entry of this key.
 fn read(file: &fs::File, key: Key) -> Option<Vec<u8>> {
     let length = file.metadata().ok()?.len();
@@ -184,7 +183,8 @@ fn read(file: &fs::File, key: Key) -> Option<Vec<u8>> {
     let mut header = [0; HEADER];
     let mut file = file.take(length);
     file.read_exact(&mut header).ok()?;
-    let mut bytes = Vec::with_capacity(length as usize - HEADER);
+    // Not as long as a file with holes in it claims to be.
+    let mut bytes = Vec::with_capacity((length as usize - HEADER).min(CLAIMED));
     file.read_to_end(&mut bytes).ok()?;
     let rest = header.strip_prefix(&MAGIC)?;
     let (of, hash) = rest.split_at(32);

@@ -27,8 +27,10 @@ pub(crate) struct Wear {
     pub(crate) roughness_image: Option<usize>,
     /// What is let through: a factor above 0, the index of an image, and which of its channels.
     pub(crate) transmission: Option<(f32, Option<usize>, usize)>,
-    /// How the colour picture lies.
+    /// How the colour picture lies, and the others.
     pub(crate) placing: Placing,
+    /// Whether others that lie otherwise were left out.
+    pub(crate) is_less: bool,
 }
 
 /// Which texture coordinates count, and what is done to them (KHR_texture_transform).
@@ -93,17 +95,19 @@ impl Look {
             });
             let through = through
                 .map(|(factor, texture, channel)| Ok((factor, texture.map(image).transpose()?.flatten(), channel)));
+            let normal = material.normal_texture.as_deref();
+            let rough = pbr.and_then(|p| p.metallic_roughness_texture.as_ref());
+            // One set of coordinates is kept: what lies otherwise would be strewn over the wrong places.
+            let own = color.or(normal).or(rough).map(placing).unwrap_or_default();
+            let alike = |used: &&json::TextureUse| placing(used) == own;
             Ok(Wear {
+                is_less: [normal, rough].into_iter().flatten().any(|used| !alike(&used)),
                 transmission: through.transpose()?,
                 color: factor.unwrap_or([1.0; 4]),
                 color_image: color.map(image).transpose()?.flatten(),
-                normal_image: material.normal_texture.as_deref().map(image).transpose()?.flatten(),
-                roughness_image: pbr
-                    .and_then(|p| p.metallic_roughness_texture.as_ref())
-                    .map(image)
-                    .transpose()?
-                    .flatten(),
-                placing: color.map(placing).unwrap_or_default(),
+                normal_image: normal.filter(alike).map(image).transpose()?.flatten(),
+                roughness_image: rough.filter(alike).map(image).transpose()?.flatten(),
+                placing: own,
             })
         };
         let required = root.extensions_required.iter();

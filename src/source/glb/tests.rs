@@ -165,3 +165,24 @@ fn what_materials_let_through_is_read_of_either_extension() {
     let broken = format!(r#"{diffuse},"diffuseTransmissionTexture":{{"index":9}}}}"#);
     assert!(of(&broken).is_err());
 }
+
+#[test]
+fn maps_that_lie_otherwise_than_the_colour_picture_are_left_out() {
+    let of = |normal: &str| {
+        let turned = r#""extensions":{"KHR_texture_transform":{"scale":[2,2]}}"#;
+        let materials = format!(
+            r#""materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0,{turned}}},
+                "metallicRoughnessTexture":{{"index":0,{turned}}}}},"normalTexture":{{"index":0{normal}}}}}],
+                "textures":[{{"source":1}}],"images":[{{}},{{}}],"meshes""#
+        );
+        let text = SMALL.replacen(r#""meshes""#, &materials, 1);
+        let look = read_glb(&container(&text, &SMALL_BIN)).unwrap().look;
+        let wear = &look.materials[0];
+        (wear.color_image, wear.normal_image, wear.roughness_image, wear.is_less)
+    };
+    let alike = r#","extensions":{"KHR_texture_transform":{"scale":[2,2]}}"#;
+    assert_eq!(of(alike), (Some(1), Some(1), Some(1), false));
+    for other in ["", r#","texCoord":1"#, r#","extensions":{"KHR_texture_transform":{"scale":[2,3]}}"#] {
+        assert_eq!(of(other), (Some(1), None, Some(1), true), "{other}");
+    }
+}

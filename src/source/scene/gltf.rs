@@ -41,6 +41,12 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene,
         // Compressed data says so itself where it is read.
         scene.notes.push(format!("the file requires {}, which is not read", info.look.unread.join(", ")));
     }
+    for (stated, _) in info.materials.iter().zip(&info.look.materials).filter(|(_, wear)| wear.is_less) {
+        scene.notes.push(format!(
+            "material {}: a normal or roughness map lies otherwise than the colour picture, and is left out",
+            stated.name
+        ));
+    }
     let all: usize = bytes.len() + files.values().map(|b| b.len()).sum::<usize>();
     let mut left = MOST.0 * all + MOST.1;
     materials(&info, &mut scene);
