@@ -29,7 +29,7 @@ impl Longer {
             return None;
         }
         let asked = params.leaf_size.min(params.leaf_share * tree.plant.pose().extent());
-        let pictures = first..first.saturating_add(plan.dress.pictures.into());
+        let pictures = first..first.saturating_add(plan.dress.pictures);
         // Of those that are made: what a source brings is as long as it is.
         let made = tree.plant.leaves().iter().filter(|leaf| pictures.contains(&leaf.slot));
         let longest = made.map(|leaf| leaf.size).fold(0.0, f32::max);
