@@ -18,7 +18,7 @@ const LEAST: f32 = 0.15;
 /// A blend of some plants whose wood reaches no farther below the ground (y = 0) than that of any of them; as it is
 /// where it does not.
 #[must_use]
-pub fn grounded(blend: Plant, sources: &[Plant]) -> Plant {
+pub fn grounded<'s>(blend: Plant, sources: impl IntoIterator<Item = &'s Plant>) -> Plant {
     let posed = blend.pose();
     let top = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
     let deep = |positions: &[Vec3]| positions.iter().fold(0.0_f32, |low, p| low.min(p.y));
@@ -26,7 +26,7 @@ pub fn grounded(blend: Plant, sources: &[Plant]) -> Plant {
     if deep(posed.positions()) >= -hair {
         return blend;
     }
-    let ground = sources.iter().map(|source| deep(source.pose().positions())).fold(0.0, f32::min);
+    let ground = sources.into_iter().map(|source| deep(source.pose().positions())).fold(0.0, f32::min);
     if deep(posed.positions()) >= ground - hair {
         return blend;
     }

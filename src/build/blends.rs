@@ -223,7 +223,10 @@ pub(super) fn variant(
         Variant::Source(index) => Some(sources[*index].clone()),
         Variant::Blend { .. } => blend_of(plan, variant, blends)
             .map(|(family, weights)| blend::grounded(family.blend(&weights), family.sources())),
-        Variant::Shape { shape, shares } => blends.shapes.plant(*shape, shares),
+        Variant::Shape { shape, shares } => {
+            let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));
+            blends.shapes.plant(*shape, shares).map(|plant| blend::grounded(plant, of))
+        }
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
         // It is shaped when it has leaves.

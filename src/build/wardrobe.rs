@@ -247,15 +247,22 @@ impl Wardrobe {
     pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
         let plant = self.plants[index].clone();
         let (art, dress) = match leaf {
-            TargetLeaf::Made { art, size, angle, droop, twig } if plant.leaves().is_empty() => {
+            TargetLeaf::Made { art, size, angle, droop, twig, full, phyllotaxis } if plant.leaves().is_empty() => {
                 let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
                 let edge = plan.atlas.inside(*edge);
                 let picture =
                     |i| bake::leaf_maps(*shape, *color, *variation, edge, i, Seed::new(plan.seed).child("leaves"));
                 let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
                 let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
-                let dress =
-                    DressParams { leaf_size, leaf_angle, droop: *droop, twig_length: *twig, ..plan.dress.clone() };
+                let dress = DressParams {
+                    density: plan.own_density * full,
+                    leaf_size,
+                    leaf_angle,
+                    droop: *droop,
+                    twig_length: *twig,
+                    phyllotaxis: *phyllotaxis,
+                    ..plan.dress.clone()
+                };
                 (art, dress)
             }
             _ => {

@@ -16,6 +16,8 @@ use crate::preset::plan::MeshParams;
 const COARSE: (f32, usize) = (0.5, 6);
 /// The same of stems that are too many triangles alone.
 const COARSEST: (f32, usize) = (1.0, 7);
+/// How many times what wood may take its whole at its coarsest is, from which on it is as coarse as that.
+const FAR_TOO_MUCH: usize = 3;
 /// Limbs that have this share of the thickest radius go last.
 const THICK: f32 = 0.2;
 
@@ -49,6 +51,10 @@ pub(super) fn bounded<'a>(
         stems.map(|id| wood.count_of(id, detail)).sum::<usize>()
     };
     let mut detail = finest_within(&|detail| wood.count(detail), parts.wood, COARSE, at);
+    // Of what is far too much few chains are left, and those are better many than round.
+    if wood.count(&detail) > parts.wood * FAR_TOO_MUCH {
+        detail = at(COARSEST.0);
+    }
     // Stems are in it in any case, and coarser than limbs would be where there is nothing else for it.
     if of_stems(&detail) > parts.wood {
         detail = finest_within(&of_stems, parts.wood, COARSEST, at);
@@ -77,8 +83,8 @@ fn area(plant: &Plant) -> f32 {
     plant.leaves().iter().map(|leaf| leaf.size * leaf.size * leaf.form.width()).sum()
 }
 
-/// The chains that there are triangles for: stems and stout limbs, then those that bear leaves, evenly over the crown, then
-/// the others. As many as `most_wood` triangles are enough for, or `most` with all their leaves.
+/// The chains that there are triangles for: stems and, as far as half of `most_wood` goes, stout limbs, then those that bear leaves, evenly
+/// over the crown, then the others, as far as that goes or `most` with all their leaves.
 fn shown(
     (plant, posed): (&Plant, &Posed),
     (wood, detail): (&Wood<'_>, &TubeDetail),
@@ -93,7 +99,13 @@ fn shown(
     let middles: Vec<Vec3> = plant.chain_ids().map(|id| middle(posed.chain(plant, id))).collect();
     let mut order = spread(&middles, seed.child("twigs"));
     let id = |chain: usize| ChainId(chain as u32);
-    order.sort_by_key(|&chain| (!is_stem(plant, id(chain)), !is_thick[chain], of_leaves[chain] == 0));
+    let class = |chain: usize| match (is_stem(plant, id(chain)), is_thick[chain], of_leaves[chain] > 0) {
+        (true, ..) => Class::Stem,
+        (_, true, _) => Class::Limb,
+        (_, _, true) => Class::Leafy,
+        _ => Class::Bare,
+    };
+    order.sort_by_key(|&chain| class(chain));
     let mut shown = vec![false; of_wood.len()];
     let (mut in_wood, mut in_leaves) = (0, 0);
     for chain in order {
@@ -104,7 +116,14 @@ fn shown(
         let is_enough = way.map(ChainId::index).all(|i| {
             added.push(i);
             (more_wood, more_leaves) = (more_wood + of_wood[i], more_leaves + of_leaves[i]);
-            is_stem(plant, id(chain)) || more_wood <= most_wood || more_wood + more_leaves <= most
+            let (is_within, is_all_within) = (more_wood <= most_wood, more_wood + more_leaves <= most);
+            match class(chain) {
+                Class::Stem => true,
+                // Limbs by themselves make no crown, and those that twigs need come with these.
+                Class::Limb => more_wood * 2 <= most_wood,
+                Class::Leafy => is_within || is_all_within,
+                Class::Bare => is_all_within,
+            }
         });
         if is_enough {
             (in_wood, in_leaves) = (more_wood, more_leaves);
@@ -112,6 +131,15 @@ fn shown(
         }
     }
     shown
+}
+
+/// In which order chains come in.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Class {
+    Stem,
+    Limb,
+    Leafy,
+    Bare,
 }
 
 fn is_stem(plant: &Plant, id: ChainId) -> bool {
@@ -225,6 +253,26 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn of_few_triangles_no_limbs_without_leaves_take_what_leaves_need() {
+        // Stout bare limbs, and twigs with leaves on some of them.
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 6.0], &[0.3, 0.2]);
+        for i in 0..60 {
+            let seed = Seed::new(4).at(i);
+            let limb = builder.branch(stem, seed.unit(), &[Vec3::ZERO, seed.at(1).direction() * 2.0], &[0.1, 0.08]);
+            for k in 0..i % 3 {
+                let twig = builder.branch(limb, 0.9, &[Vec3::ZERO, seed.at(2 + k).direction() * 0.5], &[0.01, 0.005]);
+                for j in 0..6 {
+                    builder.leaf(Leaf::new(twig, j as f32 / 6.0, Rotation::IDENTITY, 0.3, 0));
+                }
+            }
+        }
+        let full = &levels(&builder.finish().unwrap(), 400)[0];
+        let leaves = count(&full.leaf) as f32 / triangles(full) as f32;
+        assert!(triangles(full) <= 400 && leaves > 0.25, "{leaves} of {}", triangles(full));
     }
 
     #[test]

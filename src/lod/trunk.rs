@@ -1,5 +1,5 @@
-//! The straight line that a trunk follows, which quads are to cross in: where they cross elsewhere, each shows a trunk of
-//! its own.
+//! The straight line that a trunk and its crown follow, which quads are to cross in: where they cross elsewhere, each shows a trunk
+//! of its own.
 
 use glam::Vec3;
 
@@ -21,8 +21,8 @@ pub(super) struct Trunk {
 }
 
 impl Trunk {
-    /// The line through the foot that is nearest to the stem as far as it is a trunk, by least squares, each part by the area
-    /// that is seen of it. Of several stems it is the mean of theirs: those of a shrub lean all ways.
+    /// The line through the foot that is nearest to the stem as far as it is a trunk, and to the leaves, by least squares, each part
+    /// by the area that is seen of it. Of several stems it is the mean of theirs: those of a shrub lean all ways.
     pub(super) fn of(plant: &Plant, posed: &Posed) -> Self {
         let (mut feet, mut thick) = (Vec3::ZERO, 0.0_f32);
         let (mut aside, mut up) = (Vec3::ZERO, 0.0_f32);
@@ -37,6 +37,14 @@ impl Trunk {
                 aside += middle * (weight * middle.y);
                 up += weight * middle.y * middle.y;
             }
+        }
+        // The crown is what is seen, and a line that leaves it shows it aside of itself from the other plane.
+        let foot = if thick > 0.0 { feet / thick } else { Vec3::ZERO };
+        for (leaf, pose) in plant.leaves().iter().zip(posed.leaves(plant)) {
+            let off = pose.position - foot;
+            let weight = leaf.size * leaf.size * leaf.form.width();
+            aside += off * (weight * off.y);
+            up += weight * off.y * off.y;
         }
         // Without thickness or height there is no mean.
         let known = |mean: Vec3, or: Vec3| if mean.is_finite() { mean } else { or };
@@ -93,6 +101,23 @@ mod tests {
             assert!(trunk.at(p.y).distance(p) < 1e-4, "{trunk:?}");
         }
         assert!(trunk.along().distance((top - foot).normalize()) < 1e-5);
+    }
+
+    #[test]
+    fn a_crown_over_the_foot_keeps_the_line_of_a_leaning_trunk_upright() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::new(0.5, 1.0, 0.0)], &[0.1, 0.1]);
+        let bare = builder.clone().finish().unwrap();
+        for i in 0..40 {
+            let offset = Vec3::new(-0.5 + (i % 5) as f32 * 0.1 - 0.2, 0.5 + (i / 5) as f32 * 0.2, 0.0);
+            builder.leaf(crate::plant::Leaf {
+                offset,
+                ..crate::plant::Leaf::new(stem, 1.0, crate::base::Rotation::IDENTITY, 0.3, 0)
+            });
+        }
+        let leafy = builder.finish().unwrap();
+        let lean = |plant: &Plant| Trunk::of(plant, &plant.pose()).lean.length();
+        assert!(lean(&bare) > 0.45 && lean(&leafy) < 0.3, "{} {}", lean(&bare), lean(&leafy));
     }
 
     #[test]

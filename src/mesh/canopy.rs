@@ -9,8 +9,10 @@ use glam::Vec3;
 use super::tangent::tangent_of;
 use super::{CrownLight, Mesh};
 
-/// How much of a card's normal is the crown's, the rest is its own.
-const CANOPY: f32 = 0.72;
+/// How much of a card's normal is the crown's, the rest is its own; and of a frond's, of which few make a crown: its outside lies
+/// below those that hang.
+pub(super) const CANOPY: f32 = 0.72;
+pub(super) const OF_FRONDS: f32 = 0.2;
 /// Vertices that are made together.
 const LANES: usize = 8;
 /// Squares of lengths below this have no direction.
@@ -27,18 +29,25 @@ pub(super) struct Canopy<'a> {
     own: Axes,
     growing: Axes,
     falling: Axes,
+    share: Lane,
 }
 
 impl<'a> Canopy<'a> {
     pub(super) fn new(light: &'a CrownLight) -> Self {
         let none = [[0.0; LANES]; 3];
-        Self { light, waiting: 0, places: none, own: none, growing: none, falling: none }
+        Self { light, waiting: 0, places: none, own: none, growing: none, falling: none, share: [0.0; LANES] }
     }
 
-    /// Adds a vertex to the mesh: at `place`, on a card with the normal `own` there, on which u grows along `growing` and v
+    /// Adds a vertex to the mesh: at `place`, on a card with the normal `own` there, of which the crown's takes a `share`, on which u grows along `growing` and v
     /// along `falling`; all about unit.
     #[inline]
-    pub(super) fn add(&mut self, mesh: &mut Mesh, place: Vec3, own: Vec3, (growing, falling): (Vec3, Vec3)) {
+    pub(super) fn add(
+        &mut self,
+        mesh: &mut Mesh,
+        place: Vec3,
+        (own, share): (Vec3, f32),
+        (growing, falling): (Vec3, Vec3),
+    ) {
         mesh.positions.push(place);
         let all = [
             (&mut self.places, place),
@@ -51,6 +60,7 @@ impl<'a> Canopy<'a> {
                 axis[self.waiting] = v;
             }
         }
+        self.share[self.waiting] = share;
         self.waiting += 1;
         if self.waiting == LANES {
             self.flush(mesh);
@@ -63,7 +73,7 @@ impl<'a> Canopy<'a> {
         let mut normals = outward;
         for a in 0..3 {
             for k in 0..LANES {
-                normals[a][k] = outward[a][k] * CANOPY + self.own[a][k] * (1.0 - CANOPY);
+                normals[a][k] = outward[a][k] * self.share[k] + self.own[a][k] * (1.0 - self.share[k]);
             }
         }
         let tall = unit(&mut normals);
@@ -169,16 +179,17 @@ mod tests {
             let own = if i == 5 { -light.outward(place) * (CANOPY / (1.0 - CANOPY)) } else { seed.at(1).direction() };
             (place, own, (seed.at(2).direction(), seed.at(3).direction()))
         };
+        let share = |i: u64| if i % 7 == 2 { OF_FRONDS } else { CANOPY };
         for i in 0..29 {
             let (place, own, ways) = vertex(i);
-            canopy.add(&mut mesh, place, own, ways);
+            canopy.add(&mut mesh, place, (own, share(i)), ways);
         }
         canopy.flush(&mut mesh);
         assert_eq!((mesh.positions.len(), mesh.normals.len(), mesh.tangents.len()), (29, 29, 29));
         for i in 0..29 {
             let (place, own, (growing, falling)) = vertex(i);
             let outward = light.outward(place);
-            let normal = (outward * CANOPY + own * (1.0 - CANOPY)).normalize();
+            let normal = (outward * share(i) + own * (1.0 - share(i))).normalize();
             let k = i as usize;
             assert!((mesh.normals[k].length() - 1.0).abs() < 1e-4);
             if i != 5 {

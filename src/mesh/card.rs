@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::canopy::Canopy;
+use super::canopy::{CANOPY, Canopy, OF_FRONDS};
 use super::cut::{CardCut, Pattern};
 use super::{CrownLight, Mesh};
 use crate::base::math;
@@ -178,6 +178,9 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
     (0..plant.leaves().len()).map(|leaf| LeafCard { leaf, scale: 1.0 }).collect()
 }
 
+/// How level a frond's middle is that has an upper face: the rise of its unit normal.
+const HANGS: f32 = 0.1;
+
 /// Leaves of so few metres and smaller are not drawn: rounding would crush their cards.
 pub(crate) fn least_leaf(posed: &Posed) -> f32 {
     posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5
@@ -244,7 +247,12 @@ pub fn leaf_cards_in<'c>(
         let arch = bent.unwrap_or_else(|| plan.arch * z.y / (z.y * z.y + 0.1).sqrt());
         let along = |v: f32| if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
         let middle = pose.position + if bent.is_some() { along(0.5).1 } else { y * (size * 0.5) };
-        let side = if z.dot(light.outward(middle)) < 0.0 { -1.0 } else { 1.0 };
+        // A frond's front is its upper face: where one hangs, the crown's outside lies below it.
+        let upper = along(0.5).0.y;
+        let is_back =
+            if bent.is_some() && upper.abs() > HANGS { upper < 0.0 } else { z.dot(light.outward(middle)) < 0.0 };
+        let side = if is_back { -1.0 } else { 1.0 };
+        let share = if bent.is_some() { OF_FRONDS } else { CANOPY };
         let (sin, cos) = folded.1;
         let sin = if bent.is_some() { sin * side } else { sin };
         // Light changes little across a card.
@@ -259,7 +267,7 @@ pub fn leaf_cards_in<'c>(
             let own = up * (side * cos) + x * (sin * (2.0 * u - 1.0));
             let half = f32::from(i8::from(u > 0.5) - i8::from(u < 0.5));
             let growing = if half == 0.0 { x } else { x * cos - up * (half * sin * side) };
-            canopy.add(&mut mesh, position, own, (growing, x.cross(up)));
+            canopy.add(&mut mesh, position, (own, share), (growing, x.cross(up)));
             mesh.uvs.push(Vec2::new(u, 1.0 - v));
             mesh.occlusion.push((ends[0] + (ends[1] - ends[0]) * v + 0.5) as u8);
         }
@@ -302,6 +310,28 @@ mod tests {
     use super::*;
     use crate::base::Rotation;
     use crate::plant::PlantBuilder;
+
+    #[test]
+    fn fronds_that_hang_around_a_stem_are_lit_from_above_whatever_way_they_were_read() {
+        for flip in [1.0, -1.0] {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 6.0], &[0.1, 0.1]);
+            for i in 0..12 {
+                let (sin, cos) = math::sin_cos(i as f32 * 0.52);
+                // They rise a little and hang then.
+                let (out, tip) = (Vec3::new(cos, 0.0, sin), Vec3::new(cos * 0.9, 0.4, sin * 0.9).normalize());
+                let face = (Vec3::Y - tip * tip.y - out * 0.2).normalize();
+                let face = (face - tip * face.dot(tip)).normalize() * flip;
+                let form = LeafForm::Frond { width: 0.2, arch: 1.6 * flip, fold: 0.3 * flip };
+                let orientation = Rotation::from_axes(tip.cross(face), tip, face);
+                builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, 2.5, 0) });
+            }
+            let plant = builder.finish().unwrap();
+            let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), CardShape::Folded);
+            let mean = mesh.normals.iter().map(|n| n.y).sum::<f32>() / mesh.normals.len() as f32;
+            assert!(mean > 0.2, "{flip}: {mean}");
+        }
+    }
 
     #[test]
     fn a_frond_is_bent_and_folded_on_every_shape_of_card_however_it_lies() {

@@ -11,13 +11,12 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bark_uv::BarkScale;
+use super::canopy::CANOPY;
 use super::card::arched;
 use super::{CrownLight, Mesh};
 use crate::base::{Seed, math};
 use crate::plant::{ChainId, LeafForm, Plant, Posed};
 
-/// How much of a card's normal is the crown's.
-const CANOPY: f32 = 0.72;
 /// Most and fewest sides of a tube.
 const SIDES: (u32, u32) = (9, 3);
 /// Most and fewest rings of a tube.

@@ -6,7 +6,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::rings::{Ring, folds};
 use crate::base::{Seed, math};
@@ -35,8 +35,10 @@ pub(super) const fn sides(usual: u32) -> u32 {
     if wanted < SIDES { wanted } else { SIDES }
 }
 
-/// How far up roots run, in radii of the stem at the ground, and as a share of its length at most.
+/// How far up roots run, in radii of the stem at the ground, and as a share of its length at most; and how far at least below
+/// the lowest branch, in radii.
 const REACH: (f32, f32) = (4.0, 0.12);
+const LEAST_REACH: f32 = 0.6;
 
 /// The foot of a stem: as far as it is wider than the wood above.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,6 +50,8 @@ pub(super) struct Foot {
     above: f32,
     /// Up to where the stem bears nothing, metres along it: a branch would begin beside the skin between two roots.
     clear: f32,
+    /// To which side what it bears is heavier, level.
+    pull: Vec2,
 }
 
 impl Foot {
@@ -61,7 +65,7 @@ impl Foot {
         let length = curve.length();
         let end = (radii[0] * REACH.0).min(length * REACH.1);
         let above = curve.value(radii, f64::from(end / length.max(1e-9)));
-        Self { share: 1.0, end, above, clear: f32::INFINITY }
+        Self { share: 1.0, end, above, clear: f32::INFINITY, pull: Vec2::ZERO }
     }
 
     /// With such a share of its flare in roots, 0..=1.
@@ -69,9 +73,32 @@ impl Foot {
         Self { share: self.share * share, ..self }
     }
 
-    /// With a branch of such a radius that leaves it so far up, metres.
-    pub(super) fn bears(&mut self, along: f32, radius: f32) {
+    /// With a branch of such a radius that leaves it so far up and ends so far aside of the foot, metres.
+    pub(super) fn bears(&mut self, along: f32, radius: f32, aside: Vec3) {
         self.clear = self.clear.min(along - radius);
+        self.pull += Vec2::new(aside.x, aside.z) * (radius * radius);
+    }
+
+    /// On these rings: where branches leave the stem before its roots would end, those end with the last ring below the lowest, or
+    /// there are none.
+    pub(super) fn below_branches(self, rings: &[Ring]) -> Self {
+        // Skin runs straight to the first ring beyond them.
+        let reach = rings.iter().find(|ring| ring.arc >= self.end).map_or(f32::INFINITY, |ring| ring.arc);
+        if self.clear >= reach {
+            return self;
+        }
+        match rings.iter().rfind(|ring| ring.arc <= self.clear) {
+            Some(last) if last.arc >= rings[0].radius * LEAST_REACH => {
+                Self { end: last.arc, above: last.radius, ..self }
+            }
+            _ => Self::default(),
+        }
+    }
+
+    /// By how much its roots are turned, radians: they stand by what the tree bears, so that no two trees have the same, and those of a
+    /// tree that changes turn as it does.
+    pub(super) fn turn(&self) -> f32 {
+        math::atan2(self.pull.y, self.pull.x)
     }
 
     /// How far the skin lies within a ring between two roots and, times their height, out of it on them, metres.
@@ -105,15 +132,15 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    /// Those of a stem by its number.
-    pub(super) fn of(stem: u32) -> Self {
+    /// Those of a stem by its number, turned by so many radians.
+    pub(super) fn of(stem: u32, turn: f32) -> Self {
         const LOOKED_AT: u32 = 128;
         let seed = Seed::new(0).child("roots").at(u64::from(stem));
         let count = COUNT.0 + seed.child("count").index(COUNT.1 as usize + 1) as u32;
         let narrow = NARROW * (count * count) as f32 / 8.0;
         let one = |i: u32| {
             let seed = seed.at(u64::from(i));
-            let angle = (i as f32 + UNEVEN * seed.at(0).range(-1.0, 1.0)) / count as f32 * TAU;
+            let angle = turn + (i as f32 + UNEVEN * seed.at(0).range(-1.0, 1.0)) / count as f32 * TAU;
             (angle, narrow * seed.at(1).range(0.7, 1.3), 1.0 - WEAKER * seed.at(2).unit())
         };
         let mut roots = Self { each: (0..count).map(one).collect(), mean: 0.0, scale: 1.0 };
@@ -190,10 +217,43 @@ mod tests {
         );
     }
 
+    /// Largest distance from the axis by direction, at the ground.
+    fn foot_of(branches: &[(f32, Vec3)], flare: f32) -> Vec<(f32, f32)> {
+        let mut builder = PlantBuilder::new();
+        let points: [Vec3; 20] = std::array::from_fn(|i| Vec3::Y * i as f32 * 0.25);
+        let stem = builder.stem(Vec3::ZERO, &points, &[0.3; 20]);
+        for (location, way) in branches {
+            builder.branch(stem, *location, &[Vec3::ZERO, *way], &[0.05, 0.02]);
+        }
+        let plant = builder.finish().unwrap();
+        let params = MeshParams { roots: 0.7, flare, most_sides: 64, ..MeshParams::told(12, 0.01) };
+        let mesh = tubes(&plant, &plant.pose(), &TubeDetail::full(&params));
+        assert_eq!((problems(&mesh), closure(&mesh).faulty_edges, closure(&mesh).inside_out), (vec![], 0, 0));
+        let low = mesh.positions.iter().filter(|p| p.y.abs() < 0.01);
+        low.map(|p| (math::atan2(p.z, p.x), Vec3::new(p.x, 0.0, p.z).length())).collect()
+    }
+
+    #[test]
+    fn roots_end_below_the_lowest_branch_and_stand_by_what_the_tree_bears() {
+        let spread = |foot: &[(f32, f32)]| {
+            let [least, most] = foot.iter().fold([f32::MAX, 0.0_f32], |[a, b], p| [a.min(p.1), b.max(p.1)]);
+            most / least
+        };
+        let widest = |foot: &[(f32, f32)]| foot.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0;
+        let (east, west) = (foot_of(&[(0.8, Vec3::X)], 0.38), foot_of(&[(0.8, Vec3::NEG_X)], 0.38));
+        assert!(spread(&east) > 1.3 && (widest(&east) - widest(&west)).abs() > 0.3);
+        // A branch within the flare leaves roots below it; one at the very ground leaves none, nor does a foot without a flare.
+        assert!(spread(&foot_of(&[(0.16, Vec3::X)], 0.38)) > 1.05);
+        for foot in [foot_of(&[(0.03, Vec3::X)], 0.38), foot_of(&[], 0.0)] {
+            assert!(spread(&foot) < 1.01, "{}", spread(&foot));
+        }
+        assert!(foot_of(&[], 0.0).iter().all(|p| p.1 < 0.31), "no flare was asked for");
+    }
+
     #[test]
     fn roots_take_as_much_as_valleys_give_and_are_no_deeper_than_the_spread() {
         for stem in 0..50 {
-            let roots = Roots::of(stem);
+            let roots = Roots::of(stem, stem as f32 * 0.7);
             let all: Vec<(f32, f32)> = (0..360).map(|i| roots.at(TAU * i as f32 / 360.0)).collect();
             let mean = all.iter().map(|at| at.0).sum::<f32>() / 360.0;
             let (low, high) = all.iter().fold((f32::MAX, f32::MIN), |(l, h), at| (l.min(at.0), h.max(at.0)));

@@ -124,8 +124,8 @@ impl Part {
             fit(&mut self.own, all, error);
             fuller = wood.fuller(limb, &self.own, skin.is_pointed);
             unfold(&mut self.own, matches!(limb.base, Base::Ground { .. }));
-            foot =
-                Some(Wood::foot(limb, detail)).filter(|f| f.shows(&self.own, (skin.sides, error))).unwrap_or_default();
+            let asked = Wood::foot(limb, detail).below_branches(&self.own);
+            foot = Some(asked).filter(|f| f.shows(&self.own, (skin.sides, error))).unwrap_or_default();
             self.rings.extend_from_slice(&self.own);
         }
         self.shapes.push(Shape { rings: first..self.rings.len(), skin, fuller, left: 1.0, foot });

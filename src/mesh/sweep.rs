@@ -17,8 +17,8 @@ use crate::plant::ChainId;
 
 /// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
 const LEANS: f32 = 0.15;
-/// How far a stem lies that doesn't go on below the ground: how high its first ring is, as a share of its girth. At 45 degrees.
-const LIES: f32 = 0.11;
+/// How far a stem lies that doesn't go on below the ground: how high its first ring is, as a share of its girth. At 70 degrees.
+const LIES: f32 = 0.15;
 /// The same of one that stands upright.
 const UPRIGHT: f32 = 0.02;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
@@ -89,7 +89,7 @@ impl Wood<'_> {
         let once = &circle.corners[..sides as usize];
         let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
         let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
-        let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0).corners(sides));
+        let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0, shape.foot.turn()).corners(sides));
         let mut density_before = None;
         let mut last = first;
         let start = mesh.positions.len() as u32;

@@ -21,8 +21,6 @@ use crate::base::{is_alone, math};
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::plan::{Forks, MeshParams};
 
-/// How much wider a stem without a flare of its own gets at the ground, as a share of its radius.
-const FLARE: f32 = 0.38;
 /// How many times the error the thinnest wood may stray where leaves hide it: it is small on the screen. Not on bare
 /// trees, of which it is what is seen.
 const SLACK: f32 = 2.5;
@@ -53,6 +51,8 @@ pub struct TubeDetail {
     pub below: f32,
     /// Share of a foot's flare that is drawn out into roots, 0..=1.
     pub roots: f32,
+    /// How much wider, as a share of its radius, a stem's foot gets that is not so much wider by itself.
+    pub flare: f32,
 }
 
 impl TubeDetail {
@@ -69,6 +69,7 @@ impl TubeDetail {
             added: 0.0,
             below: params.below,
             roots: params.roots,
+            flare: params.flare,
         }
     }
 }
@@ -180,7 +181,9 @@ impl<'a> Wood<'a> {
             let chain = self.plant.chain(id);
             if let Some(parent) = chain.parent {
                 let (own, length) = (self.limbs[id.index()].own, self.length(&self.limbs[parent.index()]));
-                self.limbs[parent.index()].foot.bears(length * chain.location, own);
+                let points = self.posed.chain(self.plant, id);
+                let aside = points[points.len() - 1] - self.posed.chain(self.plant, parent)[0];
+                self.limbs[parent.index()].foot.bears(length * chain.location, own, aside);
             }
         }
         self
@@ -201,7 +204,7 @@ impl<'a> Wood<'a> {
                     .max(self.thinnest),
                 forks: finest.forks,
             },
-            None => Base::Ground { flare: flare(points, radii) },
+            None => Base::Ground { flare: flare(points, radii, finest.flare) },
         };
         let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
         let first = rings.len() as u32;
@@ -411,13 +414,13 @@ pub(super) fn is_kept(ring: &Ring, error: f32) -> bool {
 }
 
 /// The flare that a stem still needs: none when its own radii widen at the ground, as a scan's do.
-fn flare(points: &[Vec3], radii: &[f32]) -> f32 {
+fn flare(points: &[Vec3], radii: &[f32], wanted: f32) -> f32 {
     let curve = crate::plant::Curve::new(points);
     let length = curve.length();
     if length <= 0.0 {
         return 0.0;
     }
     let above = curve.value(radii, f64::from((radii[0] * 3.0 / length).min(0.5)));
-    let own = if above > 0.0 { (radii[0] / above - 1.1).max(0.0) } else { FLARE };
-    (FLARE - own).max(0.0)
+    let own = if above > 0.0 { (radii[0] / above - 1.1).max(0.0) } else { wanted };
+    (wanted - own).max(0.0)
 }

@@ -209,9 +209,12 @@ fn phyllotaxis(fields: &Reader<'_, '_>, leaf: &LeafKind) -> Phyllotaxis {
     match fields.item("phyllotaxis").as_ref().and_then(kind) {
         Some("Distichous") => Phyllotaxis::Distichous,
         Some(_) => Phyllotaxis::Spiral,
-        None if leaf.shape == LeafShape::Palm => Phyllotaxis::Distichous,
-        None => Phyllotaxis::Spiral,
+        None => usual_phyllotaxis(leaf),
     }
+}
+
+fn usual_phyllotaxis(leaf: &LeafKind) -> Phyllotaxis {
+    if leaf.shape == LeafShape::Palm { Phyllotaxis::Distichous } else { Phyllotaxis::Spiral }
 }
 
 /// A time of the year.
@@ -388,6 +391,8 @@ pub(super) fn named_leaf(index: usize) -> Option<TargetLeaf> {
         angle: leaf.angle.to_radians(),
         droop: leaf.droop,
         twig: leaf.twig,
+        full: leaf.full,
+        phyllotaxis: usual_phyllotaxis(leaf),
     })
 }
 

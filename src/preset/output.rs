@@ -1,8 +1,8 @@
 //! What a set is written as: `mesh`, `lods`, `atlas` and `engines` of a preset.
 
 use super::plan::{
-    ANY, AtlasParams, Backs, BarkPattern, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile,
-    TextureFormat, WindData,
+    ANY, AtlasParams, Backs, BarkPattern, ColliderParams, Engine, Forks, LeafCards, Lod, LodBudget, Profile, Source,
+    SourceRecipe, TextureFormat, USUAL_FLARE, WindData,
 };
 use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -37,6 +37,12 @@ pub(super) static MESH: Record = Record {
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Else("0.7, of palms 0"),
             about: "how much of what a stem's foot flares is drawn out into roots; 0 for a round foot",
+        },
+        Field {
+            name: "flare",
+            kind: Kind::Number { low: 0.0, high: 2.0, unit: "radii" },
+            default: Default::Else("0.38, or 0 where a source is a mesh or a species without a flare"),
+            about: "how much wider a stem's foot gets that is not so much wider by itself",
         },
         Field {
             name: "below",
@@ -445,6 +451,20 @@ const ROOTS: f32 = 0.7;
 pub(super) fn roots(fields: &Reader<'_, '_>, bark_of_leaf: BarkPattern) -> f32 {
     fields.number_or("roots", if bark_of_leaf == BarkPattern::Ringed { 0.0 } else { ROOTS })
 }
+
+/// How much feet are widened, as it is told; usually not those of meshes, which are as wide as they were drawn, and of species that
+/// are told to have none. A scan's axes say nothing about feet.
+pub(super) fn flare(fields: &Reader<'_, '_>, sources: &[Source]) -> f32 {
+    let is_drawn = |source: &Source| match &source.recipe {
+        SourceRecipe::Grow(params) => params.flare <= 0.0,
+        SourceRecipe::Import(params) => MESHES.iter().any(|end| params.file.to_ascii_lowercase().ends_with(end)),
+        SourceRecipe::Like(_) => false,
+    };
+    fields.number_or("flare", if sources.iter().any(is_drawn) { 0.0 } else { USUAL_FLARE })
+}
+
+/// How files of meshes are named.
+const MESHES: [&str; 4] = [".glb", ".gltf", ".obj", ".ply"];
 
 /// A share, a number of triangles, or both.
 fn thinned(fields: &Reader<'_, '_>) -> Option<Lod> {

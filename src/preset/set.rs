@@ -345,7 +345,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
             (error, error_share),
             (output::forks(fields), output::leaves(fields), output::backs(fields), output::wind(fields)),
             (fields.count("lightmap"), output::most_triangles(fields)),
-            (fields.number("below"), output::roots(fields, of_leaf)),
+            (fields.number("below"), output::roots(fields, of_leaf), output::flare(fields, &sources)),
         )
     });
     let lods = output::lods(set);
@@ -355,7 +355,13 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
     let (
         foliage,
         (bark_art, bark_wear, bark_tile),
-        ((sides, most_sides), (error, error_share), (forks, leaves, backs, wind), (lightmap, most), (below, roots)),
+        (
+            (sides, most_sides),
+            (error, error_share),
+            (forks, leaves, backs, wind),
+            (lightmap, most),
+            (below, roots, flare),
+        ),
     ) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
@@ -375,7 +381,20 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams { sides, most_sides, error, error_share, bark_tile, forks, leaves, most, backs, below, roots },
+        mesh: MeshParams {
+            sides,
+            most_sides,
+            error,
+            error_share,
+            bark_tile,
+            forks,
+            leaves,
+            most,
+            backs,
+            below,
+            roots,
+            flare,
+        },
         lightmap,
         wind,
         lods,

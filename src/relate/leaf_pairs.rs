@@ -5,8 +5,8 @@
 //! The most similar pair goes first; each leaf of the larger lobe that is left over goes with the leaf of the smaller
 //! that it resembles most. So one leaf splits into several, or several merge into one, and in a matched lobe no leaf
 //! is left alone as long as the other has leaves of the same picture. Leaves whose pictures don't go together, and those
-//! of lobes without a partner, grow and wilt in size: by the square root of their share, so that their area follows it.
-//! By the share itself a crown would be half bare half way.
+//! of lobes without a partner, grow and wilt in size: by the square root of their share, so that their area follows it
+//! (by the share itself a crown would be half bare half way), and with their shoot while that is short.
 //!
 //! Each picture of one source goes with one of the other (the most often worn with the most often worn), or else there would
 //! be as many pictures between as pairs. A leaf between two wears slot `first + i` for pair `i` of
@@ -25,6 +25,8 @@ use crate::plant::{ChainId, Leaf, PlantBuilder};
 
 /// Most pairs of leaves that are compared at once.
 const MOST_PAIRS: usize = 1 << 12;
+/// Leaves of a shoot are so much longer than it, of what both are when grown, at most.
+const SHOOT: f32 = 1.6;
 /// Weights of location, size, width and orientation.
 const WEIGHTS: [f32; 4] = [0.5, 0.15, 0.1, 0.25];
 
@@ -243,7 +245,7 @@ impl Blender<'_> {
             match pair.leaves {
                 [a, b] if a != NONE && b != NONE && fed == Feed::Several => {
                     let between = between(leaf(0), leaf(1), shares[1], pair.slot);
-                    let (size, offset) = (between.size * degree.sqrt(), between.offset * degree);
+                    let (size, offset) = (between.size * grown(degree), between.offset * degree);
                     builder.leaf(Leaf { chain, size, offset, ..between });
                 }
                 _ => {
@@ -251,7 +253,7 @@ impl Blender<'_> {
                         let shows = pair.shows[s] || fed == Feed::Several;
                         if pair.leaves[s] != NONE && *share > 0.0 && shows {
                             let own = *leaf(s);
-                            let (size, offset) = (own.size * (share * degree).sqrt(), own.offset * degree);
+                            let (size, offset) = (own.size * (share.sqrt() * grown(degree)), own.offset * degree);
                             builder.leaf(Leaf { chain, size, offset, slot: pair.slot, ..own });
                         }
                     }
@@ -259,6 +261,12 @@ impl Blender<'_> {
             }
         }
     }
+}
+
+/// How long leaves are on a chain that has grown so far: their area follows it, but on shoots that are hardly there they are
+/// no longer than those, or all leaves of a limb would stand in a ball.
+fn grown(degree: f32) -> f32 {
+    degree.sqrt().min(degree * SHOOT)
 }
 
 /// The leaf at share `t` of the second.

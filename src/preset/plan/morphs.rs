@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{LeafArt, MatchParams, SketchParams};
+use super::{LeafArt, MatchParams, Phyllotaxis, SketchParams};
 
 /// A sequence of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -59,6 +59,10 @@ pub enum TargetLeaf {
         droop: f32,
         /// Length of a twig, metres.
         twig: f32,
+        /// How many leaves there are for one of the usual ones.
+        full: f32,
+        /// How they follow each other.
+        phyllotaxis: Phyllotaxis,
     },
 }
 

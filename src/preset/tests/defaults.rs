@@ -86,7 +86,8 @@ fn leaf_cards_and_colliders_are_as_asked_and_the_usual_ones_leave_no_mark() {
     let text = |plan: &Plan| serde_json::to_string(plan).expect("a plan is text");
     let usual = text(&load_with_oak(SHORT).expect("loads"));
     assert!(
-        !usual.contains("colliders") && usual.contains("\"forks\":\"Collar\",\"backs\":\"Doubled\",\"roots\":0.7}"),
+        !usual.contains("colliders")
+            && usual.contains("\"forks\":\"Collar\",\"backs\":\"Doubled\",\"roots\":0.7,\"flare\":0.38}"),
         "{usual}"
     );
     assert!(text(&plan).contains("colliders"));

@@ -179,8 +179,15 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
         let sources = structure.sources(&view.nodes, iteration.start, &iteration.guide, params.bole);
         let (mut candidates, ways) =
             endpoints::candidates(&iteration.endpoints, solids, view, (structure, &sources), seed);
-        candidates
-            .retain(|&node| !held(trees, t, node) && lit(view.nodes.at(node), direction, light.strength, seed, node));
+        candidates.retain(|&node| !held(trees, t, node));
+        // Light chooses among more places than are asked for: a single one, a trunk's end say, is grown to in any light.
+        if candidates.len() > wanted {
+            let is_lit = |node: &u32| lit(view.nodes.at(*node), direction, light.strength, seed, *node);
+            let in_light: Vec<u32> = candidates.iter().copied().filter(is_lit).collect();
+            if !in_light.is_empty() {
+                candidates = in_light;
+            }
+        }
         if candidates.is_empty() && wanted > 0 {
             trees[t].notes.push(format!("iteration {}: no node is free where its branches should end", i + 1));
         }

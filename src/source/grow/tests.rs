@@ -7,10 +7,10 @@ use super::refine::Ways;
 use super::space::Space;
 use super::structure::Structure;
 use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
-use crate::base::Seed;
+use crate::base::{Seed, math};
 use crate::plant::{Plant, PlantStats};
 use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Sampling, Volume,
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Light, Sampling, Volume,
 };
 use crate::preset::species;
 
@@ -53,6 +53,18 @@ fn small() -> GrowParams {
 
 fn grown(params: &GrowParams) -> Plant {
     grow(params, Seed::new(7)).unwrap().0
+}
+
+#[test]
+fn no_light_takes_the_only_end_of_a_trunk() {
+    for turn in 0..12 {
+        let (sin, cos) = math::sin_cos(turn as f32 * 0.52);
+        let light = Light { direction: [cos, 0.0, sin], strength: 1.0 };
+        let params = GrowParams { space: GrowSpace { light, ..small().space }, ..small() };
+        let (plant, notes) = grow(&params, Seed::new(7)).unwrap();
+        assert!(notes.iter().all(|note| !note.contains("no node is free")), "{turn}: {notes:?}");
+        assert_eq!(plant.chains().iter().filter(|c| c.parent.is_none()).count(), 1);
+    }
 }
 
 #[test]
