@@ -323,7 +323,8 @@ static IMPOSTOR: Record = Record {
             name: "frames",
             kind: Kind::Integer { low: 4, high: 24, unit: "views" },
             default: Default::Is("10"),
-            about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
+            about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger, but fewer than 8 show ghosts \
+                    between frames on wide crowns",
         },
         SCREEN,
     ],
