@@ -148,6 +148,9 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
         fields.fault("candidates", message, "leave it out, or raise it");
     }
     let pick = pick?;
+    if pick == Pick::All && fields.has("scores") {
+        fields.fault("scores", "without `pick` nothing is scored", "give a `pick`, or leave it out");
+    }
     if pick == Pick::All && filter.is_none() {
         if fields.has("candidates") {
             fields.fault(
