@@ -161,14 +161,19 @@ try {
   // The view in space at each level, with wireframe, wind, beside another, by distance, and a forest.
   await go(p, 'view/street/2');
   check((await p.locator('.canvas canvas').count()) === 1, 'the view in space draws by three.js');
-  const triangles = [];
+  const triangles = [], cut = [];
   for (const level of [0, 1, 2, 3]) {
     await p.getByRole('button', { name: `LOD${level}`, exact: true }).click();
     const told = JSON.parse(await drawn(p));
     triangles.push(told.at(-1));
     await wait(300);
     await shot(p, `03-view-lod${level}`);
+    cut.push(await p.evaluate(() => {
+      const table = document.querySelector('.side table');
+      return Math.round(table.getBoundingClientRect().right - table.previousElementSibling.getBoundingClientRect().right);
+    }));
   }
+  check(cut.every(width => width <= 0), `the table of levels is whole, whichever is chosen: ${cut.join(', ')} px stick out`);
   check(triangles.every((n, i) => i === 0 || n < triangles[i - 1]), `every level has fewer triangles: ${triangles.join(', ')}`);
   await p.getByRole('button', { name: 'LOD1', exact: true }).click();
   await p.getByRole('button', { name: 'Wireframe' }).click();
@@ -229,6 +234,16 @@ try {
   await first.press('Enter');
   await p.waitForFunction(() => document.querySelector('.canvas').dataset.drawn?.includes('"0.4"'));
   await shot(p, '09-tune');
+  // What is not saved stays while other views are looked at, and the page says so.
+  await p.locator('a[data-tab=gallery]').click();
+  await p.waitForFunction(() => document.querySelectorAll('.card').length);
+  check(/1 change kept in Tune/.test(await p.locator('#toast').textContent()), 'leaving Tune tells of what is not saved');
+  await p.locator('a[data-tab=tune]').click();
+  await first.waitFor();
+  check(await first.inputValue() === '0.4' && await p.getByRole('button', { name: 'Save' }).isEnabled(), 'changes that are not saved are there on return');
+  check(/broad 9\.0 m, tall 12\.0 m/.test(await p.locator('.knob[data-path=height]').textContent()), "sources' own heights are told where the species' is turned");
+  await p.waitForFunction(() => document.querySelector('.canvas').dataset.drawn?.includes('"0.4"'));
+  check(/\bshed\b/.test(await p.locator('ul.told').textContent()), 'what is mended in the tree is told beside the sliders');
   const species = join(folder, 'species/oak.ron');
   const old = readFileSync(species, 'utf8');
   await p.getByRole('button', { name: 'Save' }).click();
@@ -256,6 +271,7 @@ try {
   // Live: a broken preset, and a mended one.
   await p.evaluate(() => { location.hash = '#/gallery'; });
   await p.waitForFunction(() => document.querySelectorAll('.card').length === 8);
+  check(/in the shape of egg/.test(await p.locator('.card').last().locator('.recipe').textContent()), 'a sketched tree is told from its source by the sketch');
   const latency = [];
   for (let i = 0; i < 5; i++) {
     for (const next of [PAIR.replace('density', 'densty'), PAIR]) {

@@ -534,6 +534,11 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     let taller = json!({"species/tiny.ron": [{"path": "height", "value": "9.0"}]});
     let (_, facts, _) = draft(taller.clone(), json!({"source": "a"}));
     assert!(facts.unwrap()["height"].as_f64() > Some(6.0));
+    // What the command line would tell of the source is told of its draft.
+    let notes = |edits: Value| draft(edits, json!({"source": "a"})).1.unwrap()["notes"].clone();
+    let slim = notes(json!({"species/tiny.ron": [{"path": "slenderness", "value": "60.0"}]}));
+    assert!(slim.to_string().contains("longer than 60 times the radius shed"), "{slim}");
+    assert!(!notes(json!({})).to_string().contains("longer than 60"));
     let (status, _, body) =
         draft(json!({"species/tiny.ron": [{"path": "height", "value": "-9.0"}]}), json!({"source": "a"}));
     let told: Value = serde_json::from_slice(&body).unwrap();
@@ -543,6 +548,9 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     assert!(status == 200 && facts.unwrap()["height"].as_f64() > Some(3.2));
     // Saved, the species is the drafted one, with its comments and order.
     let knobs = page.get("/api/knobs?preset=pair.ron&file=species/tiny.ron").json();
+    // Sources say whether a height of their own stands above the species'.
+    let heights: Vec<&Value> = knobs["sources"].as_array().unwrap().iter().map(|s| &s["height"]).collect();
+    assert_eq!(heights, [&Value::Null, &json!("4.0")]);
     let height = knobs["knobs"].as_array().unwrap().iter().find(|k| k["path"] == "height").unwrap();
     assert_eq!(
         (height["value"].as_str(), height["low"].as_f64(), height["unit"].as_str()),

@@ -122,6 +122,12 @@ fn told(
     })
 }
 
+/// A number with as many decimals as it takes to see that it is above a limit, one at least.
+fn above(value: f32, limit: f32) -> String {
+    let shown = (1..6).map(|decimals| format!("{value:.decimals$}"));
+    shown.into_iter().find(|text| text.parse::<f32>().is_ok_and(|v| v > limit)).unwrap_or_else(|| value.to_string())
+}
+
 /// What people want to know of a selection.
 fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &Sources) -> Vec<Note> {
     let FilterParams { botany, .. } = selection.filter;
@@ -143,11 +149,12 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
     if picked.in_spite > 0 {
         let most = worst(&picked.kept).map_or(0.0, |d| d.by);
         said.push(format!(
-            "the filter lets too few through: {} among the {} the least bad of the rejected, and {} by up to {most:.1} where \
+            "the filter lets too few through: {} among the {} the least bad of the rejected, and {} by up to {} where \
              {botany} is allowed",
             counted(picked.in_spite, "tree is", "trees are"),
             counted(picked.kept.len(), "that is kept", "that are kept"),
             if picked.in_spite == 1 { "departs" } else { "depart" },
+            above(most, botany),
         ));
     }
     let mended: Vec<usize> = picked.kept.iter().copied().filter(|&i| !trees[i].collisions.is_empty()).collect();
@@ -179,4 +186,19 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
 pub(super) fn plant(plan: &Plan, kept: &Kept, made: &Blends) -> Option<Plant> {
     let (family, weights) = blends::blend_of(plan, &kept.recipe, made)?;
     Some(grounded(select::without(&family.blend(&weights), &kept.gone), family.sources()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::above;
+
+    #[test]
+    fn what_is_above_a_limit_is_seen_to_be() {
+        let cases = [(2.04, "2.04"), (2.1, "2.1"), (2.000_04, "2.00004"), (2.96, "3.0"), (17.0, "17.0")];
+        for (value, shown) in cases {
+            assert_eq!(above(value, 2.0), shown);
+        }
+        // What is not above it is told as it is.
+        assert_eq!(above(1.5, 2.0), "1.5");
+    }
 }

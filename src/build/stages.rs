@@ -323,7 +323,7 @@ fn wears_own(plan: &Plan, source: usize) -> bool {
 }
 
 /// What was mended in the sources, each under its source's name.
-pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
+pub(super) fn mended(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     let of = |(i, (source, made)): (usize, (&Source, &Arc<SourcePlant>))| {
         let is_told = |note: &&String| wears_own(plan, i) || !note.starts_with(foliage::WHITE);
         made.notes
@@ -332,7 +332,12 @@ pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Not
             .map(|message| Note { about: source.name.clone(), message: message.clone() })
             .collect::<Vec<_>>()
     };
-    let mut notes: Vec<Note> = plan.sources.iter().zip(sources).enumerate().flat_map(of).collect();
+    plan.sources.iter().zip(sources).enumerate().flat_map(of).collect()
+}
+
+/// The same, and the sources that nothing is made of.
+pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
+    let mut notes = mended(plan, sources);
     let unused = plan.sources.iter().zip(used(plan)).filter(|(_, used)| !used);
     notes.extend(unused.map(|(source, _)| Note {
         about: format!("sources[\"{}\"]", source.name),

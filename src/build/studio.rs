@@ -11,10 +11,10 @@ use super::cache::Cache;
 use super::find::Loaded;
 use super::pipeline::{self, Prepared};
 use super::selections::{self, Selected};
-use super::stages::Wanted;
+use super::stages::{self, Wanted};
 use super::trees::Trees;
 use crate::bake::Maps;
-use crate::base::{Diagnostic, Seed, once};
+use crate::base::{Diagnostic, Note, Seed, once};
 use crate::blend;
 use crate::plant::Plant;
 use crate::preset::Plan;
@@ -117,6 +117,12 @@ impl Studio {
     #[must_use]
     pub fn sources(&self) -> &[Plant] {
         &self.prepared.wardrobe.plants
+    }
+
+    /// What was mended in the sources, each under its source's name, as a build tells it.
+    #[must_use]
+    pub fn notes(&self) -> Vec<Note> {
+        stages::mended(&self.plan, &self.prepared.sources)
     }
 
     fn trees(&self) -> Trees<'_> {

@@ -33,8 +33,17 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
                 "stems go on {below} m below the ground, which its picture holds, and the tree is {height:.1} m high: ask \
                  for a smaller `below` in `mesh`"
             );
+            // Twigs are thinner than cards and frames show, of any number of texels: only triangles hold them.
+            let is_bare = tree.plant.leaves().is_empty();
             let help = match lod.lod {
                 _ if below > height => &sunk,
+                Lod::BillboardCloud { .. } if is_bare => {
+                    "cards show bare twigs badly: leave it out, so that the level before it lasts"
+                }
+                Lod::Impostor { .. } if is_bare => {
+                    "no impostor shows bare twigs well: give it a smaller `screen`, so that a thinned level before it is \
+                     drawn to smaller sizes"
+                }
                 Lod::Thinned { triangles, most } => {
                     let full = tree.ladder.levels[0].triangles;
                     if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
@@ -117,15 +126,47 @@ mod tests {
 
     /// Triangles of a plant's full level, and what is told of it.
     fn told(plant: &Plant, most: u32) -> (usize, Vec<Note>) {
+        told_of(plant, &format!("lods: [Full], mesh: (most: {most})"), 1.0)
+    }
+
+    /// The same with more of a preset, as if all levels but the first overlapped by `iou`.
+    fn told_of(plant: &Plant, more: &str, iou: f32) -> (usize, Vec<Note>) {
         let maps = plain();
-        let text = format!(
-            "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], lods: [Full], mesh: (most: {most}))"
-        );
+        let text = format!("(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], {more})");
         let plan = crate::preset::load("poles.ron", &text, &mut |_| Ok(String::new())).expect("loads");
-        let made = crate::lod::ladder(plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+        let mut made =
+            crate::lod::ladder(plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+        made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
         let triangles = made.levels[0].triangles;
         let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
         (triangles, notes(&plan, &[Tree { plant: Arc::new(plant.clone()), ladder, key, of: key }]))
+    }
+
+    #[test]
+    fn bare_crowns_are_advised_what_helps_twigs_and_leafy_ones_what_helps_leaves() {
+        let of = |leaves: u32| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
+            builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.02, 0.01]);
+            for i in 0..leaves {
+                let turned = Rotation::about(Seed::new(1).at(i.into()).direction(), 1.0);
+                builder.leaf(Leaf::new(stem, i as f32 / leaves as f32, turned, 0.2, 0));
+            }
+            let plant = builder.finish().expect("a twig on a pole");
+            let (_, notes) = told_of(&plant, "lods: [Full, BillboardCloud(cards: 4), Impostor(frames: 8)]", 0.3);
+            let unlike = |place: usize| {
+                let about = format!("lods[{place}]");
+                let mut of = notes.iter().filter(|note| note.about == about && note.message.contains("unlike"));
+                of.next().expect("it is told").message.clone()
+            };
+            [unlike(1), unlike(2)]
+        };
+        let [cloud, impostor] = of(0);
+        assert!(cloud.contains("leave it out") && !cloud.contains("atlas") && !cloud.contains("`cards`"), "{cloud}");
+        assert!(impostor.contains("no impostor") && impostor.contains("smaller `screen`"), "{impostor}");
+        assert!(!impostor.contains("atlas"), "{impostor}");
+        let [cloud, impostor] = of(60);
+        assert!(cloud.contains("more `cards`") && impostor.contains("the atlas a larger"), "{cloud}, {impostor}");
     }
 
     #[test]

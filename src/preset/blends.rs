@@ -19,7 +19,7 @@ use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;
 use super::sketches::SKETCH_FIELD;
 use super::variants::source;
-use crate::base::simplex_point;
+use crate::base::{counted, simplex_point};
 
 /// Most trees of one entry.
 const MOST_TREES: u64 = 256;
@@ -355,11 +355,12 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
         fields.fault("candidates", message, "leave one of the two out");
     }
     if !pooled && batches > made {
-        let message = format!("{batches} batches for {made} trees");
+        let message = format!("{} for {}", many(batches, "batch", "batches"), many(made, "tree", "trees"));
         fields.fault("batches", message, "leave it out for a batch a tree");
     }
     if pooled && batches * trees < count {
-        let message = format!("{count} trees of {batches} batches with {trees} trees each");
+        let [trees, count] = [trees, count].map(|n| many(n, "tree", "trees"));
+        let message = format!("{count} of {} with {trees} each", many(batches, "batch", "batches"));
         fields.fault("count", message, "raise `trees` or `batches`");
     }
     if pooled && decided.reach(count) > batches * trees && batches * trees >= count {
@@ -368,7 +369,8 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
         fields.fault(field, message, "raise `trees` or `batches`, or decide about fewer");
     }
     if batches * trees > MOST_IN_POOL {
-        let message = format!("{batches} batches of {trees} trees are more than {MOST_IN_POOL}");
+        let (batches, trees) = (many(batches, "batch", "batches"), many(trees, "tree", "trees"));
+        let message = format!("{batches} of {trees} are more than {MOST_IN_POOL}");
         fields.fault("trees", message, "lower one of the two");
     }
     let stems = fields.choice("stems", |kind, _| Some(if kind == "Merge" { StemRule::Merge } else { StemRule::Apart }));
@@ -395,6 +397,11 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
             .collect()
     };
     Some(taken(blend, trees, numbers, decided, wanted, count))
+}
+
+/// A number that the preset tells, with its noun.
+fn many(n: u64, one: &str, many: &str) -> String {
+    counted(usize::try_from(n).unwrap_or(usize::MAX), one, many)
 }
 
 /// How many trees an entry makes, of which those are taken that it gives.

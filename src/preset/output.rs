@@ -227,6 +227,7 @@ const UNITYS_CORNERS: usize = 129;
 pub(super) fn colliders(fields: &Reader<'_, '_>, engines: &[Profile]) -> ColliderParams {
     let corners = fields.count("corners") as usize;
     let crown = fields.count("crown") as usize;
+    fields.needs("crown", &["corners"], "give a `crown` of one hull or more, or leave it out");
     if crown > 0 && corners > UNITYS_CORNERS && engines.iter().any(|profile| profile.engine == Engine::Unity) {
         let hint = format!("ask for {UNITYS_CORNERS} at most: a hull of n corners has 2 n - 4 triangles");
         fields.fault("corners", "Unity takes convex hulls of 255 triangles at most", hint);
@@ -329,7 +330,8 @@ static IMPOSTOR: Record = Record {
             name: "frames",
             kind: Kind::Integer { low: 4, high: 24, unit: "views" },
             default: Default::Is("10"),
-            about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger",
+            about: "along an edge of the sheet, which is 7.5 times as wide as a card: fewer are larger, but fewer than 8 show ghosts \
+                    between frames on wide crowns",
         },
         SCREEN,
     ],
@@ -401,8 +403,8 @@ static TEXTURES: Choice = Choice {
     ],
 };
 
-/// The ladder: `Full` first, then ever coarser.
-pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
+/// The ladder: `Full` first, of at most `most` triangles, then ever coarser.
+pub(super) fn lods(set: &Reader<'_, '_>, most: u32) -> Vec<LodBudget> {
     let items = set.list("lods");
     let mut levels: Vec<LodBudget> = Vec::new();
     let mut told = None;
@@ -411,7 +413,7 @@ pub(super) fn lods(set: &Reader<'_, '_>) -> Vec<LodBudget> {
         let level = set.kind(&LODS, item, |kind, fields| {
             let lod = match kind {
                 "Full" => return Some(LodBudget::from(Lod::Full)),
-                "Thinned" => thinned(fields)?,
+                "Thinned" => thinned(fields, most)?,
                 "BillboardCloud" => Lod::BillboardCloud { cards: fields.count("cards") },
                 "Impostor" => Lod::Impostor { frames: fields.count("frames") },
                 _ => Lod::CrossedQuads,
@@ -466,9 +468,14 @@ pub(super) fn flare(fields: &Reader<'_, '_>, sources: &[Source]) -> f32 {
 /// How files of meshes are named.
 const MESHES: [&str; 4] = [".glb", ".gltf", ".obj", ".ply"];
 
-/// A share, a number of triangles, or both.
-fn thinned(fields: &Reader<'_, '_>) -> Option<Lod> {
+/// A share, a number of triangles, or both, of a tree that has at most `full`.
+fn thinned(fields: &Reader<'_, '_>, full: u32) -> Option<Lod> {
     let most = most_triangles(fields);
+    // Beside a share the fewer of the two hold.
+    if !fields.has("triangles") && most < ANY && most >= full {
+        let message = format!("{most} is not less than the {full} of `most` in `mesh`, which the full level keeps to");
+        fields.fault("most", message, "go from fine to coarse, or tell a share as `triangles`");
+    }
     if !fields.has("triangles") && most == ANY {
         fields.fault("triangles", "missing", "give a share of the full level's, or a number of them as `most`");
         return None;

@@ -143,10 +143,14 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
     let scores = fields.group("scores", scores)?;
     let candidates = fields.integer_or("candidates", usual_candidates(count));
     if candidates < count {
-        let message = format!("{candidates} candidates for the {count} trees of `count`");
+        let candidates = if candidates == 1 { "1 candidate".to_owned() } else { format!("{candidates} candidates") };
+        let message = format!("{candidates} for the {count} trees of `count`");
         fields.fault("candidates", message, "leave it out, or raise it");
     }
     let pick = pick?;
+    if pick == Pick::All && fields.has("scores") {
+        fields.fault("scores", "without `pick` nothing is scored", "give a `pick`, or leave it out");
+    }
     if pick == Pick::All && filter.is_none() {
         if fields.has("candidates") {
             fields.fault(

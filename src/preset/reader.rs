@@ -130,6 +130,14 @@ impl<'t, 'r> Reader<'t, 'r> {
         self.report.at(span, &self.path_of(name), message, hint);
     }
 
+    /// Reports those of `names` that the text gives, but not the field `switch`, which is off by default: without it they
+    /// do nothing. Who tells the switch, and be it as off, knows.
+    pub(super) fn needs(&self, switch: &str, names: &[&str], hint: &str) {
+        for name in names.iter().filter(|name| self.has(name) && !self.has(switch)) {
+            self.fault(name, format!("has no meaning without `{switch}`"), hint);
+        }
+    }
+
     /// The field's value or its default; none when it is required and missing (reported), or when something else
     /// decides.
     pub(super) fn item(&self, name: &str) -> Option<Item<'t>> {

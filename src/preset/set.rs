@@ -348,7 +348,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
             (fields.number("below"), output::roots(fields, of_leaf), output::flare(fields, &sources)),
         )
     });
-    let lods = output::lods(set);
+    let lods = output::lods(set, mesh.as_ref().map_or(super::plan::ANY, |mesh| mesh.3.1));
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
     let colliders = set.group("colliders", |fields| output::colliders(fields, &engines));
@@ -555,6 +555,7 @@ impl Around {
 
 fn around(fields: &Reader<'_, '_>) -> Around {
     let obstacles = fields.list("obstacles");
+    fields.needs("obstacles", &["clearance"], "give `obstacles` to keep away from, or leave it out");
     Around {
         light: fields.group("light", surroundings::light).unwrap_or_default(),
         obstacles: obstacles.iter().filter_map(|item| fields.kind(&OBSTACLE, item, surroundings::obstacle)).collect(),
@@ -585,6 +586,10 @@ fn like(fields: &Reader<'_, '_>) -> Option<LikeParams> {
     if fields.has("species") {
         let message = "has both `species` and `like`, but a tree is grown from one of them";
         fields.fault("like", message, "leave one of the two out");
+    }
+    for name in ["light", "obstacles", "clearance", "beside"].into_iter().filter(|name| fields.has(name)) {
+        let hint = "leave it out, or name the file that `treewright estimate` writes as `species`";
+        fields.fault(name, "has no meaning with `like`", hint);
     }
     let file = path(fields, "like");
     let scan = ImportParams { file, ..ImportParams::default() };

@@ -81,6 +81,7 @@ static MESH: Record = Record {
 
 /// Reads a light.
 pub(super) fn light(fields: &Reader<'_, '_>) -> Light {
+    fields.needs("strength", &["lean", "turn"], "give a `strength`, 0.5 say, or leave it out");
     let (sin, cos) = crate::base::math::sin_cos(fields.number("lean").to_radians());
     let (across, along) = crate::base::math::sin_cos(fields.number("turn").to_radians());
     Light { direction: [sin * along, cos, sin * across], strength: fields.number("strength") }

@@ -194,7 +194,9 @@ pub(super) fn knobs_of(folder: &Path, loaded: &Loaded, file: &str) -> Result<Val
             };
             let species = value_of(&loaded.text, &format!("sources[\"{}\"].species", source.name));
             let species: Option<String> = species.and_then(|s| ron::from_str(s).ok());
-            json!({ "name": source.name, "kind": kind, "species": species })
+            // As the preset tells it; a species' own height does nothing then.
+            let height = value_of(&loaded.text, &format!("sources[\"{}\"].height", source.name));
+            json!({ "name": source.name, "kind": kind, "species": species, "height": height })
         })
         .collect();
     Ok(json!({

@@ -30,6 +30,8 @@ const MOST_OPEN: usize = 4;
 const OUTLINE: usize = 160;
 /// Most points of a drawn crown.
 const MOST_POINTS: usize = 4000;
+/// Most notes of a draft: they travel in the head of an answer.
+const MOST_NOTES: usize = 24;
 /// Farthest a drawn point may lie from the foot, metres.
 const FARTHEST: f32 = 1000.0;
 
@@ -126,6 +128,9 @@ pub struct Facts {
     /// The silhouette of a source, where that was asked for: metres, x to the right, y up.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outline: Vec<[f32; 2]>,
+    /// What a build would tell of the source, or of all sources where a variant is shown; the first of many.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// A preset that is kept open.
@@ -213,7 +218,8 @@ impl Workshop {
         let (metres, middle) = framing.scale();
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
         let (chains, leaves, height) = (plant.chains().len(), plant.leaves().len(), plant.height());
-        Ok((png, Facts { chains, leaves, height, metres, middle, milliseconds, outline }))
+        let notes = notes(studio, &draft.show);
+        Ok((png, Facts { chains, leaves, height, metres, middle, milliseconds, outline, notes }))
     }
 
     /// The preset with its edits, opened now or before.
@@ -279,6 +285,16 @@ impl Workshop {
         }
         Ok(made)
     }
+}
+
+/// What a build would tell of what is shown; of mixes and drawings, which change while they are looked at, nothing.
+fn notes(studio: &Studio, show: &Show) -> Vec<String> {
+    let told = studio.notes().into_iter().filter_map(|note| match show {
+        Show::Source(name) => (note.about == *name).then_some(note.message),
+        Show::Variant(_) => Some(format!("{}: {}", note.about, note.message)),
+        Show::Mix(_) | Show::Sketch { .. } => None,
+    });
+    told.take(MOST_NOTES).collect()
 }
 
 /// A frame that shows at least some height and reach, with air around.

@@ -341,6 +341,21 @@ async fn sketch(State(shared): State<Shared>, request: Request) -> Response {
     }
 }
 
+/// JSON in letters that the head of an answer takes.
+fn ascii(json: &str) -> String {
+    let mut written = String::with_capacity(json.len());
+    for letter in json.chars() {
+        if letter.is_ascii() && !letter.is_ascii_control() {
+            written.push(letter);
+        } else {
+            let units =
+                letter.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")).collect::<String>();
+            written.push_str(&units);
+        }
+    }
+    written
+}
+
 async fn draft(State(shared): State<Shared>, request: Request) -> Response {
     let draft = match asked::<Draft>(&shared, request).await {
         Ok(draft) => draft,
@@ -352,7 +367,7 @@ async fn draft(State(shared): State<Shared>, request: Request) -> Response {
         match hub.workshop.draw(&path, &draft) {
             Ok((png, facts)) => {
                 let mut response = typed("image/png", png);
-                let facts = serde_json::to_string(&facts).unwrap_or_default();
+                let facts = serde_json::to_string(&facts).map_or_else(|_| String::new(), |facts| ascii(&facts));
                 if let Ok(facts) = HeaderValue::from_str(&facts) {
                     response.headers_mut().insert("x-treewright", facts);
                 }
@@ -362,4 +377,20 @@ async fn draft(State(shared): State<Shared>, request: Request) -> Response {
         }
     });
     made.await.unwrap_or_else(|| refused(500, "it went wrong"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ascii;
+
+    #[test]
+    fn facts_travel_in_the_head_of_an_answer_whatever_sources_are_called() {
+        let told = serde_json::json!({ "notes": ["Bäume: 2 branches 🌳\u{7f}shed\n"] }).to_string();
+        let sent = ascii(&told);
+        assert!(sent.bytes().all(|b| (0x20..0x7f).contains(&b)), "{sent}");
+        assert_eq!(
+            serde_json::from_str::<serde_json::Value>(&sent).unwrap(),
+            serde_json::from_str::<serde_json::Value>(&told).unwrap()
+        );
+    }
 }

@@ -19,7 +19,6 @@ const SPELLED_OUT: &str = r##"(
         Blend(
             of: ["oak", "scan"], count: 3, from: 0.15, to: 0.85, batches: 3, seed: 0,
             matching: (crown: 0.5, direction: 0.3, ratio: 0.2), pick: All, filter: None,
-            scores: (crown: 0.4, ratio: 0.2, topology: 0.4),
         ),
     ],
     foliage: (
@@ -171,8 +170,8 @@ fn a_pick_makes_candidates_of_which_count_are_kept() {
     // The first candidates are the trees that would have been made without a pick.
     assert_eq!(selection.candidates[..3], load_with_oak(SHORT).expect("loads").variants[..]);
     assert_eq!(plan.variants, (0..3).map(|place| Variant::Selected { selection: 0, place }).collect::<Vec<_>>());
-    let full =
-        "pick: Inspiring, candidates: 18, scores: (), filter: Plausible(collisions: 0.01, rise: 0.01, botany: 2)";
+    let full = "pick: Inspiring, candidates: 18, scores: (crown: 0.4, ratio: 0.2, topology: 0.4), \
+         filter: Plausible(collisions: 0.01, rise: 0.01, botany: 2)";
     assert_eq!(plan, with(full));
     // A filter alone makes spare trees, and what is let through is kept as it comes.
     assert_eq!(with("filter: Plausible()").selections[0].candidates.len(), 18);

@@ -71,9 +71,18 @@ export function picture(set, index, { level, turn = 26, width = 300, height = 36
 export const number = new Intl.NumberFormat('en', { maximumFractionDigits: 1 });
 export const count = n => (n >= 10000 ? `${number.format(n / 1000)} k` : number.format(n));
 
+/** A drawing's name: without its folders, and without what every drawing's file ends with. */
+const drawing = path => path.split('/').at(-1).replace(/\.svg$/i, '');
+
 /** What a variant is made of, in a few words. */
 export function recipe(told) {
   if (!told) return '';
+  if (told.sketch) {
+    const { sketch, ...rest } = told;
+    const frame = told.frames === undefined ? '' : `, frame ${told.frame + 1} of ${told.frames}`;
+    const of = told.of ?? told.source ?? recipe(rest);
+    return `${of} in the shape of ${[sketch.crown, sketch.side].filter(Boolean).map(drawing).join(' and ')}${frame}`;
+  }
   const names = told.blend ?? told.mix ?? told.geodesic ?? told.mean;
   if (told.source) return `${told.source} as it is`;
   if (told.weights && names) return names.map((name, i) => `${Math.round(told.weights[i] * 100)} % ${name}`).join(', ');

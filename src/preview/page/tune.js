@@ -4,6 +4,18 @@
 import { choice, el, latest, number, post, project, say } from './kit.js';
 
 const chosen = { preset: null, file: null, show: null };
+/** What is not saved yet, by preset and file: it stays while other views and files are looked at. */
+const unsaved = new Map();
+const drafted = (preset, file) => {
+  const key = JSON.stringify([preset, file]);
+  if (!unsaved.has(key)) unsaved.set(key, { preset, file, base: null, changes: new Map(), history: [] });
+  return unsaved.get(key);
+};
+const pending = (of = () => true) => [...unsaved.values()].filter(draft => draft.changes.size && project.state.sets.some(set => set.preset === draft.preset) && of(draft));
+const changesOf = drafts => drafts.reduce((sum, draft) => sum + draft.changes.size, 0);
+const many = n => `${n} ${n === 1 ? 'change' : 'changes'}`;
+// The browser asks before the page itself is left with them.
+window.addEventListener('beforeunload', event => { if (pending().length) event.preventDefault(); });
 
 const words = path => path.replace(/\["([^"]+)"\]/g, ' $1').replaceAll('_', ' ').replaceAll('.', ' · ');
 const whole = knob => knob.kind === 'number' && knob.whole;
@@ -35,19 +47,20 @@ export function open(main) {
   const saveButton = el('button.strong', { onclick: keep, disabled: true }, 'Save');
   const backButton = el('button', { onclick: back, disabled: true }, 'Undo all');
   const told = el('p.soft', { role: 'status' });
+  const notes = el('ul.soft.told', { 'aria-label': 'Notes', hidden: true });
   const canvas = el('div.canvas');
   const image = el('img', { alt: '' });
   const busy = el('span.busy', { hidden: true }, 'growing…');
   canvas.append(image, busy);
   main.append(bar, el('div.two', {},
-    el('div.left', {}, el('div.panel.tuning', {}, el('div.top', {}, el('div.bar', {}, filter, saveButton, backButton), told), list)), canvas));
+    el('div.left', {}, el('div.panel.tuning', {}, el('div.top', {}, el('div.bar', {}, filter, saveButton, backButton), told, notes), list)), canvas));
 
-  let text = null, changes = new Map(), history = [], turn = 26, closed = false;
+  let text = null, mine = drafted(null, null), turn = 26, closed = false;
   async function load() {
     const query = new URLSearchParams({ preset: chosen.preset });
     if (chosen.file) query.set('file', chosen.file);
     let answer = await fetch(`/api/knobs?${query}`);
-    if (answer.status === 403 && chosen.file) { chosen.file = null; return load(); }
+    if (answer.status === 403 && chosen.file) { unsaved.delete(JSON.stringify([chosen.preset, chosen.file])); chosen.file = null; return load(); }
     if (!answer.ok) { told.textContent = (await answer.json().catch(() => ({}))).message ?? 'The preset is wrong'; return; }
     text = await answer.json();
     if (!chosen.file) {
@@ -55,34 +68,40 @@ export function open(main) {
       chosen.file = species && text.files.includes(species) ? species : text.file;
       if (chosen.file !== text.file) return load();
     }
+    mine = drafted(chosen.preset, chosen.file);
+    if (mine.changes.size && mine.base && mine.base !== text.base) say('The file was changed meanwhile: your changes are kept here, look at them again');
+    mine.base = text.base;
+    for (const knob of text.knobs) if (mine.changes.get(knob.path) === knob.value) mine.changes.delete(knob.path);
     const names = text.sources.map(source => source.name);
-    const mine = text.sources.filter(source => source.species === chosen.file).map(source => source.name);
-    const shows = [...(chosen.file === chosen.preset ? names : mine.length ? mine : names).map(name => [`source:${name}`, `source ${name}`]),
+    const own = text.sources.filter(source => source.species === chosen.file).map(source => source.name);
+    const shows = [...(chosen.file === chosen.preset ? names : own.length ? own : names).map(name => [`source:${name}`, `source ${name}`]),
       ...(chosen.file === chosen.preset ? (project.state.sets.find(s => s.preset === chosen.preset)?.variants ?? []).slice(0, 60).map(v => [`variant:${v.index}`, v.name]) : [])];
     if (!shows.some(([key]) => key === chosen.show)) chosen.show = shows[0]?.[0] ?? null;
     bar.replaceChildren(
-      choice('Preset', presets.map(name => [name, name]), chosen.preset, value => { Object.assign(chosen, { preset: value, file: null, show: null }); reset(); load(); }),
-      choice('File', text.files.map(name => [name, name]), chosen.file, value => { chosen.file = value; chosen.show = null; reset(); load(); }),
+      choice('Preset', presets.map(name => [name, name]), chosen.preset, value => { Object.assign(chosen, { preset: value, file: null, show: null }); load(); }),
+      choice('File', text.files.map(name => [name, name]), chosen.file, value => { chosen.file = value; chosen.show = null; load(); }),
       choice('Shown', shows, chosen.show, value => { chosen.show = value; ask(); }));
     fill();
     ask();
   }
-  function reset() { changes = new Map(); history = []; }
+  function reset() { mine.changes.clear(); mine.history = []; }
   function changed() {
-    saveButton.disabled = backButton.disabled = !changes.size;
-    told.textContent = changes.size ? `${changes.size} ${changes.size === 1 ? 'change' : 'changes'} not saved yet` : '';
+    saveButton.disabled = backButton.disabled = !mine.changes.size;
+    const others = pending(draft => draft.preset === chosen.preset && draft !== mine).map(draft => `${draft.changes.size} in ${draft.file}`);
+    const own = mine.changes.size ? [`${many(mine.changes.size)} not saved yet`] : [];
+    told.textContent = [...own, ...(others.length ? [`not saved either: ${others.join(', ')}`] : [])].join(' · ');
   }
   function set(knob, value, card) {
-    history.push([knob.path, changes.get(knob.path)]);
-    if (value === knob.value) changes.delete(knob.path); else changes.set(knob.path, value);
-    card?.classList.toggle('changed', changes.has(knob.path));
+    mine.history.push([knob.path, mine.changes.get(knob.path)]);
+    if (value === knob.value) mine.changes.delete(knob.path); else mine.changes.set(knob.path, value);
+    card?.classList.toggle('changed', mine.changes.has(knob.path));
     changed();
     ask();
   }
   function control(knob) {
-    const value = changes.get(knob.path) ?? knob.value;
+    const value = mine.changes.get(knob.path) ?? knob.value;
     const id = `knob-${knob.path.replace(/[^a-z0-9]/gi, '-')}`;
-    const card = el(`div.knob${changes.has(knob.path) ? '.changed' : ''}`, { 'data-path': knob.path });
+    const card = el(`div.knob${mine.changes.has(knob.path) ? '.changed' : ''}`, { 'data-path': knob.path });
     const label = el('label', { htmlFor: id }, knob.name.replaceAll('_', ' '));
     let input, top;
     if (knob.kind === 'number') {
@@ -113,6 +132,12 @@ export function open(main) {
     card.append(el('div.top', {}, label, top ?? null), ...(input ? [input] : []));
     if (knob.kind === 'number' && input) card.append(el('div.range', {}, el('span', {}, String(knob.low)), el('span', {}, knob.unit), el('span', {}, String(knob.high))));
     card.append(el('p.about', {}, knob.about, knob.given ? '' : ' (not in the file yet)'));
+    // What the preset says of its trees stands above what the species says of all of its kind.
+    const taller = knob.path === 'height' ? text.sources.filter(source => source.species === chosen.file && source.height) : [];
+    if (taller.length) {
+      const heights = taller.map(source => `${source.name} ${source.height} m`).join(', ');
+      card.append(el('p.about.above', {}, `${taller.length === 1 ? 'A source has a height of its own' : 'Sources have heights of their own'}, which stands in place of this one: ${heights}`));
+    }
     return card;
   }
   function fill() {
@@ -137,7 +162,7 @@ export function open(main) {
     if (!groups.size) list.replaceChildren(el('p.soft', {}, 'Nothing of that name.'));
     changed();
   }
-  const edits = () => [...changes].map(([path, value]) => ({ path, value }));
+  const edits = (draft = mine) => [...draft.changes].map(([path, value]) => ({ path, value }));
   const ask = latest(async () => {
     if (closed || !chosen.show || !text) return;
     const [kind, ...rest] = chosen.show.split(':');
@@ -146,48 +171,57 @@ export function open(main) {
     const width = Math.max(240, Math.min(1024, Math.round(canvas.clientWidth)));
     busy.hidden = false;
     try {
-      const answer = await post('/api/draft', { preset: chosen.preset, edits: changes.size ? { [chosen.file]: edits() } : {}, show, turn, width, height });
+      const answer = await post('/api/draft', { preset: chosen.preset, edits: Object.fromEntries(pending(draft => draft.preset === chosen.preset).map(draft => [draft.file, edits(draft)])), show, turn, width, height });
       const facts = JSON.parse(answer.headers.get('x-treewright'));
       const url = URL.createObjectURL(await answer.blob());
       await Object.assign(new Image(), { src: url }).decode();
       if (image.src.startsWith('blob:')) URL.revokeObjectURL(image.src);
       image.src = url;
-      image.alt = `${chosen.show} with ${changes.size} changes`;
+      image.alt = `${chosen.show} with ${mine.changes.size} changes`;
       canvas.dataset.drawn = JSON.stringify([chosen.show, edits()]);
       changed();
-      if (changes.size) told.textContent += ` · ${facts.chains} branches, ${number.format(facts.height)} m`;
+      notes.replaceChildren(...(facts.notes ?? []).map(note => el('li', {}, note)));
+      notes.hidden = !facts.notes?.length;
+      if (told.textContent) told.textContent += ` · ${facts.chains} branches, ${number.format(facts.height)} m`;
       else told.textContent = `${facts.chains} branches, ${facts.leaves} leaves, ${number.format(facts.height)} m`;
-    } catch (error) { told.textContent = error.message; canvas.dataset.drawn = `error ${error.message}`; } finally { busy.hidden = true; }
+    } catch (error) { notes.hidden = true; told.textContent = error.message; canvas.dataset.drawn = `error ${error.message}`; } finally { busy.hidden = true; }
   });
   let from = null;
   canvas.addEventListener('pointerdown', event => { from = [event.clientX, turn]; canvas.setPointerCapture(event.pointerId); });
   canvas.addEventListener('pointermove', event => { if (from) { turn = from[1] - (event.clientX - from[0]) * .6; ask(); } });
   canvas.addEventListener('pointerup', () => { from = null; });
   async function keep() {
+    const saving = mine, sent = edits();
     try {
-      await post('/api/save', { preset: chosen.preset, file: chosen.file, base: text.base, edits: edits() });
-      say(`Saved in ${chosen.file}; the set is built anew`);
-      reset();
+      await post('/api/save', { preset: saving.preset, file: saving.file, base: saving.base, edits: sent });
+      say(`Saved in ${saving.file}; the set is built anew`);
+      // What was turned meanwhile is not saved yet.
+      for (const { path, value } of sent) if (saving.changes.get(path) === value) saving.changes.delete(path);
+      Object.assign(saving, { base: null, history: [] });
       load();
     } catch (error) {
-      say(error.status === 409 ? 'The file was changed meanwhile: your changes are kept here, look at them again' : error.message);
-      if (error.status === 409) load();
+      // A file that was changed meanwhile is read again, which says so.
+      if (error.status === 409) load(); else say(error.message);
     }
   }
   function back() { reset(); list.replaceChildren(); fill(); ask(); }
   const undo = event => {
-    if (!(event.ctrlKey || event.metaKey) || event.key !== 'z' || !history.length || event.target.closest('input[type=search]')) return;
+    if (!(event.ctrlKey || event.metaKey) || event.key !== 'z' || !mine.history.length || event.target.closest('input[type=search]')) return;
     event.preventDefault();
-    const [path, value] = history.pop();
-    if (value === undefined) changes.delete(path); else changes.set(path, value);
+    const [path, value] = mine.history.pop();
+    if (value === undefined) mine.changes.delete(path); else mine.changes.set(path, value);
     const open = [...list.querySelectorAll('details')];
     open.forEach(d => { while (d.childElementCount > 1) d.lastChild.remove(); });
     fill();
     ask();
   };
   window.addEventListener('keydown', undo);
-  const follow = ({ detail }) => { if (detail.what === 'built' && detail.preset === chosen.preset && !changes.size) load(); };
+  const follow = ({ detail }) => { if (detail.what === 'built' && detail.preset === chosen.preset && !mine.changes.size) load(); };
   window.addEventListener('treewright', follow);
   load();
-  return { close() { closed = true; window.removeEventListener('keydown', undo); window.removeEventListener('treewright', follow); } };
+  return { close() {
+    closed = true;
+    if (pending().length) say(`${many(changesOf(pending()))} kept in Tune, not saved yet`);
+    window.removeEventListener('keydown', undo); window.removeEventListener('treewright', follow);
+  } };
 }

@@ -17,7 +17,7 @@ use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
 use super::space::{Graph, GraphParams, ObstacleMeshes, Space};
 use super::structure::Structure;
-use crate::base::{Seed, counted};
+use crate::base::Seed;
 use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
@@ -38,12 +38,37 @@ pub(super) struct Tree<'a> {
     pub(super) structure: Structure,
     /// What is to be told.
     pub(super) notes: Vec<String>,
+    /// Iterations that gave fewer branches than were asked for.
+    short: Vec<Short>,
+}
+
+/// An iteration in which some endpoints found no place.
+#[derive(Clone, Copy, Debug)]
+struct Short {
+    /// From 0.
+    iteration: usize,
+    wanted: usize,
+    found: usize,
+    /// Places that neighbours are nearer to, and that no path leads to.
+    taken: usize,
+    lost: usize,
+}
+
+/// One sentence about all of them; none where there is none.
+fn short_of_places(short: &[Short]) -> Option<String> {
+    let one = |s: &Short| format!("{} of {} in iteration {}", s.found, s.wanted, s.iteration + 1);
+    let each = short.iter().map(one).collect::<Vec<_>>().join(", ");
+    let sum = |of: fn(&Short) -> usize| short.iter().map(of).sum::<usize>();
+    let reason = |n: usize, what: &str| if n == 0 { String::new() } else { format!("; {what} {n} of those tried") };
+    let taken = reason(sum(|s| s.taken), "neighbours are nearer to");
+    let lost = reason(sum(|s| s.lost), "no path leads to");
+    (!short.is_empty()).then(|| format!("endpoints that found a place: {each}{taken}{lost}"))
 }
 
 impl<'a> Tree<'a> {
     /// A plant that is yet to grow, `share` as tall as the first.
     pub(super) fn new(params: &'a GrowParams, share: f32, seed: Seed) -> Self {
-        Self { params, share, seed, structure: Structure::empty(), notes: Vec::new() }
+        Self { params, share, seed, structure: Structure::empty(), notes: Vec::new(), short: Vec::new() }
     }
 
     /// Its height over that of the first plant.
@@ -109,10 +134,14 @@ fn run<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], light: Light, solids: &Soli
     for (tree, view) in trees.iter_mut().zip(&views) {
         tree.structure = Structure::new(&view.nodes);
         tree.notes.clear();
+        tree.short.clear();
     }
     let iterations = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
     for i in 0..iterations {
         pass(trees, &views, i, light, solids);
+    }
+    for tree in trees {
+        tree.notes.extend(short_of_places(&tree.short));
     }
     views
 }
@@ -135,7 +164,7 @@ pub(super) fn extend(
     pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids);
     let [tree] = trees;
     *structure = tree.structure;
-    tree.notes.into_iter().for_each(note);
+    tree.notes.into_iter().chain(short_of_places(&tree.short)).for_each(note);
 }
 
 /// What a plant takes into a pass.
@@ -221,17 +250,9 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
         let (tree, view) = (&mut trees[t], &*views[t]);
         let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;
         let asked = !chosen.is_empty();
-        let ends = |n: usize| counted(n, "endpoint", "endpoints");
-        let mut note = |note: String| tree.notes.push(format!("iteration {}: {note}", i + 1));
         let (reached, lost): (Vec<u32>, Vec<u32>) = chosen.into_iter().partition(|&n| paths.reached(n));
-        if !lost.is_empty() {
-            note(format!("no path leads to {} of {}", lost.len(), ends(lost.len() + reached.len())));
-        }
         let (reached, taken): (Vec<u32>, Vec<u32>) =
             reached.into_iter().partition(|&n| tree.structure.holds(paths.source(n)));
-        if !taken.is_empty() {
-            note(format!("neighbours are nearer to {} of {}", taken.len(), ends(taken.len() + reached.len())));
-        }
         let height = |n: u32| view.nodes.at(n).y;
         let kept = match rule {
             EndpointRule::Any => reached,
@@ -249,7 +270,8 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
             }
         };
         if asked && kept.len() < wanted {
-            note(format!("{} of {} found a place", kept.len(), ends(wanted)));
+            let (found, taken, lost) = (kept.len(), taken.len(), lost.len());
+            tree.short.push(Short { iteration: i, wanted, found, taken, lost });
         }
         for &end in &kept {
             tree.structure.add(&paths, end);
@@ -295,4 +317,22 @@ fn lit(p: Vec3, direction: Vec3, strength: f32, seed: Seed, node: u32) -> bool {
 /// How much of a direction is across and not up.
 fn flatness(direction: Vec3) -> f32 {
     Vec3::new(direction.x, 0.0, direction.z).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Short, short_of_places};
+
+    #[test]
+    fn what_a_plant_lacks_is_one_sentence_that_says_nothing_twice() {
+        let short = |iteration, wanted, found, taken, lost| Short { iteration, wanted, found, taken, lost };
+        let told = |all: &[Short]| short_of_places(all).unwrap_or_default();
+        assert_eq!(
+            told(&[short(1, 100, 96, 4, 0), short(3, 2200, 2150, 46, 3)]),
+            "endpoints that found a place: 96 of 100 in iteration 2, 2150 of 2200 in iteration 4; neighbours are nearer to 50 \
+             of those tried; no path leads to 3 of those tried"
+        );
+        assert_eq!(told(&[short(0, 9, 8, 0, 0)]), "endpoints that found a place: 8 of 9 in iteration 1");
+        assert_eq!(short_of_places(&[]), None);
+    }
 }

@@ -155,7 +155,7 @@ fn more_endpoints_than_room_are_told_of() {
     params.iterations[1].endpoints =
         volume(Volume::Cylinder { bottom: 0.9, top: 0.95, radius: 0.1, hollow: 0.0 }, 5000);
     let (_, notes) = grow(&params, Seed::new(1)).unwrap();
-    let told = |n: &&String| n.starts_with("iteration 2: ") && n.contains("of 5000 endpoints");
+    let told = |n: &&String| n.starts_with("endpoints that found a place: ") && n.contains(" of 5000 in iteration 2");
     assert_eq!(notes.iter().filter(told).count(), 1, "{notes:?}");
 }
 
