@@ -36,6 +36,7 @@ mod trees;
 mod unlike;
 mod uses;
 mod wardrobe;
+mod wears;
 mod world;
 
 use std::collections::BTreeMap;

@@ -16,7 +16,7 @@ use super::stages::{SourcePlant, Wanted};
 use super::trees::{Tree, Trees};
 pub use super::wardrobe::dress_params;
 use super::wardrobe::{self, Wardrobe};
-use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages};
+use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages, wears};
 use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
@@ -274,7 +274,7 @@ fn trees(
 
 /// What was mended in the sources, rejected and removed, and what an atlas has no room for.
 fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
-    let mut notes = plan.notes.clone();
+    let mut notes = wears::notes(plan, &prepared.sources);
     notes.extend(stages::source_notes(plan, &prepared.sources));
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());

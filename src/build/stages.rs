@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Stage};
 use super::pipeline::Inputs;
-use super::wardrobe;
+use super::{wardrobe, wears};
 use crate::bake::{self, ArtFile, ArtLimits, ArtUse, LeafPicture, Maps};
 use crate::base::{Asked, Diagnostic, Key, KeyBuilder, Note, Seed};
 use crate::plant::Plant;
@@ -16,7 +16,7 @@ use crate::preset::plan::{
     Variant, Wear,
 };
 use crate::preset::{self, Plan};
-use crate::source::{estimate, foliage, grow, import};
+use crate::source::{estimate, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 6);
@@ -227,8 +227,8 @@ fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<Sou
         let field = format!("sources[\"{}\"].like", source.name);
         vec![Diagnostic::new("", format!("nothing like it grows: {error}")).with_field(field).with_hint(LIKE_NEEDS)]
     })?;
-    // Its leaves are not the scan's.
-    let mended = mended.into_iter().filter(|note| !note.starts_with(foliage::WHITE));
+    // Its leaves and bark are not the scan's.
+    let mended = mended.into_iter().filter(|note| !wears::is_of_looks(note));
     notes.splice(0..0, mended.map(|note| format!("the scan: {note}")));
     Ok(SourcePlant::grown(plant, notes))
 }
@@ -313,23 +313,13 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     Diagnostic::new("", error.to_string()).with_field(field).with_hint(hint)
 }
 
-/// Whether a source's leaves wear what it brings.
-fn wears_own(plan: &Plan, source: usize) -> bool {
-    match plan.leaf_wear {
-        Wear::All => false,
-        Wear::Rest => true,
-        Wear::Source(index) => index == source,
-    }
-}
-
 /// What was mended in the sources, each under its source's name.
 pub(super) fn mended(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     let of = |(i, (source, made)): (usize, (&Source, &Arc<SourcePlant>))| {
-        let is_told = |note: &&String| wears_own(plan, i) || !note.starts_with(foliage::WHITE);
         made.notes
             .iter()
-            .filter(is_told)
-            .map(|message| Note { about: source.name.clone(), message: message.clone() })
+            .filter_map(|note| wears::told(plan, i, note))
+            .map(|message| Note { about: source.name.clone(), message })
             .collect::<Vec<_>>()
     };
     plan.sources.iter().zip(sources).enumerate().flat_map(of).collect()
@@ -489,6 +479,7 @@ pub(super) fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::foliage;
 
     #[test]
     fn white_leaves_are_told_only_where_they_are_worn() {

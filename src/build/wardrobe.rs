@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::stages::{Pictures, SourcePlant, ingredients};
+use super::wears;
 use crate::bake::{self, Maps};
 use crate::base::{Diagnostic, Seed};
 use crate::dress;
@@ -42,15 +43,7 @@ pub(super) fn wardrobe(
     }
     // Those that were left out wear nothing.
     let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
-    let bark = match plan.bark_wear {
-        Wear::All => None,
-        Wear::Source(index) => sources[index].bark.as_ref(),
-        Wear::Rest if made().all(|s| s.bark.is_some()) => {
-            let best = made().find(|s| s.pictured).or(made().next());
-            best.and_then(|s| s.bark.as_ref())
-        }
-        Wear::Rest => None,
-    };
+    let bark = wears::bark_source(plan, sources).and_then(|index| sources[index].bark.as_ref());
     let bark = bark.unwrap_or(&pictures.bark).clone();
     // Only what somebody wears takes room in the atlas.
     let bare = made().any(|s| !s.is_leafy());

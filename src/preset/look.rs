@@ -83,7 +83,9 @@ const PIXELS: Kind = Kind::Integer { low: 64, high: 4096, unit: "pixels" };
 /// `foliage`.
 pub(super) static FOLIAGE: Record = Record {
     title: "Foliage",
-    about: "Twigs and leaves of the whole set. The leaf's name decides what is not given.",
+    about: "Twigs and leaves of the whole set. The leaf's name decides what is not given. Leaves that imports bring keep their \
+            places and directions, and their size and look unless `leaf` names others: `spread`, `angle`, `droop`, `twig` and \
+            `phyllotaxis` are for sources that bring none.",
     fields: &[
         Field {
             name: "leaf",
@@ -317,7 +319,8 @@ pub(super) static BARK: Record = Record {
             name: "texture",
             kind: Kind::WordOrChoice(BARK_NAMES, &BARK_FILES),
             default: Default::Else("the sources' if all bring some, else as the leaf"),
-            about: "a bark made by Treewright, maps of your own, or a source's bark",
+            about: "a bark made by Treewright, maps of your own, or a source's bark. A set has one: of sources that all bring some, \
+                    left out, it is that of the first by name whose bark is a picture, or else of the first",
         },
         Field {
             name: "tiling",
@@ -410,6 +413,8 @@ pub(super) struct Foliage {
     pub(super) bark: BarkPattern,
     /// What is told of it.
     pub(super) notes: Vec<Note>,
+    /// The names of the fields that are told.
+    pub(super) told: Vec<String>,
 }
 
 /// The sources, as far as looks know them.
@@ -480,7 +485,9 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     });
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
     let notes = winter.into_iter().chain(huge).collect();
-    Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes })
+    let told =
+        FOLIAGE.fields.iter().map(|field| field.name).filter(|name| fields.has(name)).map(str::to_owned).collect();
+    Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes, told })
 }
 
 /// What is told of a leaf that is far longer than such leaves are.

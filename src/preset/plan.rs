@@ -58,6 +58,9 @@ pub struct Plan {
     /// What is told of what the preset asks for, since it may not be what was meant.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
+    /// The fields of `foliage` that the preset tells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub foliage_told: Vec<String>,
     /// Twigs and leaf sites.
     pub dress: DressParams,
     /// Leaves that a source brings along, as a share of them.

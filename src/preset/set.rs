@@ -224,7 +224,7 @@ static IMPORT: Record = Record {
             name: "leaves",
             kind: PARTS,
             default: Default::Is("[]"),
-            about: "what in a mesh is leaves, where it isn't found by itself",
+            about: "what in a mesh is leaves, where it isn't found by itself; no name of `wood`",
         },
         Field {
             name: "wood",
@@ -244,7 +244,7 @@ static IMPORT: Record = Record {
 static UP: Choice = Choice {
     title: "Up",
     kinds: &[
-        KindOf { name: "Detect", form: Form::Plain, about: "found from the data" },
+        KindOf { name: "Detect", form: Form::Plain, about: "found from the data; Y of glTF, which says so" },
         KindOf { name: "Y", form: Form::Plain, about: "as most meshes" },
         KindOf { name: "Z", form: Form::Plain, about: "as most scans" },
     ],
@@ -375,6 +375,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         morphs,
         sketches,
         notes: foliage.notes,
+        foliage_told: foliage.told,
         dress: foliage.dress,
         own_density: foliage.own_density,
         leaf_art: foliage.art,
@@ -605,12 +606,17 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
         })
     });
     let height = fields.number_or("height", 1.0);
+    let (leaves, wood) = (texts(fields, "leaves"), texts(fields, "wood"));
+    if let Some(both) = wood.iter().find(|name| leaves.iter().any(|leaf| leaf.to_lowercase() == name.to_lowercase())) {
+        let message = format!("\"{}\" is among `leaves`, too, but a part is one of them", clip(both));
+        fields.fault("wood", message, "leave it out of one of the two; upper and lower case count as the same");
+    }
     ImportParams {
         file: path(fields, "file"),
         up: up.unwrap_or(UpAxis::Detect),
         height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
-        leaves: texts(fields, "leaves"),
-        wood: texts(fields, "wood"),
+        leaves,
+        wood,
     }
 }
 

@@ -51,6 +51,9 @@ fn what_is_left_out_has_the_documented_default() {
     assert_eq!((full.mesh.most_sides, full.mesh.error_share), (12, 0.0));
     assert_eq!((short.mesh.on(2.0).error, short.mesh.on(9.0).error, full.mesh.on(2.0).error), (0.005, 0.01, 0.01));
     (full.mesh.most_sides, full.mesh.error_share) = (short.mesh.most_sides, short.mesh.error_share);
+    // What is told is known, so that a build can say what of it does nothing.
+    assert!(short.foliage_told.is_empty() && full.foliage_told.contains(&"droop".to_owned()));
+    full.foliage_told.clear();
     assert_eq!(short, full);
     let progress: Vec<f32> = short
         .variants

@@ -100,3 +100,15 @@ fn a_point_is_one_endpoint() {
     let errors = species("oak.ron", &many).unwrap_err();
     assert!(errors.len() == 1 && errors[0].to_string().contains("a Point is one endpoint"), "{errors:?}");
 }
+
+#[test]
+fn a_part_of_a_mesh_is_not_both_wood_and_leaves() {
+    let load = |leaves: &str, wood: &str| {
+        load_with_oak(&format!(
+            "(sources: {{\"a\": Import(file: \"a.glb\", leaves: [{leaves}], wood: [{wood}])}}, variants: [Source(\"a\")])"
+        ))
+    };
+    let error = load("\"x\", \"Needles\"", "\"needles\"").expect_err("one name in both").remove(0).to_string();
+    assert!(error.contains("sources[\"a\"].wood") && error.contains("\"needles\" is among `leaves`, too"), "{error}");
+    assert!(load("\"x\"", "\"y\"").is_ok());
+}

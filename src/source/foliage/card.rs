@@ -16,7 +16,7 @@ use super::frond;
 use super::near::Near;
 use super::picture::{CardCorner, CardPicture, Gallery, LeafPicture};
 use super::tone::Tones;
-use super::{Parts, sample};
+use super::{Parts, UNMAPPED, sample, words};
 use crate::base::counted;
 use crate::source::scene::{Alpha, Image, Scene, Transmission};
 
@@ -75,6 +75,8 @@ struct Group {
     textured: bool,
     uvs: Vec<Vec2>,
     colors: Vec<[f32; 3]>,
+    /// Colour of the material where it has a picture and the sheets no coordinates for it.
+    unmapped: Option<[f32; 3]>,
     sheets: Vec<Sheet>,
 }
 
@@ -95,7 +97,11 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
     let groups = groups(scene, tones, pieces);
     let windows: Vec<Window> = groups.iter().map(|group| window(group, &near)).collect();
     let slots = slots(&groups, &windows);
-    let (mut crushed, mut strangers) = (0, 0);
+    let (mut crushed, mut strangers, mut unmapped) = (0, 0, 0);
+    let needles = |group: &Group| {
+        let material = group.material.and_then(|m| scene.materials.get(m));
+        material.is_some_and(|m| words::is_conifer(&m.name))
+    };
     let mut faces: Vec<u32> = Vec::new();
     for ((group, window), &(slot, own)) in groups.iter().zip(&windows).zip(&slots) {
         for sheet in &group.sheets {
@@ -106,13 +112,25 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
             parts.cards.push(card);
             faces.push(preference(scene, group));
             strangers += usize::from(!own);
+            unmapped += usize::from(group.unmapped.is_some());
         }
         if own {
-            parts.art.leaves.push(LeafPicture::Card(picture(scene, group, window, gallery)));
+            parts.art.leaves.push(match group.unmapped {
+                // A quad's leaf is cut out by its picture, an outline is one itself.
+                Some(color) if quad(group).is_some() => LeafPicture::Spray { color, needles: needles(group) },
+                _ => LeafPicture::Card(picture(scene, group, window, gallery)),
+            });
         }
     }
     let joined = join_backs(&mut parts.cards, &faces);
-    let fronds = fronds(scene, pieces, &near, gallery, parts);
+    let (fronds, bare) = fronds(scene, tones, pieces, &near, gallery, parts);
+    if unmapped + bare > 0 {
+        let have = counted(unmapped + bare, "leaf has", "leaves have");
+        parts.notes.push(format!(
+            "{have} {UNMAPPED}: they are made in its mean colour; export the mesh with its coordinates, or name a leaf in the \
+             preset, `foliage: (leaf: \"oak\")`"
+        ));
+    }
     for (n, one, many) in [
         (fronds, "frond became a bent card", "fronds became bent cards"),
         (joined, "leaf's back was joined with its front", "leaves' backs were joined with their fronts"),
@@ -129,10 +147,17 @@ pub(super) fn cards(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece], gallery:
     }
 }
 
-/// Makes the cards of all fronds; how many there are.
-fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_>, parts: &mut Parts) -> usize {
+/// Makes the cards of all fronds; how many there are, and how many of them have no coordinates for their picture.
+fn fronds(
+    scene: &Scene,
+    tones: &Tones<'_>,
+    pieces: &[Piece],
+    near: &Near,
+    gallery: &mut Gallery<'_>,
+    parts: &mut Parts,
+) -> (usize, usize) {
     let mut slots: Vec<(Option<usize>, u16)> = Vec::new();
-    let mut count = 0;
+    let (mut count, mut bare) = (0, 0);
     for piece in pieces.iter().filter(|p| p.role == Role::Frond) {
         let part = &scene.parts[piece.component.part];
         let known = slots.iter().find(|(material, _)| *material == part.material).or_else(|| {
@@ -142,7 +167,7 @@ fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_
         let known = known.map(|(_, first)| *first);
         let first = known.unwrap_or_else(|| {
             let first = parts.art.leaves.len() as u16;
-            let plain = worn(scene, part.material, gallery);
+            let plain = worn(scene, part.material, tones.unmapped(part), gallery);
             let picture = frond::picture(part, &piece.component, near, &plain);
             parts.art.leaves.push(LeafPicture::Card(picture));
             slots.push((part.material, first));
@@ -150,8 +175,9 @@ fn fronds(scene: &Scene, pieces: &[Piece], near: &Near, gallery: &mut Gallery<'_
         });
         parts.cards.extend(frond::card(part, &piece.component, near, first));
         count += 1;
+        bare += usize::from(tones.unmapped(part).is_some());
     }
-    count
+    (count, bare)
 }
 
 /// Leaves of one material and the same triangles.
@@ -166,7 +192,8 @@ fn groups(scene: &Scene, tones: &Tones<'_>, pieces: &[Piece]) -> Vec<Group> {
         let kind = kinds.entry((group.material, group.triangles.clone())).or_default();
         let alike = |g: &Group| {
             let gap = g.traits.iter().zip(&group.traits).fold(0.0_f32, |gap, (a, b)| gap.max((a - b).abs()));
-            (g.textured == group.textured).then_some(gap)
+            let same = g.textured == group.textured && g.unmapped.is_some() == group.unmapped.is_some();
+            same.then_some(gap)
         };
         let likest = kind.iter().filter_map(|&i| Some((alike(&groups[i])?, i))).min_by(|a, b| a.0.total_cmp(&b.0));
         match likest {
@@ -236,8 +263,8 @@ fn alone(scene: &Scene, tones: &Tones<'_>, c: &Component) -> Group {
     }
     let map = if textured { uvs.clone() } else { lay_flat(c, &points) };
     let sheets = vec![Sheet { points, normal: c.normal }];
-    let material = part.material;
-    Group { material, traits, tolerance: 0.06, triangles, map, textured, uvs, colors, sheets }
+    let (material, unmapped) = (part.material, tones.unmapped(part));
+    Group { material, traits, tolerance: 0.06, triangles, map, textured, uvs, colors, unmapped, sheets }
 }
 
 /// A sheet's points in its own plane, in its own unit.
@@ -458,12 +485,26 @@ fn picture(scene: &Scene, group: &Group, window: &Window, gallery: &mut Gallery<
     };
     let width = place(group, &group.sheets[0], window, 0).map_or(1.0, |card| card.width / card.length);
     let triangles = group.triangles.iter().map(|t| t.map(corner)).collect();
-    CardPicture { width, triangles, ..worn(scene, group.material, gallery) }
+    CardPicture { width, triangles, ..worn(scene, group.material, group.unmapped, gallery) }
 }
 
-/// A picture of a material without triangles.
-fn worn(scene: &Scene, material: Option<usize>, gallery: &mut Gallery<'_>) -> CardPicture {
+/// A picture of a material without triangles; `plain` is its colour where nothing says where its pictures lie.
+fn worn(scene: &Scene, material: Option<usize>, plain: Option<[f32; 3]>, gallery: &mut Gallery<'_>) -> CardPicture {
     let material = material.and_then(|m| scene.materials.get(m));
+    if let Some([red, green, blue]) = plain {
+        let through = material.and_then(|m| m.transmission).map(|through| Transmission { image: None, ..through });
+        return CardPicture {
+            width: 1.0,
+            triangles: Vec::new(),
+            color: [red, green, blue, 1.0],
+            image: None,
+            normal: None,
+            roughness: None,
+            alpha: None,
+            transmission: through,
+            cutoff: 0.5,
+        };
+    }
     CardPicture {
         width: 1.0,
         triangles: Vec::new(),

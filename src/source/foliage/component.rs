@@ -2,11 +2,20 @@
 //!
 //! Pieces hang together by edges between equal positions, not by indices: many files share no vertices at all. Pieces that
 //! meet in a point only are separate, as are parts of different materials. Triangles that lie on each other (leaves
-//! modelled back to back) count once.
+//! modelled back to back) count once. Measures are those of pieces whose triangles all face one side: where a file turns
+//! some of a sheet's triangles over, they are turned back.
 
 use glam::{DVec3, Vec3};
 
 use crate::source::scene::Part;
+
+/// Most that a blade holds, as [`Component::bulk`]: crowns, however slim and ragged, hold three times as much and more.
+const BLADE: f32 = 0.012;
+/// Least square of a blade's area over its volume and length: 13 for tubes however thin, about 4 times width over
+/// thickness for blades.
+const FLAT: f32 = 30.0;
+/// Widest that a blade is, as a share of its length: shorter closed pieces are the skirts of firs, or clumps.
+const SLIM: f32 = 0.5;
 
 /// A connected piece of one part.
 #[derive(Clone, Debug)]
@@ -25,6 +34,9 @@ pub(super) struct Component {
     pub(super) facing: f32,
     /// Share of the area that is seen along the thinnest direction: 1 for sheets, open or closed, 0.64 for tubes.
     pub(super) sheet: f32,
+    /// Volume inside over the area to the power of 1.5: 0.094 for a ball, 0.005 for a blade with a thickness. Says little
+    /// about a piece with many open edges.
+    pub(super) bulk: f32,
     /// Unit: of the area vectors' sum where it says something, else the thinnest direction.
     pub(super) normal: Vec3,
     /// Mean of the points.
@@ -118,15 +130,13 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
             points.push(c);
         }
     }
-    let mut edges: Vec<[u32; 2]> =
-        triangles.iter().flat_map(|t| (0..3).map(|k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])])).collect();
-    edges.sort_unstable();
-    let open = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).count();
+    let Sides { open, turned } = sides(&triangles);
     let vectors: Vec<DVec3> = triangles
         .iter()
-        .map(|t| {
+        .zip(&turned)
+        .map(|(t, turned)| {
             let [a, b, c] = t.map(|c| at(c).as_dvec3());
-            (b - a).cross(c - a) * 0.5
+            (b - a).cross(c - a) * if *turned { -0.5 } else { 0.5 }
         })
         .collect();
     let area: f64 = vectors.iter().map(|v| v.length()).sum();
@@ -142,6 +152,8 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
         (high - low) as f32
     });
     let facing = (sum.length() / area) as f32;
+    let pyramids = triangles.iter().zip(&vectors).map(|(t, v)| (at(t[0]).as_dvec3() - centre).dot(*v) / 3.0);
+    let bulk = (pyramids.sum::<f64>().abs() / (area * area.sqrt())) as f32;
     let sheet = (vectors.iter().map(|v| v.dot(axes[2]).abs()).sum::<f64>() / area) as f32;
     let normal = if facing > 0.3 { sum.normalize_or(axes[2]) } else { axes[2] };
     let ends = |(low, high): (Vec3, Vec3), &i: &u32| (low.min(at(i)), high.max(at(i)));
@@ -154,6 +166,7 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
         area: area as f32,
         facing,
         sheet,
+        bulk,
         normal: normal.as_vec3(),
         centre: centre.as_vec3(),
         axes: axes.map(|a| a.as_vec3()),
@@ -161,6 +174,58 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
         low,
         high,
     })
+}
+
+/// Which sides the triangles of a piece face.
+struct Sides {
+    /// Edges of one triangle only.
+    open: usize,
+    /// Of each triangle whether it faces the other side than the first does, going from neighbour to neighbour.
+    turned: Vec<bool>,
+}
+
+fn sides(triangles: &[[u32; 3]]) -> Sides {
+    // Both ends of an edge in rising order, its triangle, and whether that goes along it so.
+    let mut edges: Vec<([u32; 2], u32, bool)> = Vec::with_capacity(triangles.len() * 3);
+    for (i, t) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            edges.push(([a.min(b), a.max(b)], i as u32, a < b));
+        }
+    }
+    edges.sort_unstable();
+    let open = edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).count();
+    let mut turned = vec![false; triangles.len()];
+    // Two triangles that face one side go along their edge in opposite directions.
+    let pairs: Vec<(u32, u32, bool)> = edges
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter_map(|same| match same {
+            [a, b] => Some((a.1, b.1, a.2 == b.2)),
+            _ => None,
+        })
+        .collect();
+    if pairs.iter().all(|(_, _, unlike)| !unlike) {
+        return Sides { open, turned };
+    }
+    let mut links: Vec<Vec<(u32, bool)>> = vec![Vec::new(); triangles.len()];
+    for (a, b, unlike) in pairs {
+        links[a as usize].push((b, unlike));
+        links[b as usize].push((a, unlike));
+    }
+    let mut seen = vec![false; triangles.len()];
+    for first in 0..triangles.len() as u32 {
+        let mut work = vec![first];
+        while let Some(i) = work.pop() {
+            seen[i as usize] = true;
+            for &(next, unlike) in &links[i as usize] {
+                if !std::mem::replace(&mut seen[next as usize], true) {
+                    turned[next as usize] = turned[i as usize] != unlike;
+                    work.push(next);
+                }
+            }
+        }
+    }
+    Sides { open, turned }
 }
 
 /// Principal directions of points about the origin, longest first, right-handed: cyclic Jacobi on their covariance.
@@ -209,6 +274,13 @@ impl Component {
     /// Whether it is a sheet, open or two-sided.
     pub(super) fn is_sheet(&self) -> bool {
         self.facing > 0.5 || (self.sheet > 0.85 && self.extents[2] < 0.35 * self.extents[1])
+    }
+
+    /// Whether it is a long blade with a thickness, however bent or folded: closed but for a tip or so, with next to nothing
+    /// inside.
+    pub(super) fn is_blade(&self) -> bool {
+        let is_flat = self.area.sqrt() > FLAT * self.bulk * self.length();
+        self.open * 8 <= self.triangles.len() && self.bulk < BLADE && is_flat && self.extents[1] < SLIM * self.length()
     }
 }
 

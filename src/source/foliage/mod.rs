@@ -28,16 +28,24 @@ mod words;
 use glam::Vec3;
 
 use crate::base::counted;
-use crate::source::scene::{Files, Scene};
+use crate::source::scene::{Files, Part, Scene};
 
 pub use attach::attach;
 pub use card::Card;
 pub use picture::{Art, BarkPicture, CardCorner, CardPicture, LeafPicture};
+pub(crate) use picture::{MANY_BARKS, NO_BARK};
 
 use decide::{Piece, Role};
 
 /// How the note on leaves begins that nothing colours; it is of no concern where other pictures are worn.
 pub(crate) const WHITE: &str = "leaves have no picture that can be read, and are white";
+
+/// The note on a mesh that is wood alone; who dresses it says in what.
+pub(crate) const BARE: &str = "brings no leaves";
+/// What the note on filled crowns says between what was done and which leaves they wear, of no concern where other leaves are.
+pub(crate) const MADE_LEAVES: &str = ": made leaves, ";
+/// What the note on leaves says that nothing maps their picture to; likewise.
+pub(crate) const UNMAPPED: &str = "a picture and no texture coordinates (UVs)";
 
 /// What a preset says about the parts of a mesh: names of materials or parts, whatever their capitals.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -109,7 +117,17 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     let crowns = count(Role::Crown);
     if crowns > 0 {
         let were = counted(crowns, "closed crown was", "closed crowns were");
-        parts.notes.push(format!("{were} filled with branches and leaves"));
+        let filled = || pieces.iter().filter(|p| p.role == Role::Crown).map(|p| &scene.parts[p.component.part]);
+        let leaf = match (filled().any(|part| !has_needles(scene, part)), filled().any(|part| has_needles(scene, part)))
+        {
+            (true, true) => "\"beech\" and \"pine\"",
+            (_, false) => "\"beech\"",
+            (false, true) => "\"pine\"",
+        };
+        let theirs = if crowns == 1 { "its colour" } else { "their colours" };
+        parts.notes.push(format!(
+            "{were} filled with branches and leaves{MADE_LEAVES}{leaf} in {theirs}; `foliage: (leaf: …)` names others"
+        ));
     }
     let kept = pieces.iter().filter(|p| matches!(p.role, Role::Wood | Role::Leaf | Role::Frond | Role::Crown));
     let boxed = |[low, high]: [Vec3; 2], p: &Piece| [low.min(p.component.low), high.max(p.component.high)];
@@ -119,7 +137,6 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     for piece in &pieces {
         let c = &piece.component;
         let part = &scene.parts[c.part];
-        let name = part.material.and_then(|m| scene.materials.get(m)).map_or("", |m| m.name.as_str());
         match piece.role {
             Role::Wood => {
                 let first = parts.wood_positions.len() as u32;
@@ -131,10 +148,9 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
                 let (positions, triangles) = own(part, c);
                 let sum = c.triangles.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
                 let color = (sum / c.triangles.len() as f32).to_array();
-                let needles = [part.name.as_str(), name].iter().any(|name| words::is_conifer(name));
                 // Leaves shade each other, the lump of the file does not.
                 let color = color.map(|c| (c * 1.3).min(1.0));
-                let slots = spray_slots(&mut parts.art, color, needles);
+                let slots = spray_slots(&mut parts.art, color, has_needles(scene, part));
                 parts.crowns.push(CrownVolume { positions, triangles, slots });
             }
             _ => {}
@@ -144,9 +160,15 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
         let help = "name a leaf in the preset, `foliage: (leaf: \"oak\")`, or import a file with PNG or JPEG pictures";
         parts.notes.push(format!("{WHITE}; {help}"));
     }
-    parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery);
+    parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery, &mut parts.notes);
     parts.art.images = gallery.images;
     parts
+}
+
+/// Whether a part is called as conifers are, or its material is.
+fn has_needles(scene: &Scene, part: &Part) -> bool {
+    let material = part.material.and_then(|m| scene.materials.get(m)).map_or("", |m| m.name.as_str());
+    [part.name.as_str(), material].iter().any(|name| words::is_conifer(name))
 }
 
 /// Pictures of sprays that fill one crown.
@@ -174,7 +196,7 @@ fn spray_slots(art: &mut Art, color: [f32; 3], needles: bool) -> (u16, u16) {
 }
 
 /// A piece's own positions and triangles.
-fn own(part: &crate::source::scene::Part, c: &component::Component) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+fn own(part: &Part, c: &component::Component) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut order: Vec<(u32, u32)> = c.points.iter().enumerate().map(|(k, &i)| (i, k as u32)).collect();
     order.sort_unstable();
     let find = |i: u32| order.binary_search_by_key(&i, |o| o.0).map_or(0, |k| order[k].1);

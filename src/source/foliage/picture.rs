@@ -8,6 +8,10 @@ use super::decide::{Piece, Role};
 use super::tone::Tones;
 use crate::source::scene::{Alpha, Files, Scene, Transmission};
 
+/// How the notes begin that a bark's picture can't be worn, and that there are several: of no concern where another bark is.
+pub(crate) const NO_BARK: &str = "the bark's picture is not used";
+pub(crate) const MANY_BARKS: &str = "the wood has";
+
 /// The pictures of an imported plant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Art {
@@ -119,13 +123,14 @@ impl<'a> Gallery<'a> {
     }
 }
 
-/// The bark: of the material that most of the wood wears. Its picture only where it is more than a few texels of a palette
-/// on the wood.
+/// The bark: of the material that most of the wood wears, and what there is to say of it. Its picture only where it is more
+/// than a few texels of a palette on the wood, and shows nothing but bark.
 pub(super) fn bark(
     scene: &Scene,
     tones: &Tones<'_>,
     pieces: &[Piece],
     gallery: &mut Gallery<'_>,
+    notes: &mut Vec<String>,
 ) -> Option<BarkPicture> {
     let wood = || pieces.iter().filter(|p| p.role == Role::Wood).map(|p| &p.component);
     let mut areas: Vec<(Option<usize>, f32)> = Vec::new();
@@ -143,6 +148,7 @@ pub(super) fn bark(
     }
     // How much of the picture the wood spans, by the mean span of its triangles' coordinates.
     let (mut spread, mut low, mut high, mut sum, mut area) = (0.0_f32, Vec2::MAX, Vec2::MIN, Vec3::ZERO, 0.0_f32);
+    let mut is_mapped = false;
     for c in of() {
         let part = &scene.parts[c.part];
         for t in &c.triangles {
@@ -153,22 +159,47 @@ pub(super) fn bark(
             if !part.uvs.is_empty() {
                 let [a, b, c] = t.map(|i| part.uvs[i as usize]);
                 spread += (a.max(b).max(c) - a.min(b).min(c)).max_element();
+                is_mapped = true;
             }
             sum += tones.of_triangle(part, *t);
             area += 1.0;
         }
     }
     let described = material.and_then(|m| scene.materials.get(m));
-    // A palette is touched in spots. A picture of the bark is spread over each triangle, and repeats or fills its picture.
+    // A palette is touched in spots. A picture of the bark is spread over each triangle, and repeats or fills its picture, or
+    // is bark all over: then a strip of it, wrapped round each piece of a branch, stands for all.
     let size = (high - low).abs();
-    let spans = spread / area.max(1.0) > 0.02 && (size.max_element() > 1.05 || size.min_element() >= 0.4);
+    let is_spread = is_mapped && spread / area.max(1.0) > 0.02;
+    let is_bark = size.max_element() > 1.05 || size.min_element() >= 0.4 || material.is_some_and(|m| tones.is_even(m));
     let opaque = described.is_none_or(|m| m.alpha == Alpha::Opaque);
-    let image = described.filter(|_| spans && opaque).and_then(|m| gallery.add(m.color_image));
+    let image = described.filter(|_| is_spread && is_bark && opaque).and_then(|m| gallery.add(m.color_image));
     let normal = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.normal_image));
     let roughness = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.roughness_image));
     let color = match (image, described) {
         (Some(_), Some(m)) => [m.color[0], m.color[1], m.color[2]],
         _ => (sum / area.max(1.0)).to_array(),
     };
+    let has_picture = described.and_then(|m| scene.image_bytes(m.color_image?, gallery.files)).is_some();
+    let why = match (is_mapped, opaque, is_spread, is_bark) {
+        (false, ..) => Some("the wood has no texture coordinates (UVs)"),
+        (_, false, ..) => Some("its material is see-through, as that of leaves is"),
+        (.., true, false) => Some("the wood wears a part of it, and the rest shows something else"),
+        _ => None,
+    };
+    if let Some(why) = why.filter(|_| has_picture) {
+        let named = described.map_or("", |m| m.name.as_str());
+        notes.push(format!(
+            "{NO_BARK}: {why}; a plain bark is made in its mean colour (material \"{named}\"). \
+             `bark: (texture: Files(color: \"…\"))` names a picture of bark alone"
+        ));
+    }
+    let mut barks: Vec<usize> =
+        areas.iter().filter_map(|(m, _)| m.and_then(|m| scene.materials.get(m))?.color_image).collect();
+    barks.sort_unstable();
+    barks.dedup();
+    if barks.len() > 1 && image.is_some() {
+        let (named, count) = (described.map_or("", |m| m.name.as_str()), barks.len());
+        notes.push(format!("{MANY_BARKS} {count} barks: all of it wears that of \"{named}\", of which there is most"));
+    }
     Some(BarkPicture { color, image, normal, roughness })
 }

@@ -250,6 +250,8 @@ fn a_closed_green_lump_is_filled_with_branches_and_leaves_and_keeps_its_outline(
     let parts = split(&scene, &Files::new(), &Overrides::default());
     assert_eq!((parts.crowns.len(), parts.cards.len()), (1, 0));
     assert!(matches!(parts.art.leaves[0], LeafPicture::Spray { needles: false, .. }));
+    let told = format!("1 closed crown was filled with branches and leaves{MADE_LEAVES}\"beech\" in its colour");
+    assert!(parts.notes.iter().any(|note| note.starts_with(&told)), "{:?}", parts.notes);
     let made = plant_of(&parts);
     let bare = made.plant.chains().len();
     let plant = attach(made.plant, &parts, &made.placement, &mut Vec::new());
@@ -368,4 +370,120 @@ fn the_card_of_a_bent_leaf_faces_as_its_area_does_and_spans_it() {
         let (low, high) = along.fold((f32::MAX, f32::MIN), |(l, h), d| (l.min(d), h.max(d)));
         assert!((low - from).abs() < 1e-4 && (high - low - size).abs() < 1e-4, "{axis} {low} {high} {size}");
     }
+}
+
+/// A PNG of so many texels an edge.
+fn png(edge: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    let picture = image::RgbaImage::from_fn(edge, edge, |x, y| image::Rgba(texel(x, y)));
+    let mut bytes = Vec::new();
+    picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+    Image::Embedded(bytes)
+}
+
+/// Bark: brown, lighter and darker from texel to texel.
+fn brown(x: u32, y: u32) -> [u8; 4] {
+    let shade = (x * 7 + y * 13) as u8 % 40;
+    [110 + shade, 80 + shade, 50 + shade, 255]
+}
+
+/// A trunk that wears a picture: once around, and along each piece of it from one `v` to another and back.
+fn barked(picture: Image, v: [f32; 2], alpha: Alpha) -> Parts {
+    let mut part = Part { material: Some(0), ..trunk(9.0, 0.2) };
+    part.uvs = (0..part.positions.len()).map(|i| Vec2::new((i % 8) as f32 / 7.0, v[i / 8 % 2])).collect();
+    let material = Material { name: "bark".into(), alpha, color_image: Some(0), ..Material::default() };
+    let scene = Scene { parts: vec![part], materials: vec![material], images: vec![picture], ..Scene::default() };
+    split(&scene, &Files::new(), &Overrides::default())
+}
+
+#[test]
+fn bark_is_worn_by_a_strip_of_its_picture_and_where_it_is_not_a_note_says_why() {
+    let worn = |parts: &Parts| parts.art.bark.as_ref().unwrap().image.is_some();
+    let told = |parts: &Parts| parts.notes.iter().filter(|note| note.starts_with(NO_BARK)).cloned().collect::<String>();
+    for v in [[0.0, 1.0], [0.9, 1.0], [0.45, 0.3]] {
+        let parts = barked(png(32, brown), v, Alpha::Opaque);
+        assert!(worn(&parts) && told(&parts).is_empty(), "{v:?} {:?}", parts.notes);
+    }
+    // A strip of a sheet of several stuffs is no bark.
+    let stuffs = |x, y| if y < 16 { [40, 140, 30, 255] } else { brown(x, y) };
+    let parts = barked(png(32, stuffs), [0.9, 1.0], Alpha::Opaque);
+    assert!(!worn(&parts) && told(&parts).contains("the rest shows something else"), "{:?}", parts.notes);
+    let parts = barked(png(32, brown), [0.0, 1.0], Alpha::Mask(0.5));
+    assert!(!worn(&parts) && told(&parts).contains("see-through"), "{:?}", parts.notes);
+    // Wood that wears one texel of a palette has that colour, as its maker meant it.
+    let mut part = Part { material: Some(0), ..trunk(9.0, 0.2) };
+    part.uvs = vec![Vec2::splat(0.9); part.positions.len()];
+    let material = Material { name: "palette".into(), color_image: Some(0), ..Material::default() };
+    let scene =
+        Scene { parts: vec![part], materials: vec![material], images: vec![png(32, stuffs)], ..Scene::default() };
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    assert!(!worn(&parts) && told(&parts).is_empty(), "{:?}", parts.notes);
+}
+
+#[test]
+fn of_several_barks_of_one_tree_a_note_names_the_one_that_is_worn() {
+    let barked = |k: u32| {
+        let part = Part { material: Some(k as usize), ..trunk(9.0 - k as f32, 0.2) };
+        let uvs = (0..part.positions.len()).map(|i| Vec2::new((i % 8) as f32 / 7.0, (i / 8 % 2) as f32)).collect();
+        Part { uvs, ..part }
+    };
+    let material = |k: usize| Material { name: format!("bark_{k}"), color_image: Some(k), ..Material::default() };
+    let scene = Scene {
+        parts: vec![barked(0), barked(1)],
+        materials: vec![material(0), material(1)],
+        images: vec![png(8, brown), png(8, |x, y| brown(y, x))],
+        ..Scene::default()
+    };
+    let notes = split(&scene, &Files::new(), &Overrides::default()).notes;
+    assert!(notes.iter().any(|n| n.starts_with("the wood has 2 barks") && n.contains("\"bark_0\"")), "{notes:?}");
+}
+
+#[test]
+fn a_picture_without_coordinates_gives_its_mean_colour_and_made_leaves_and_a_note() {
+    let (mut scene, _) = leafy(10);
+    // Two texels of bark, and a leaf on half of a picture that is black elsewhere.
+    scene.images =
+        vec![png(8, |x, _| if x < 4 { [60, 140, 30, 255] } else { [0, 0, 0, 0] }), png(8, |_, _| [110, 80, 50, 255])];
+    scene.materials.push(Material { name: "bark".into(), color_image: Some(1), ..Material::default() });
+    scene.parts[0].material = Some(1);
+    scene.parts[1].uvs.clear();
+    let parts = split(&scene, &Files::new(), &Overrides::default());
+    let linear = |c: [u8; 3]| c.map(|c| crate::base::math::srgb_to_linear(f32::from(c) / 255.0));
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3);
+    assert_eq!((parts.cards.len(), parts.art.leaves.len()), (10, 1));
+    let LeafPicture::Spray { color, needles: false } = parts.art.leaves[0] else { panic!("{:?}", parts.art.leaves) };
+    assert!(near(color, linear([60, 140, 30])), "{color:?}");
+    let bark = parts.art.bark.as_ref().unwrap();
+    assert!(bark.image.is_none() && near(bark.color, linear([110, 80, 50])), "{bark:?}");
+    let told = |what: &str| assert!(parts.notes.iter().any(|n| n.contains(what)), "{what}: {:?}", parts.notes);
+    told("10 leaves have a picture and no texture coordinates (UVs): they are made in its mean colour");
+    told("the wood has no texture coordinates (UVs); a plain bark is made in its mean colour (material \"bark\")");
+    // A leaf whose outline is modelled keeps it.
+    scene.parts[1] = Part { uvs: Vec::new(), ..frond(5.0, 0.5, 0.5, 0.1) };
+    let art = split(&scene, &Files::new(), &Overrides::default()).art;
+    let LeafPicture::Card(card) = &art.leaves[0] else { panic!("{:?}", art.leaves) };
+    assert!(card.image.is_none() && card.triangles.len() == 32);
+    assert!(near([card.color[0], card.color[1], card.color[2]], linear([60, 140, 30])), "{:?}", card.color);
+}
+
+#[test]
+fn fronds_with_a_thickness_and_such_whose_halves_face_each_other_are_no_closed_crowns() {
+    let made = |part: Part| {
+        let materials = vec![Material { name: "leaves".into(), ..Material::default() }];
+        let scene = Scene { parts: vec![trunk(4.0, 0.2), part], materials, ..Scene::default() };
+        let parts = split(&scene, &Files::new(), &Overrides::default());
+        (parts.crowns.len(), parts.cards.iter().filter(|card| card.bend.is_some()).count())
+    };
+    let open = frond(4.0, 2.0, 2.0, 0.3);
+    assert_eq!(made(open.clone()), (0, 1));
+    // Below it, from rim to rim, a second sheet.
+    let mut closed = open.clone();
+    let count = open.positions.len() as u32;
+    let is_inner = |i: usize| i % 3 == 1 && (1..8).contains(&(i / 3));
+    closed.positions.extend(open.positions.iter().enumerate().map(|(i, p)| if is_inner(i) { *p * 0.99 } else { *p }));
+    closed.triangles.extend(open.triangles.iter().map(|[a, b, c]| [a + count, c + count, b + count]));
+    assert_eq!(made(closed), (0, 1));
+    let mut turned = open;
+    turned.triangles.iter_mut().skip(2).step_by(4).for_each(|t| t.swap(0, 1));
+    turned.triangles.iter_mut().skip(3).step_by(4).for_each(|t| t.swap(0, 1));
+    assert_eq!(made(turned), (0, 1));
 }

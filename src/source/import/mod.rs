@@ -154,13 +154,16 @@ pub fn import_with(
     files: &Files<'_>,
     params: &ImportParams,
 ) -> Result<Imported, Vec<Diagnostic>> {
-    if dumped::is_dump(bytes) {
-        return dumped::read(bytes, file, params);
+    if let Some(format) = scene::sniff(bytes).filter(|_| !dumped::is_dump(bytes)) {
+        return mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params);
     }
-    match scene::sniff(bytes) {
-        Some(format) => mesh::mesh(scene::read(bytes, file, files)?, files, format, file, params),
-        None => model(bytes, file, files, params),
-    }
+    let read =
+        || if dumped::is_dump(bytes) { dumped::read(bytes, file, params) } else { model(bytes, file, files, params) };
+    let mut made = read()?;
+    let kind = made.format.name();
+    let told = params.leaves.iter().chain(&params.wood);
+    made.notes.extend(told.map(|name| format!("no material or part is called \"{name}\": {kind} has none")));
+    Ok(made)
 }
 
 /// Reads a structure model or skeleton.

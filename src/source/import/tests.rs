@@ -245,6 +245,17 @@ fn the_height_of_a_mesh_is_that_of_its_leaves_where_they_rise_above_the_wood() {
 }
 
 #[test]
+fn parts_that_the_preset_names_are_told_of_files_that_have_none() {
+    let named = ImportParams { leaves: vec!["x".into()], wood: vec!["y".into()], ..params() };
+    let text = format!("{HEADER}1,0,0,0,0,0,1,4,9,0.1\n");
+    let notes = import(text.as_bytes(), "t", &named).unwrap().notes;
+    for name in ["x", "y"] {
+        let told = format!("no material or part is called \"{name}\": TreeQSM CSV has none");
+        assert!(notes.contains(&told), "{notes:?}");
+    }
+}
+
+#[test]
 fn the_axis_given_in_the_preset_wins() {
     let lying = ImportParams { up: UpAxis::Y, ..params() };
     let text = format!("{HEADER}1,0,0,0,0,0,1,4,9,0.1\n");

@@ -152,12 +152,17 @@ pub struct SkeletonError(String);
 ///
 /// # Errors
 ///
-/// When no triangle has an area, or nothing rises above the base.
+/// When no triangle has an area, all are loose, or nothing rises above the base.
 pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized, SkeletonError> {
     let mut notes = Vec::new();
     let pieces = pieces(wood, &mut notes);
     if pieces.is_empty() {
-        return Err(SkeletonError("there is no wood: no triangle has an area".into()));
+        let why = if notes.is_empty() {
+            "there is no wood: no triangle has an area"
+        } else {
+            "there is no wood: what is taken for it are loose pieces of one to three triangles, too few for a branch"
+        };
+        return Err(SkeletonError(why.into()));
     }
     let mut found: Vec<Found> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
     by_faces(&mut found);
