@@ -30,7 +30,7 @@ const ATLAS: Stage = Stage("atlas", 7);
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 3);
 const COLORS: Stage = Stage("colors", 1);
-const FACTS: Stage = Stage("facts", 4);
+const FACTS: Stage = Stage("facts", 5);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {

@@ -18,7 +18,7 @@ use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRu
 use crate::relate::{self, Family, FamilyError, Weights};
 
 /// Sources in correspondence; kept in memory only.
-const FAMILY: Stage = Stage("family", 2);
+const FAMILY: Stage = Stage("family", 3);
 
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]

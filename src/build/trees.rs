@@ -16,18 +16,18 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 11);
-const SKETCH: Stage = Stage("sketch", 5);
-const LADDER: Stage = Stage("ladder", 43);
+const DRESS: Stage = Stage("dress", 12);
+const SKETCH: Stage = Stage("sketch", 6);
+const LADDER: Stage = Stage("ladder", 44);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 37);
+const LEVEL: Stage = Stage("level", 38);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 9);
+const FOOTING: Stage = Stage("footing", 10);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 3);
+const COLORS: Stage = Stage("colors", 4);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 5);
-const REFERENCE: Stage = Stage("reference", 7);
+const OUTLINES: Stage = Stage("outlines", 6);
+const REFERENCE: Stage = Stage("reference", 8);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 3);
 
