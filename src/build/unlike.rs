@@ -170,6 +170,19 @@ mod tests {
     }
 
     #[test]
+    fn pictures_of_more_ground_than_tree_are_told_with_what_helps() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
+        builder.leaf(Leaf::new(stem, 0.9, Rotation::IDENTITY, 0.2, 0));
+        let plant = builder.finish().expect("a leaf on a pole");
+        for (below, is_more) in [(10, true), (1, false)] {
+            let (_, notes) = told_of(&plant, &format!("lods: [Full, CrossedQuads], mesh: (below: {below})"), 0.3);
+            let note = &notes.iter().find(|note| note.about == "lods[1]").expect("it is unlike").message;
+            assert_eq!(note.contains(&format!("stems go on {below} m below the ground")), is_more, "{note}");
+        }
+    }
+
+    #[test]
     fn wood_beyond_its_budget_is_told_with_what_helps() {
         let mut builder = PlantBuilder::new();
         for i in 0..100 {
