@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
-/// How much older than a new file those are that somebody left who was killed while writing it: nobody writes for so long.
-const LEFT: Duration = Duration::from_hours(1);
+/// For how long nobody writes at a file: what is older was left by somebody who was killed.
+pub(super) const LEFT: Duration = Duration::from_hours(1);
 
 /// Replaces a file, whose permissions stay, or writes a new one; not where it holds these bytes. What was left beside it by
 /// somebody who was killed is removed, after an hour.

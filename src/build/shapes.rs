@@ -123,21 +123,26 @@ pub(super) fn identity(plan: &Plan, params: &ShapeParams, shares: &[f32]) -> ser
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::base::Seed;
     use crate::build::{Cache, blends};
-    use crate::plant::PlantStats;
+    use crate::plant::{PlantBuilder, PlantStats};
     use crate::relate::random_plant::{Oddity, random_plant};
 
     const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
 
     fn made(variants: &str) -> Vec<Plant> {
+        made_of((0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect(), variants)
+    }
+
+    fn made_of(plants: Vec<Plant>, variants: &str) -> Vec<Plant> {
         let source = |name: &str, seed: u32| format!("\"{name}\": Grow(species: \"oak.ron\", seed: {seed}),");
         let sources = source("a", 1) + &source("b", 2) + &source("c", 3);
         let text = format!("(sources: {{{sources}}}, variants: [{variants}])");
         let loaded = crate::preset::load("set.ron", &text, &mut |_| Ok(OAK.to_owned()));
         let plan = loaded.unwrap_or_else(|found| panic!("{found:?}"));
-        let plants: Vec<Plant> = (0..3).map(|i| random_plant(Seed::new(9).at(i), 40, Oddity::Tame)).collect();
         let blends = blends::blends(&plan, &plants, &Cache::default()).unwrap();
         let selected = crate::build::selections::selected(&plan, &blends).unwrap();
         let none = crate::build::morphs::Morphs::default();
@@ -160,6 +165,27 @@ mod tests {
         for (i, tree) in trees.iter().enumerate() {
             assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
             assert!(trees[..i].iter().all(|other| other != tree), "{i}");
+        }
+    }
+
+    #[test]
+    fn no_way_between_trees_leads_through_the_ground() {
+        // A branch that hangs from the middle of a trunk, and one as long that lies beside a stub.
+        let plant = |height: f32, way: Vec3| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * height], &[0.3, 0.1]);
+            builder.branch(stem, 0.5, &[Vec3::ZERO, way * 2.4, way * 4.8], &[0.1, 0.08, 0.05]);
+            builder.finish().unwrap()
+        };
+        let (high, low) = (plant(10.0, Vec3::NEG_Y), plant(0.1, Vec3::X));
+        let deepest = |tree: &Plant| tree.pose().positions().iter().fold(0.0_f32, |low, p| low.min(p.y));
+        let trees = made_of(
+            vec![high.clone(), low, high],
+            "Geodesic(from: \"a\", to: \"b\", steps: 6, small: Kept), Geodesic(from: \"a\", to: \"b\", steps: 5, path: Straight)",
+        );
+        assert_eq!(trees.len(), 11);
+        for (i, tree) in trees.iter().enumerate() {
+            assert!(deepest(tree) > -0.02, "{i}: {} with {} chains", deepest(tree), tree.chains().len());
         }
     }
 

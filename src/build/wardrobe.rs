@@ -357,6 +357,29 @@ mod tests {
     }
 
     #[test]
+    fn a_morph_ends_with_as_many_leaves_as_a_set_of_that_leaf_has() {
+        let bare = || Arc::new(SourcePlant::grown(pole(0.2).plant.without_leaves(), Vec::new()));
+        let with = |foliage: &str, use_leaves: &mut dyn FnMut(&Plan, &mut Wardrobe) -> usize| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\"), \"b\": Import(file: \"b.csv\")}}, \
+                 variants: [Morph(from: \"a\", to: \"b\", frames: 2, leaf: \"willow\")], foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let pictures = Pictures { leaves: vec![picture(0.5); 2], bark: picture(1.0) };
+            let Ok(mut made) = wardrobe(&plan, &[bare(), bare()], &pictures) else { panic!("no wardrobe") };
+            use_leaves(&plan, &mut made)
+        };
+        let target = with("leaf: \"oak\"", &mut |plan, made| {
+            made.source(plan, 1, &plan.morphs[0].leaf, Seed::new(1)).leaves().len()
+        });
+        let source = with("leaf: \"willow\"", &mut |plan, made| {
+            let dressing = made.dressing(plan, &Variant::Source(1)).unwrap();
+            dressing.dress(made.plants[1].clone(), Seed::new(1)).leaves().len()
+        });
+        assert!(source > 30 && target == source, "{target} for {source}");
+    }
+
+    #[test]
     fn leaves_of_imports_that_wear_others_are_as_long_as_told_and_show_what_they_did() {
         // Those that are kept are what they were, whatever the rest is told.
         assert_eq!(

@@ -17,16 +17,12 @@ const OF_PLACES: &[&str] = &["spread", "angle", "droop", "twig", "phyllotaxis"];
 
 /// A note of an import's, as it is told of the plan's source of that index; none where it concerns nothing that is worn.
 pub(super) fn told(plan: &Plan, source: usize, note: &str) -> Option<String> {
-    let own_leaves = match plan.leaf_wear {
+    let is_own = |wear: Wear| match wear {
         Wear::All => false,
         Wear::Rest => true,
         Wear::Source(index) => index == source,
     };
-    let own_bark = match plan.bark_wear {
-        Wear::All => false,
-        Wear::Rest => true,
-        Wear::Source(index) => index == source,
-    };
+    let (own_leaves, own_bark) = (is_own(plan.leaf_wear), is_own(plan.bark_wear));
     if note == foliage::BARE {
         let leaf = leaf(plan);
         return (plan.dress.density > 0.0)

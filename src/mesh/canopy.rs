@@ -8,15 +8,31 @@ use glam::Vec3;
 
 use super::tangent::tangent_of;
 use super::{CrownLight, Mesh};
+use crate::plant::LeafForm;
 
 /// How much of a card's normal is the crown's, the rest is its own; and of a frond's, of which few make a crown: its outside lies
 /// below those that hang.
-pub(super) const CANOPY: f32 = 0.72;
-pub(super) const OF_FRONDS: f32 = 0.2;
+const CANOPY: f32 = 0.72;
+const OF_FRONDS: f32 = 0.2;
 /// Vertices that are made together.
 const LANES: usize = 8;
 /// Squares of lengths below this have no direction.
 const NOTHING: f32 = 1e-20;
+
+/// How level a frond's middle is that has an upper face: the rise of its unit normal.
+const HANGS: f32 = 0.1;
+
+/// How much of the normals of a leaf are the crown's.
+pub(super) const fn share_of(form: &LeafForm) -> f32 {
+    if matches!(form, LeafForm::Frond { .. }) { OF_FRONDS } else { CANOPY }
+}
+
+/// Whether a leaf's front looks the other way than its own normal at its middle does: out of the crown, of a frond up, since the
+/// crown's outside lies below those that hang.
+pub(super) fn is_turned(form: &LeafForm, own: Vec3, outward: Vec3) -> bool {
+    let has_upper = matches!(form, LeafForm::Frond { .. }) && own.y.abs() > HANGS;
+    if has_upper { own.y < 0.0 } else { own.dot(outward) < 0.0 }
+}
 
 type Lane = [f32; LANES];
 type Axes = [Lane; 3];

@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::canopy::{CANOPY, Canopy, OF_FRONDS};
+use super::canopy::{Canopy, is_turned, share_of};
 use super::cut::{CardCut, Pattern};
 use super::{CrownLight, Mesh};
 use crate::base::math;
@@ -178,9 +178,6 @@ pub fn all_cards(plant: &Plant) -> Vec<LeafCard> {
     (0..plant.leaves().len()).map(|leaf| LeafCard { leaf, scale: 1.0 }).collect()
 }
 
-/// How level a frond's middle is that has an upper face: the rise of its unit normal.
-const HANGS: f32 = 0.1;
-
 /// Leaves of so few metres and smaller are not drawn: rounding would crush their cards.
 pub(crate) fn least_leaf(posed: &Posed) -> f32 {
     posed.positions().iter().fold(0.0_f32, |a, p| a.max(p.abs().max_element())) * 1e-5
@@ -247,12 +244,9 @@ pub fn leaf_cards_in<'c>(
         let arch = bent.unwrap_or_else(|| plan.arch * z.y / (z.y * z.y + 0.1).sqrt());
         let along = |v: f32| if arch == 0.0 { (z, y * (v * size)) } else { arched(y, z, arch, v, size) };
         let middle = pose.position + if bent.is_some() { along(0.5).1 } else { y * (size * 0.5) };
-        // A frond's front is its upper face: where one hangs, the crown's outside lies below it.
-        let upper = along(0.5).0.y;
-        let is_back =
-            if bent.is_some() && upper.abs() > HANGS { upper < 0.0 } else { z.dot(light.outward(middle)) < 0.0 };
-        let side = if is_back { -1.0 } else { 1.0 };
-        let share = if bent.is_some() { OF_FRONDS } else { CANOPY };
+        let own = if bent.is_some() { along(0.5).0 } else { z };
+        let side = if is_turned(&leaf.form, own, light.outward(middle)) { -1.0 } else { 1.0 };
+        let share = share_of(&leaf.form);
         let (sin, cos) = folded.1;
         let sin = if bent.is_some() { sin * side } else { sin };
         // Light changes little across a card.

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bark_uv::BarkScale;
-use super::canopy::CANOPY;
+use super::canopy::{is_turned, share_of};
 use super::card::arched;
 use super::{CrownLight, Mesh};
 use crate::base::{Seed, math};
@@ -197,15 +197,19 @@ pub fn card_key(KeyPlant { plant, posed }: &KeyPlant<'_>, picked: &[usize], scal
         let pose = posed.leaf(plant, leaf);
         let (length, width) = (leaf.size * scale, leaf.size * scale * leaf.form.width());
         // Of a frond the chord.
-        let tip = match leaf.form {
-            LeafForm::Frond { arch, .. } => arched(pose.frame.y, pose.frame.z, arch, 1.0, length).1,
-            _ => pose.frame.y * length,
+        let (tip, own) = match leaf.form {
+            LeafForm::Frond { arch, .. } => {
+                let tip = arched(pose.frame.y, pose.frame.z, arch, 1.0, length).1;
+                (tip, pose.frame.x.cross(tip).normalize_or(pose.frame.z))
+            }
+            _ => (pose.frame.y * length, pose.frame.z),
         };
         let outward = light.outward(pose.position + tip * 0.5);
-        let side = if pose.frame.z.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        let side = if is_turned(&leaf.form, own, outward) { -1.0 } else { 1.0 };
+        let share = share_of(&leaf.form);
         for (u, v) in [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)] {
             let position = pose.position + pose.frame.x * (u * width) + tip * v;
-            let normal = light.outward(position) * CANOPY + pose.frame.z * (side * (1.0 - CANOPY));
+            let normal = light.outward(position) * share + own * (side * (1.0 - share));
             key.positions.push(position);
             key.normals.push(normal.normalize_or(outward));
         }
@@ -236,6 +240,28 @@ pub fn card_mesh(KeyPlant { plant, posed }: &KeyPlant<'_>, key: &Key, tiles: &[u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Rotation;
+    use crate::plant::{Leaf, PlantBuilder};
+
+    #[test]
+    fn fronds_that_hang_are_lit_from_above_in_clips_too() {
+        for flip in [1.0, -1.0] {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 6.0], &[0.1, 0.1]);
+            for i in 0..12 {
+                let (sin, cos) = math::sin_cos(i as f32 * 0.52);
+                let tip = Vec3::new(cos, 0.2, sin).normalize();
+                let face = (Vec3::Y - tip * tip.y).normalize() * flip;
+                let form = LeafForm::Frond { width: 0.2, arch: 1.6 * flip, fold: 0.0 };
+                let orientation = Rotation::from_axes(tip.cross(face), tip, face);
+                builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, 2.5, 0) });
+            }
+            let plant = builder.finish().unwrap();
+            let posed = plant.pose();
+            let key = card_key(&KeyPlant { plant: &plant, posed: &posed }, &(0..12).collect::<Vec<_>>(), 1.0);
+            assert!(key.normals.iter().all(|n| n.y > 0.2), "{flip}: {:?}", key.normals);
+        }
+    }
     use crate::relate::random_plant::{Oddity, random_plant};
 
     #[test]

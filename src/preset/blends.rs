@@ -14,12 +14,12 @@ use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Want
 use super::plan::{
     BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
 };
-use super::reader::{Reader, clip};
+use super::reader::{Reader, clip, many};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;
 use super::sketches::SKETCH_FIELD;
 use super::variants::source;
-use crate::base::{counted, simplex_point};
+use crate::base::simplex_point;
 
 /// Most trees of one entry.
 const MOST_TREES: u64 = 256;
@@ -397,11 +397,6 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
             .collect()
     };
     Some(taken(blend, trees, numbers, decided, wanted, count))
-}
-
-/// A number that the preset tells, with its noun.
-fn many(n: u64, one: &str, many: &str) -> String {
-    counted(usize::try_from(n).unwrap_or(usize::MAX), one, many)
 }
 
 /// How many trees an entry makes, of which those are taken that it gives.

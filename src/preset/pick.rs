@@ -2,7 +2,7 @@
 //! without its candidates, which the entry makes.
 
 use super::plan::{FilterParams, Pick, ScoreParams};
-use super::reader::Reader;
+use super::reader::{Reader, many};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 
 /// Most candidates of one entry.
@@ -143,8 +143,7 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
     let scores = fields.group("scores", scores)?;
     let candidates = fields.integer_or("candidates", usual_candidates(count));
     if candidates < count {
-        let candidates = if candidates == 1 { "1 candidate".to_owned() } else { format!("{candidates} candidates") };
-        let message = format!("{candidates} for the {count} trees of `count`");
+        let message = format!("{} for the {count} trees of `count`", many(candidates, "candidate", "candidates"));
         fields.fault("candidates", message, "leave it out, or raise it");
     }
     let pick = pick?;

@@ -10,7 +10,7 @@ use super::nearest::nearest;
 use super::report::Report;
 use super::schema::{Choice, Default, Field, Form, Kind, NOTHING, Record};
 use super::syntax::{Name, Node, Value, tree};
-use crate::base::Span;
+use crate::base::{Span, counted};
 
 /// A group of fields that is being read.
 pub(super) struct Reader<'t, 'r> {
@@ -46,6 +46,11 @@ impl Item<'_> {
     pub(super) fn span(&self) -> Option<Span> {
         self.given.then_some(self.node.span)
     }
+}
+
+/// A number that the preset tells, with its noun.
+pub(super) fn many(n: u64, one: &str, many: &str) -> String {
+    counted(usize::try_from(n).unwrap_or(usize::MAX), one, many)
 }
 
 impl<'t, 'r> Reader<'t, 'r> {

@@ -340,29 +340,25 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         // Who tells a number gets no more sides, and that error on small trees, too.
         let most_sides = if fields.has("sides") { sides } else { MOST_SIDES };
         let error_share = if fields.has("error") { 0.0 } else { USUAL_ERROR_SHARE };
-        (
-            (sides, most_sides),
-            (error, error_share),
-            (output::forks(fields), output::leaves(fields), output::backs(fields), output::wind(fields)),
-            (fields.count("lightmap"), output::most_triangles(fields)),
-            (fields.number("below"), output::roots(fields, of_leaf), output::flare(fields, &sources)),
-        )
+        let mesh = MeshParams {
+            most_sides,
+            error_share,
+            forks: output::forks(fields),
+            leaves: output::leaves(fields),
+            backs: output::backs(fields),
+            most: output::most_triangles(fields),
+            below: fields.number("below"),
+            roots: output::roots(fields, of_leaf),
+            flare: output::flare(fields, &sources),
+            ..MeshParams::told(sides, error)
+        };
+        (mesh, output::wind(fields), fields.count("lightmap"))
     });
-    let lods = output::lods(set, mesh.as_ref().map_or(super::plan::ANY, |mesh| mesh.3.1));
+    let lods = output::lods(set, mesh.as_ref().map_or(super::plan::ANY, |(mesh, ..)| mesh.most));
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
     let colliders = set.group("colliders", |fields| output::colliders(fields, &engines));
-    let (
-        foliage,
-        (bark_art, bark_wear, bark_tile),
-        (
-            (sides, most_sides),
-            (error, error_share),
-            (forks, leaves, backs, wind),
-            (lightmap, most),
-            (below, roots, flare),
-        ),
-    ) = (foliage?, bark?, mesh?);
+    let (foliage, (bark_art, bark_wear, bark_tile), (mesh, wind, lightmap)) = (foliage?, bark?, mesh?);
     Some(Plan {
         name: name.to_string(),
         seed,
@@ -382,20 +378,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         leaf_wear: foliage.wear,
         bark_art,
         bark_wear,
-        mesh: MeshParams {
-            sides,
-            most_sides,
-            error,
-            error_share,
-            bark_tile,
-            forks,
-            leaves,
-            most,
-            backs,
-            below,
-            roots,
-            flare,
-        },
+        mesh: MeshParams { bark_tile, ..mesh },
         lightmap,
         wind,
         lods,

@@ -282,3 +282,18 @@ fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
         form: a.form.between(b.form, t),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::grown;
+
+    #[test]
+    fn leaves_of_a_shoot_cover_what_it_has_grown_and_are_no_longer_than_it_while_it_is_short() {
+        for degree in [0.45_f32, 0.7, 1.0] {
+            assert!((grown(degree) * grown(degree) - degree).abs() < 1e-5);
+        }
+        for degree in [0.0, 0.02, 0.1, 0.3] {
+            assert!(grown(degree) <= degree * 1.61, "{degree}: {}", grown(degree));
+        }
+    }
+}

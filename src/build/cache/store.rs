@@ -10,9 +10,9 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
-use super::super::replace::chance;
+use super::super::replace::{LEFT, chance};
 use super::CacheOptions;
 use crate::base::Key;
 
@@ -25,8 +25,6 @@ const TEMPORARY: &str = ".part";
 const MOST_BYTES: u64 = 2 << 30;
 /// Room that is made for an entry before it is read.
 const CLAIMED: usize = 1 << 24;
-/// How long nobody writes at an entry: older parts were left by a process that died.
-const STALE: Duration = Duration::from_secs(3600);
 
 /// The folder could not be used.
 #[derive(Debug, thiserror::Error)]
@@ -147,7 +145,7 @@ impl Store {
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
         let now = clock();
         for part in entries.iter().filter(|entry| entry.is_part) {
-            if now.duration_since(part.used).is_ok_and(|age| age > STALE) {
+            if now.duration_since(part.used).is_ok_and(|age| age > LEFT) {
                 let _ = fs::remove_file(&part.path);
             }
         }
