@@ -32,11 +32,34 @@ impl Chosen {
     }
 
     /// The weights with every kin that takes no part as the first source has it.
+    ///
+    /// What bears one of those stays, too: as much of it as the others' lack of it would take goes to the first source's.
     #[must_use]
     pub fn hold(&self, family: &Family, mut weights: Weights) -> Weights {
         let first: Vec<f32> = (0..family.sources().len()).map(|s| if s == 0 { 1.0 } else { 0.0 }).collect();
-        for kin in family.kin_ids().filter(|&kin| !self.has(kin)) {
-            weights.set(kin, &first, if family.is_primary(kin, 0) { 1.0 } else { 0.0 });
+        let mut bears = vec![false; family.kin_count()];
+        // Bearers come before what they bear.
+        for kin in family.kin_ids().rev() {
+            let stays = if self.has(kin) {
+                let degree = weights.degree(kin).clamp(0.0, 1.0);
+                if bears[kin.index()] && degree < 1.0 {
+                    let shares = weights.shares(kin);
+                    let has = |s: usize| family.member(kin, s).is_some();
+                    let sum: f32 = shares.iter().enumerate().filter(|(s, _)| has(*s)).map(|(_, w)| w).sum();
+                    let scale = if sum > 0.0 { degree / sum } else { 0.0 };
+                    let mut own: Vec<f32> = shares.iter().map(|w| w * scale).collect();
+                    own[0] += 1.0 - degree;
+                    weights.set(kin, &own, 1.0);
+                }
+                bears[kin.index()]
+            } else {
+                let stays = family.is_primary(kin, 0);
+                weights.set(kin, &first, if stays { 1.0 } else { 0.0 });
+                stays
+            };
+            if let Some(parent) = family.parent(kin) {
+                bears[parent.index()] |= stays;
+            }
         }
         weights
     }
@@ -136,6 +159,32 @@ mod tests {
         let either = OnlyParams { orders: vec![(2, 2), (3, 3)], ..OnlyParams::default() };
         assert_eq!(count(&either), count(&orders));
         assert_eq!(count(&OnlyParams { orders: vec![(40, 60)], ..OnlyParams::default() }), 0);
+    }
+
+    #[test]
+    fn what_stays_is_borne_by_what_stays_at_every_weight() {
+        use crate::blend::mix;
+        let family = family();
+        // Trunks do not take part with what is thin: but limbs do, and bear it.
+        let only = OnlyParams { orders: vec![(2, 2)], ..OnlyParams::default() };
+        let chosen = chosen(&family, &only, &[]);
+        let own = |kin: &KinId| !chosen.has(*kin) && family.member(*kin, 0).is_some();
+        let (held, alone) = (family.kin_ids().filter(own).count(), |kin: &KinId| family.member(*kin, 1).is_none());
+        assert!(family.kin_ids().any(|k| chosen.has(k) && alone(&k) && family.children(k).any(|c| own(&c))));
+        let mut blender = crate::relate::Blender::new(&family);
+        for share in [0.0, 0.001, 0.3, 0.9, 0.999, 1.0] {
+            let weights = chosen.hold(&family, mix(&family, &[1.0 - share, share]));
+            let tree = blender.blend(&weights);
+            let there: Vec<KinId> = blender.kins().to_vec();
+            assert_eq!(there.iter().filter(|kin| own(kin)).count(), held, "{share}");
+            // And as long as in the first source.
+            for (i, kin) in there.iter().enumerate().filter(|(_, kin)| own(kin)) {
+                let length = |plant: &Plant, id| crate::plant::Curve::new(plant.points(id)).length();
+                let first = length(&family.sources()[0], family.member(*kin, 0).unwrap());
+                let bearer = family.parent(*kin).map_or(1.0, |parent| weights.degree(parent));
+                assert!((length(&tree, ChainId(i as u32)) - first).abs() < 1e-3 * first && bearer == 1.0, "{share}");
+            }
+        }
     }
 
     #[test]

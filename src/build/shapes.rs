@@ -6,7 +6,7 @@ use crate::base::Diagnostic;
 use crate::blend::shape::{Metric, Reflection, SmallBranches, nearest_facing, weighted_mean};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
+use crate::preset::plan::{ChainPath, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 use crate::relate::{Family, FamilyError, elastic_family, turned};
 use crate::select;
 
@@ -63,17 +63,28 @@ fn space(params: &ShapeParams, sources: &[Plant]) -> Result<Space, FamilyError> 
             };
             Ok(Space::Mirror(Box::new(reflection)))
         }
-        ShapeKind::Sources { facing } => {
+        ShapeKind::Sources { facing, turn } => {
             let small = match params.small {
                 SmallRule::Kept => None,
                 SmallRule::Removed { alpha } => Some(SmallBranches::of(plants.iter().copied(), alpha)),
             };
             let mut all: Vec<Plant> = plants.into_iter().cloned().collect();
-            if facing == Facing::Free && !all.iter().any(|p| p.chains().is_empty()) {
-                let bare: Vec<Plant> = all.iter().map(|p| p.clone().without_leaves()).collect();
-                for (plant, own) in all.iter_mut().zip(&bare).skip(1) {
-                    let (_, angle) = nearest_facing(&bare[0], own, Metric::Elastic, &params.elastic)?;
-                    *plant = turned(plant, angle);
+            let metric = match params.elastic.path {
+                ChainPath::Elastic => Metric::Elastic,
+                ChainPath::Straight => Metric::Qed,
+            };
+            if !all.iter().any(|p| p.chains().is_empty()) {
+                let first = all[0].clone().without_leaves();
+                for plant in all.iter_mut().skip(1) {
+                    let angle = match facing {
+                        Facing::Fixed => 0.0,
+                        Facing::Free => {
+                            nearest_facing(&first, &plant.clone().without_leaves(), metric, &params.elastic)?.1
+                        }
+                    };
+                    if angle + turn != 0.0 {
+                        *plant = turned(plant, angle + turn);
+                    }
                 }
             }
             Ok(Space::Sources(Box::new(elastic_family(all, &params.elastic)?), small))

@@ -357,6 +357,9 @@ pub(super) struct InspectArguments {
     /// Seed that a species file is grown with.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    /// Also tells how far the plant is from symmetric, and across which vertical plane.
+    #[arg(long)]
+    pub(super) symmetry: bool,
     /// A second plant: tells what the trunk bears while the first turns into it.
     #[arg(long, value_name = "FILE")]
     pub(super) morph_to: Option<PathBuf>,

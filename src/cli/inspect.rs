@@ -14,11 +14,12 @@ use super::args::InspectArguments;
 use super::report::{Failure, print};
 use crate::bake::{PictureInfo, picture_info};
 use crate::base::{Diagnostic, Seed, counted};
+use crate::blend::shape::Reflection;
 use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
 use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
-use crate::preset::plan::{ImportParams, MatchParams};
+use crate::preset::plan::{ElasticParams, ImportParams, MatchParams};
 use crate::preset::{self, place, species};
 use crate::relate;
 use crate::source::glb::{GlbInfo, read_glb};
@@ -41,6 +42,8 @@ struct Inspected<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     morph: Option<MorphSupport>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    symmetry: Option<Symmetry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     asset: Option<GlbInfo<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<PictureInfo>,
@@ -61,6 +64,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         plant: None,
         trunk_support: None,
         morph: None,
+        symmetry: None,
         asset: None,
         picture: None,
     };
@@ -82,6 +86,10 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.dump {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
         write(path, &dump(plant))?;
+    }
+    if arguments.symmetry {
+        let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to mirror", inspected.kind)))?;
+        inspected.symmetry = Some(symmetry(plant).map_err(one)?);
     }
     if let Some(path) = &arguments.morph_to {
         let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
@@ -118,6 +126,20 @@ struct MorphSupport {
     one_to_many: Vec<f32>,
     /// By fuzzy matching: chains without a partner grow and wilt.
     one_to_one: Vec<f32>,
+}
+
+/// How far a plant is from symmetric (2018 TOG, section 6).
+#[derive(Serialize)]
+struct Symmetry {
+    /// Where the vertical plane of least asymmetry runs to, degrees from the front (+z) towards +x.
+    plane: f32,
+    /// Elastic distance of the plant and its reflection, metres.
+    asymmetry: f64,
+}
+
+fn symmetry(plant: &Plant) -> Result<Symmetry, String> {
+    let found = Reflection::best(plant, &ElasticParams::default()).map_err(|error| error.to_string())?;
+    Ok(Symmetry { plane: found.azimuth().to_degrees().rem_euclid(180.0), asymmetry: found.asymmetry() })
 }
 
 fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
@@ -223,6 +245,9 @@ fn describe(inspected: &Inspected<'_>) -> String {
             ends.1 * 100.0,
             morph.steepest / morph.straight.max(1e-6)
         );
+    }
+    if let Some(Symmetry { plane, asymmetry }) = inspected.symmetry {
+        let _ = writeln!(text, "{asymmetry:.2} m from symmetric, across the plane at {plane:.0} degrees");
     }
     if let Some(asset) = &inspected.asset {
         describe_asset(&mut text, asset);

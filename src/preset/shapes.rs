@@ -35,6 +35,14 @@ const FACING: Field = Field {
     about: "whether sources behind the first are turned about the vertical",
 };
 
+const TURN: Field = Field {
+    name: "turn",
+    kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
+    default: Default::Is("0"),
+    about: "how far sources behind the first are turned about the vertical, from +z towards +x, beyond what `facing` does: \
+            the way to a tree that is turned by 180 leads through other trees",
+};
+
 const SMALL: Field = Field {
     name: "small",
     kind: Kind::Choice(&SMALLS),
@@ -89,6 +97,7 @@ pub(super) static GEODESIC: Record = Record {
         },
         PATH,
         FACING,
+        TURN,
         SMALL,
         MATCHED,
     ],
@@ -108,6 +117,7 @@ pub(super) static MEAN: Record = Record {
         },
         PATH,
         FACING,
+        TURN,
         SMALL,
         MATCHED,
     ],
@@ -121,9 +131,9 @@ pub(super) static SYMMETRIZE: Record = Record {
         Field { name: "of", kind: Kind::Text("a source's name"), default: Default::Required, about: "which one" },
         Field {
             name: "amount",
-            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            kind: Kind::Number { low: 0.0, high: 2.0, unit: "" },
             default: Default::Is("1.0"),
-            about: "0 is the tree as it is, 1 a symmetric one",
+            about: "0 is the tree as it is, 1 a symmetric one, 2 its reflection",
         },
         Field {
             name: "plane",
@@ -162,6 +172,7 @@ pub(super) static BETWEEN: Record = Record {
         },
         PATH,
         FACING,
+        TURN,
         SMALL,
         MATCHED,
     ],
@@ -242,6 +253,7 @@ fn geodesic(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Sha
     let (from, to) = (named("from"), named("to"));
     let steps = fields.integer("steps");
     let (elastic, facing, small) = (elastic(fields), facing(fields), small(fields));
+    let turn = fields.number("turn").to_radians();
     let (from, to) = (from?, to?);
     if from == to {
         fields.fault("to", "goes from a source to itself", "name different sources");
@@ -249,7 +261,7 @@ fn geodesic(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Sha
     }
     let at = |i: u64| i as f32 / (steps + 1) as f32;
     let trees = (1..=steps).map(|i| vec![1.0 - at(i), at(i)]).collect();
-    let kind = ShapeKind::Sources { facing: facing? };
+    let kind = ShapeKind::Sources { facing: facing?, turn };
     Some(Shaped { shape: ShapeParams { entry, of: vec![from, to], kind, elastic: elastic?, small: small? }, trees })
 }
 
@@ -257,6 +269,7 @@ fn mean(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Shaped>
     let of = of_list(fields, names);
     let given = fields.shares("weights");
     let (elastic, facing, small) = (elastic(fields), facing(fields), small(fields));
+    let turn = fields.number("turn").to_radians();
     let of = of?;
     let mut weights = vec![1.0; of.len()];
     let mut seen: Vec<usize> = Vec::new();
@@ -283,7 +296,7 @@ fn mean(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Shaped>
         return None;
     }
     let trees = vec![weights.iter().map(|w| w / sum).collect()];
-    let kind = ShapeKind::Sources { facing: facing? };
+    let kind = ShapeKind::Sources { facing: facing?, turn };
     Some(Shaped { shape: ShapeParams { entry, of, kind, elastic: elastic?, small: small? }, trees })
 }
 
@@ -298,6 +311,7 @@ fn symmetrize(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<S
     });
     let elastic = elastic(fields);
     let kind = ShapeKind::Mirror { plane: plane? };
+    // The two ends' branches are as long here, so the paper's rule for small ones would leave out all below its line.
     let shape = ShapeParams { entry, of: vec![of?], kind, elastic: elastic?, small: SmallRule::Kept };
     Some(Shaped { shape, trees: vec![vec![1.0 - amount * 0.5, amount * 0.5]] })
 }
@@ -306,11 +320,12 @@ fn between(entry: usize, fields: &Reader<'_, '_>, names: &[&str], set_seed: u64)
     let of = of_list(fields, names);
     let (count, spread, seed) = (fields.integer("count"), fields.number("spread"), fields.integer("seed"));
     let (elastic, facing, small) = (elastic(fields), facing(fields), small(fields));
+    let turn = fields.number("turn").to_radians();
     let of = of?;
     let named = |seed: Seed, &s: &usize| seed.child(names[s]);
     let address = of.iter().fold(Seed::new(set_seed).child("between").at(seed), named);
     let trees = (0..count).map(|i| gaussian_shares(of.len(), spread, address.at(i))).collect();
-    let kind = ShapeKind::Sources { facing: facing? };
+    let kind = ShapeKind::Sources { facing: facing?, turn };
     Some(Shaped { shape: ShapeParams { entry, of, kind, elastic: elastic?, small: small? }, trees })
 }
 

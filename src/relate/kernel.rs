@@ -327,7 +327,11 @@ impl<'f> Blender<'f> {
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
             let (size, offset) = (leaf.size * self.degrees[k], leaf.offset * self.degrees[k]);
-            builder.leaf(Leaf { chain: ChainId(self.chains[k]), size, offset, ..leaf });
+            let location = match &family.elastic {
+                Some(elastic) => self.located_on(k, elastic, site.source as usize, leaf.location),
+                None => leaf.location,
+            };
+            builder.leaf(Leaf { chain: ChainId(self.chains[k]), location, size, offset, ..leaf });
         }
         builder.finish_trusted()
     }

@@ -1,8 +1,8 @@
 //! Reflection symmetry of a plant: how far it is from symmetric, across which vertical plane, and the nearest symmetric
 //! plant (2018 TOG, section 6).
 //!
-//! The asymmetry is the elastic distance of a plant and its reflection, in a correspondence that is its own inverse
-//! (`relate/elastic/mirror.rs`); the middle of the geodesic between the two is symmetric, and by the triangle inequality no
+//! The asymmetry is the length of the way from a plant to its reflection, in a correspondence that is its own inverse
+//! (`relate/elastic/mirror.rs`): the elastic distance, or where chains go straight the paper's QED. The middle of the geodesic between the two is symmetric, and by the triangle inequality no
 //! symmetric plant of that family is nearer.
 //!
 //! The best plane is searched among [`COARSE`] and then refined by halving steps: asymmetry jumps where branches change partners,
@@ -12,6 +12,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::along::weighted_mean;
+use super::straighten::TreeGeodesic;
+use super::tree_point::TreePoint;
 use crate::plant::{Curve, Plant};
 use crate::preset::plan::ElasticParams;
 use crate::relate::{Family, FamilyError, mirror_family, turned};
@@ -75,13 +77,13 @@ impl Reflection {
         &self.family
     }
 
-    /// The elastic distance of the plant and its reflection, metres; infinite where chains go straight.
+    /// How far the plant is from its reflection, metres: by the elastic metric, where chains go straight by QED.
     #[must_use]
     pub fn asymmetry(&self) -> f64 {
         let point = |s: usize| self.family.shape_point(&self.family.corner(s));
         match (point(0), point(1)) {
             (Some(a), Some(b)) => a.distance(&b),
-            _ => f64::INFINITY,
+            _ => TreeGeodesic::new(&TreePoint::of(&self.family, 0), &TreePoint::of(&self.family, 1)).length(),
         }
     }
 
@@ -112,10 +114,11 @@ impl Reflection {
         most
     }
 
-    /// The plant made symmetric by an amount: 0 leaves it as it is, 1 is the middle of the way to its reflection.
+    /// The plant made symmetric by an amount: 0 leaves it as it is, 1 is the middle of the way to its reflection, 2 its
+    /// reflection.
     #[must_use]
     pub fn symmetrized(&self, amount: f32) -> Plant {
-        let to = if amount.is_finite() { amount.clamp(0.0, 1.0) * 0.5 } else { 0.0 };
+        let to = if amount.is_finite() { amount.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
         turned(&self.family.blend(&weighted_mean(&self.family, &[1.0 - to, to])), self.azimuth)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::base::Seed;
-use crate::plant::{Plant, PlantBuilder, PlantStats};
+use crate::plant::{Curve, Plant, PlantBuilder, PlantStats};
 use crate::preset::plan::{ChainPath, ElasticParams, Facing, MatchParams};
 use crate::relate::random_plant::{Oddity, random_plant};
 use crate::relate::{Family, elastic_family, nway_family};
@@ -200,6 +200,39 @@ fn a_turned_plant_is_found_again() {
     let far = distance(&plant, &turned, &how).unwrap();
     let near = distance(&plant, &turned, &Comparison { facing: Facing::Free, ..how }).unwrap();
     assert!(near < far * 0.1, "{near} {far}");
+}
+
+#[test]
+fn the_best_plane_is_found_on_straight_ways_too() {
+    let params = ElasticParams { path: ChainPath::Straight, ..ElasticParams::default() };
+    let plant = random_plant(Seed::new(3), 40, Oddity::Tame);
+    let best = Reflection::best(&plant, &params).unwrap();
+    for i in 0..9 {
+        let across = Reflection::across(&plant, i as f32 * std::f32::consts::PI / 9.0, &params).unwrap();
+        assert!(across.asymmetry().is_finite() && best.asymmetry() <= across.asymmetry(), "{i}");
+    }
+    assert!(best.symmetrized(2.0).height() - plant.height() < 1e-4);
+}
+
+#[test]
+fn what_a_bent_chain_bears_keeps_to_its_points_while_it_is_made_symmetric() {
+    // A limb along the plane that swings out of it for a while: that gets shorter, and the rest longer.
+    let mut builder = PlantBuilder::new();
+    let trunk = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.1]);
+    let at = |i: i32| Vec3::new(0.06 * (10 - (i - 25).abs()).max(0) as f32, 0.0, 0.05 * i as f32);
+    let points: Vec<Vec3> = (0..=60).map(at).collect();
+    let radii: Vec<f32> = (0..=60).map(|i| 0.1 - 0.0015 * i as f32).collect();
+    let limb = builder.branch(trunk, 0.5, &points, &radii);
+    builder.branch(limb, 0.75, &[Vec3::ZERO, Vec3::Y], &[0.03, 0.01]);
+    let plant = builder.finish().unwrap();
+    let radius = |plant: &Plant| {
+        let twig = plant.chain_ids().find(|&id| plant.chain(id).order == 3).unwrap();
+        let limb = plant.chain(twig).parent.unwrap();
+        Curve::new(plant.points(limb)).value(plant.radii(limb), f64::from(plant.chain(twig).location))
+    };
+    let made = Reflection::across(&plant, 0.0, &ElasticParams::default()).unwrap().symmetrized(1.0);
+    assert_eq!(made.chains().len(), 3);
+    assert!((radius(&made) - radius(&plant)).abs() < 0.002, "{} {}", radius(&made), radius(&plant));
 }
 
 #[test]

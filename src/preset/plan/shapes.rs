@@ -24,7 +24,7 @@ impl Default for ElasticParams {
 /// What a branch does on its way from one form to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum ChainPath {
-    /// It bends: the square root velocity function moves on a great circle, the square root of the length linearly.
+    /// It bends: the square root velocity function moves on a great circle, and the length linearly.
     Elastic,
     /// Every point moves straight, as in the paper: it gets shorter where directions differ.
     Straight,
@@ -67,12 +67,21 @@ pub enum ShapeKind {
     Sources {
         /// Whether those behind the first are turned.
         facing: Facing,
+        /// By how much more they are, radians from the front (+z) towards +x; not written where it is zero, so that such
+        /// plans keep their keys.
+        #[serde(skip_serializing_if = "is_zero")]
+        turn: f32,
     },
     /// One source and its reflection.
     Mirror {
         /// Across which plane.
         plane: MirrorPlane,
     },
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
+fn is_zero(turn: &f32) -> bool {
+    *turn == 0.0
 }
 
 /// A shape space that trees are taken from (2018 TOG).

@@ -24,7 +24,12 @@ impl Monotone {
 
     /// The value at `x`.
     pub(in crate::relate) fn at(&self, x: f64) -> f64 {
-        interpolated(&self.knots, x)
+        interpolated(&self.knots, x, |k| k)
+    }
+
+    /// Where the value is `y`: what the inverse has there.
+    pub(in crate::relate) fn back(&self, y: f64) -> f64 {
+        interpolated(&self.knots, y, |(from, to)| (to, from))
     }
 
     /// The same map bent to pass through anchors, strictly rising in `from`, never falling in `to`, between the ends.
@@ -57,7 +62,7 @@ impl Monotone {
         let mut spans = vec![(0, last)];
         while let Some((a, b)) = spans.pop() {
             let ends = [self.knots[a], self.knots[b]];
-            let off = |i: usize| (self.knots[i].1 - interpolated(&ends, self.knots[i].0)).abs();
+            let off = |i: usize| (self.knots[i].1 - interpolated(&ends, self.knots[i].0, |k| k)).abs();
             let Some(worst) = (a + 1..b).max_by(|&i, &j| off(i).total_cmp(&off(j))) else { continue };
             if off(worst) > tolerance {
                 keep[worst] = true;
@@ -69,16 +74,16 @@ impl Monotone {
     }
 }
 
-/// The value at `x` of the line through knots; the lower one where several share it.
-fn interpolated(knots: &[(f64, f64)], x: f64) -> f64 {
-    let next = knots.partition_point(|k| k.0 < x);
+/// The value at `x` of the line through knots, each as `read`; the lower one where several share it.
+fn interpolated(knots: &[(f64, f64)], x: f64, read: impl Fn((f64, f64)) -> (f64, f64)) -> f64 {
+    let next = knots.partition_point(|&k| read(k).0 < x);
     if next == 0 {
-        return knots[0].1;
+        return read(knots[0]).1;
     }
     if next == knots.len() {
-        return knots[next - 1].1;
+        return read(knots[next - 1]).1;
     }
-    let (low, high) = (knots[next - 1], knots[next]);
+    let (low, high) = (read(knots[next - 1]), read(knots[next]));
     let span = high.0 - low.0;
     if span > 0.0 { low.1 + (high.1 - low.1) * ((x - low.0) / span) } else { low.1 }
 }
@@ -91,6 +96,7 @@ mod tests {
     fn maps_compose_bend_and_invert() {
         let map = Monotone::new(vec![(0.0, 0.0), (0.5, 0.2), (1.0, 1.0)]);
         assert!((map.inverse().at(map.at(0.3)) - 0.3).abs() < 1e-12);
+        assert_eq!(map.back(0.1), map.inverse().at(0.1));
         let bent = map.through(&[(0.4, 0.4), (0.8, 0.45)]);
         assert_eq!((bent.at(0.4), bent.at(0.8), bent.at(1.0)), (0.4, 0.45, 1.0));
         assert!(bent.knots().windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 <= w[1].1));

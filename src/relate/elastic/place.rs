@@ -117,19 +117,13 @@ impl Blender<'_> {
         if self.feeds[k] == self.feeds[p] && self.feeds[k] != Feed::Several {
             return self.location[k];
         }
-        let at = elastic.shared[k].at;
-        if at.is_nan() {
-            return self.location[k];
-        }
+        // Kins without a place of their own stand where they do on their members: on a chain beside its own reflection that is
+        // the shared parameter, since what bends out of the plane gets shorter, and the rest longer.
+        let own = elastic.shared[k].at;
+        let at = if own.is_nan() { f64::from(self.location[k]) } else { own };
         let place = match self.feeds[p] {
-            Feed::Several => {
-                let slots = &elastic.slots[p];
-                let parameters = &self.parameters[self.span(p)];
-                let next = slots.partition_point(|&u| u <= at).clamp(1, slots.len() - 1);
-                let span = slots[next] - slots[next - 1];
-                let f = if span > 0.0 { ((at - slots[next - 1]) / span).clamp(0.0, 1.0) } else { 0.0 };
-                parameters[next - 1] + (parameters[next] - parameters[next - 1]) * f
-            }
+            Feed::Several => self.arc_length(p, elastic, at),
+            _ if own.is_nan() => at,
             Feed::One(s) => {
                 let row = family.row(p);
                 let before = row[..s as usize].iter().filter(|m| m.chain != NONE).count();
@@ -138,6 +132,27 @@ impl Blender<'_> {
             Feed::Nothing => at,
         };
         (place as f32).clamp(0.0, 1.0)
+    }
+
+    /// The arc-length parameter of a place on a kin that several members feed, by the parameter that they share.
+    fn arc_length(&self, k: usize, elastic: &Elastic, shared: f64) -> f64 {
+        let slots = &elastic.slots[k];
+        let parameters = &self.parameters[self.span(k)];
+        let next = slots.partition_point(|&u| u <= shared).clamp(1, slots.len() - 1);
+        let span = slots[next] - slots[next - 1];
+        let f = if span > 0.0 { ((shared - slots[next - 1]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        parameters[next - 1] + (parameters[next] - parameters[next - 1]) * f
+    }
+
+    /// Where what stands on a member of a kin is on the kin: arc-length parameters.
+    pub(in crate::relate) fn located_on(&self, k: usize, elastic: &Elastic, source: usize, location: f32) -> f32 {
+        if self.feeds[k] != Feed::Several {
+            return location;
+        }
+        let before = self.family.row(k)[..source].iter().filter(|m| m.chain != NONE).count();
+        let own = f64::from(location);
+        let shared = elastic.shared[k].maps.get(before).map_or(own, |map| map.back(own));
+        (self.arc_length(k, elastic, shared) as f32).clamp(0.0, 1.0)
     }
 
     /// The radii as they were placed, for families whose paths no rule may bend.
