@@ -13,7 +13,7 @@ pub(crate) const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.
 /// The filter as presets have it.
 pub(crate) const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 };
 /// Weights of scores.
-pub(crate) const SCORES: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4 };
+pub(crate) const SCORES: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4, sources: Vec::new() };
 
 /// A row of the table.
 pub(crate) struct Row {

@@ -16,6 +16,7 @@ use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
 use crate::relate::{self, Family, FamilyError, Weights};
+use crate::select;
 
 /// Sources in correspondence; kept in memory only.
 const FAMILY: Stage = Stage("family", 3);
@@ -221,8 +222,10 @@ pub(super) fn variant(
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
-        Variant::Blend { .. } => blend_of(plan, variant, blends)
-            .map(|(family, weights)| blend::grounded(family.blend(&weights), family.sources())),
+        Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| {
+            let cleared = select::without(&family.blend(&weights), selected.gone(variant));
+            blend::grounded(cleared, family.sources())
+        }),
         Variant::Shape { shape, shares } => {
             let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));
             blends.shapes.plant(*shape, shares).map(|plant| blend::grounded(plant, of))
@@ -256,6 +259,10 @@ pub(super) fn identity(plan: &Plan, variant: &Variant, selected: &Selected) -> (
     let seed = Seed::new(plan.seed).child("variant").child(&recipe.to_string());
     if let Some(kept) = kept {
         recipe["selected"] = kept.told.clone();
+    }
+    let gone = selected.gone(variant).len();
+    if gone > 0 {
+        recipe["branches_removed"] = serde_json::json!(gone);
     }
     (recipe, seed)
 }
@@ -338,6 +345,24 @@ mod tests {
             assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
             assert!(trees[..i].iter().all(|other| other != tree), "{i}");
         }
+    }
+
+    #[test]
+    fn what_runs_into_other_branches_is_removed_and_told() {
+        let text = |filter: &str| plan(&format!("Blend(of: [\"a\", \"b\"], count: 8, filter: {filter})"));
+        let usual = plan("Blend(of: [\"a\", \"b\"], count: 8)");
+        let chains = |plan: &Plan| made(plan).iter().map(|tree| tree.chains().len()).sum::<usize>();
+        assert!(chains(&usual) < chains(&text("None")));
+        let blends = blends(&usual, &plants(), &Cache::default()).unwrap();
+        let selected = selections::selected(&usual, &blends).unwrap();
+        let [note] = &selected.notes[..] else { panic!("{:?}", selected.notes) };
+        assert!(note.about == "variants[0]" && note.message.contains("removed from"), "{note:?}");
+        // The address of a tree's leaves is what it was.
+        let (recipe, seed) = identity(&usual, &usual.variants[0], &selected);
+        let (plain, same) = identity(&usual, &usual.variants[0], &Selected::default());
+        assert_eq!(seed.bits(), same.bits());
+        let told = |place: usize| identity(&usual, &usual.variants[place], &selected).0["branches_removed"].as_u64();
+        assert!((0..8).any(|place| told(place).is_some()) && plain["branches_removed"].is_null(), "{recipe}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The trees that selections keep: candidates are blended bare, filtered, scored and picked. Candidates are forgotten
+//! What trees are cleared of, and which of them selections keep: candidates are blended bare, filtered, scored and picked. Candidates are forgotten
 //! once measured; those that are kept are blended again, which costs a millisecond.
 
 use rayon::prelude::*;
@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use super::blends::{self, Blends};
 use crate::base::{Diagnostic, Note, counted};
 use crate::blend::grounded;
-use crate::plant::{ChainId, Plant};
+use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
 use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
 use crate::relate::Blender;
-use crate::select::{self, Examined, Picked, Scores, Sources};
+use crate::select::{self, Collision, Examined, Habits, Picked, Scores, Sources};
 
 /// A kept tree.
 pub(super) struct Kept {
@@ -27,6 +27,8 @@ pub(super) struct Kept {
 pub(super) struct Selected {
     /// By selection and place.
     kept: Vec<Vec<Kept>>,
+    /// Blends that no selection decides about and that branches are removed from.
+    cleared: Vec<(Variant, Vec<ChainId>)>,
     /// What was rejected and removed.
     pub(super) notes: Vec<Note>,
 }
@@ -39,6 +41,11 @@ impl Selected {
             _ => None,
         }
     }
+
+    /// The branches that are removed from a blend which no selection decides about.
+    pub(super) fn gone(&self, variant: &Variant) -> &[ChainId] {
+        self.cleared.iter().find(|cleared| cleared.0 == *variant).map_or(&[], |cleared| &cleared.1)
+    }
 }
 
 /// Makes, filters, scores and picks the candidates of every selection.
@@ -47,7 +54,7 @@ impl Selected {
 ///
 /// When a selection selects nothing, at its field.
 pub(super) fn selected(plan: &Plan, made: &Blends) -> Result<Selected, Vec<Diagnostic>> {
-    let mut all = Selected { kept: Vec::new(), notes: Vec::new() };
+    let mut all = Selected::default();
     let mut errors = Vec::new();
     for selection in &plan.selections {
         match one(plan, selection, made) {
@@ -58,7 +65,62 @@ pub(super) fn selected(plan: &Plan, made: &Blends) -> Result<Selected, Vec<Diagn
             Err(error) => errors.push(error),
         }
     }
+    for entry in 0..plan.blends.len() {
+        let (cleared, note) = cleared(plan, entry, made);
+        all.cleared.extend(cleared);
+        all.notes.extend(note);
+    }
     if errors.is_empty() { Ok(all) } else { Err(errors) }
+}
+
+/// The branches that run into others in the trees of a blend that no selection decides about.
+fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<ChainId>)>, Option<Note>) {
+    let params = &plan.blends[blend];
+    let of_blend = |variant: &Variant| match variant {
+        Variant::Sketched { of, .. } => (**of).clone(),
+        plain => plain.clone(),
+    };
+    let mut trees: Vec<Variant> = plan.variants.iter().map(of_blend).collect();
+    trees.retain(|variant| matches!(variant, Variant::Blend { blend: of, .. } if *of == blend));
+    let first = trees.first().and_then(|tree| blends::blend_of(plan, tree, made));
+    let (Some(filter), Some((family, _))) = (&params.filter, first) else { return Default::default() };
+    let habits = Habits::of(family, filter);
+    let states = blends::states(plan, &trees, made);
+    let found: Vec<Vec<Collision>> = trees
+        .par_iter()
+        .zip(&states)
+        .map_init(
+            || (Blender::new(family), Plant::default()),
+            |(blender, plant), (tree, state)| {
+                let Some((_, weights)) = blends::blend_at(plan, tree, made, state.as_ref()) else { return Vec::new() };
+                blender.blend_into(&weights, plant);
+                select::collisions(plant, &Posed::of_bearers(plant), blender.kins(), &habits, filter)
+            },
+        )
+        .collect();
+    let message = removed(found.iter().map(Vec::as_slice));
+    let note = message.map(|message| Note { about: format!("variants[{}]", params.entry), message });
+    let goes = |found: Vec<Collision>| found.iter().map(|c| c.goes).collect();
+    (trees.into_iter().zip(found.into_iter().map(goes)).collect(), note)
+}
+
+/// What is said of branches that are removed from trees.
+fn removed<'c>(trees: impl Iterator<Item = &'c [Collision]>) -> Option<String> {
+    let (mut all, mut mended, mut branches, mut worst) = (0, 0, 0, 0.0_f32);
+    for found in trees {
+        all += 1;
+        mended += usize::from(!found.is_empty());
+        branches += found.len();
+        worst = found.iter().fold(worst, |worst, c| worst.max(c.ratio));
+    }
+    (mended > 0).then(|| {
+        format!(
+            "{} that ran into others (up to {:.0} % of a surface) removed from {mended} of {}",
+            counted(branches, "branch", "branches"),
+            worst * 100.0,
+            counted(all, "tree", "trees")
+        )
+    })
 }
 
 /// The kept trees of one selection and what is to be said of them.
@@ -157,18 +219,7 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
             above(most, botany),
         ));
     }
-    let mended: Vec<usize> = picked.kept.iter().copied().filter(|&i| !trees[i].collisions.is_empty()).collect();
-    if !mended.is_empty() {
-        let branches: usize = mended.iter().map(|&i| trees[i].collisions.len()).sum();
-        let worst = mended.iter().flat_map(|&i| &trees[i].collisions).fold(0.0_f32, |w, c| w.max(c.ratio));
-        said.push(format!(
-            "{} that ran into others (up to {:.0} % of a surface) removed from {} of {}",
-            counted(branches, "branch", "branches"),
-            worst * 100.0,
-            mended.len(),
-            counted(picked.kept.len(), "tree", "trees")
-        ));
-    }
+    said.extend(removed(picked.kept.iter().map(|&i| trees[i].collisions.as_slice())));
     if let (Pick::Diverse { apart }, Some(found)) = (selection.pick, picked.apart)
         && found < apart
     {

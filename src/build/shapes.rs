@@ -201,6 +201,26 @@ mod tests {
     }
 
     #[test]
+    fn a_way_to_a_turned_tree_leads_through_others_and_ends_at_it() {
+        let middle = |more: &str| made(&format!("Geodesic(from: \"a\", to: \"b\", steps: 1{more})")).remove(0);
+        let plain = middle("");
+        assert!(middle(", turn: 0") == plain && middle(", turn: 180") != plain);
+        // A whole turn changes nothing but the last bits.
+        let (whole, posed) = (middle(", turn: 360"), plain.pose());
+        assert_eq!(whole.chains().len(), plain.chains().len());
+        for (a, b) in whole.pose().positions().iter().zip(posed.positions()) {
+            assert!(a.distance(*b) < 1e-3);
+        }
+        // Of a mean that is all of the second source, what is left is that source, turned.
+        let end = made("Mean(of: [\"a\", \"b\"], weights: {\"a\": 0}, turn: 90)").remove(0);
+        let second = random_plant(Seed::new(9).at(1), 40, Oddity::Tame);
+        let turned = crate::relate::turned(&second, std::f32::consts::FRAC_PI_2);
+        for (a, b) in end.pose().positions().iter().zip(turned.pose().positions()) {
+            assert!(a.distance(*b) < 1e-3);
+        }
+    }
+
+    #[test]
     fn small_branches_are_removed_unless_they_are_kept() {
         let chains = |small: &str| {
             let trees = made(&format!("Geodesic(from: \"a\", to: \"b\", steps: 5, small: {small})"));

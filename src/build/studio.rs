@@ -16,10 +16,13 @@ use super::trees::Trees;
 use crate::bake::Maps;
 use crate::base::{Diagnostic, Note, Seed, once};
 use crate::blend;
-use crate::plant::Plant;
+use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
-use crate::preset::plan::{BlendParams, BlendScale, BlendTree, MatchParams, OnlyParams, StemRule, Variant, Wear};
+use crate::preset::plan::{
+    BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, StemRule, Variant, Wear,
+};
 use crate::relate::{self, Family};
+use crate::select::{self, Habits};
 use crate::sketch::{Drawing, Method, Sketch, SketchSize, SketchViews, Sketcher, ViewKind};
 
 /// The weights of the matching that a preset means where it gives none.
@@ -47,7 +50,7 @@ pub struct Studio {
     prepared: Prepared,
     selected: OnceLock<Result<Selected, Vec<Diagnostic>>>,
     cache: Arc<Cache>,
-    families: Kept<Family>,
+    families: Kept<(Family, Habits)>,
     sketchers: Kept<Sketcher>,
 }
 
@@ -168,7 +171,8 @@ impl Studio {
             return Err(wrong("a mix needs two sources and more, a weight for each, and not all of them zero"));
         }
         let shares: Vec<f32> = weights.iter().map(|w| w / sum).collect();
-        let family = self.family(of)?;
+        let matched = self.family(of)?;
+        let (family, habits) = &*matched;
         let params = BlendParams {
             entry: 0,
             of: of.to_vec(),
@@ -176,10 +180,14 @@ impl Studio {
             stems: StemRule::Apart,
             scale: BlendScale::Chain,
             only: OnlyParams::default(),
+            filter: Some(FilterParams::CLEARED),
         };
         let tree = BlendTree::Point { shares: shares.clone(), scatter: 0.0, draw: 0 };
         let seed = self.seed(&blends::blend_identity(&self.plan, &params, &tree));
-        let bare = blend::grounded(family.blend(&blend::mix(&family, &shares)), family.sources());
+        let (plant, kins) = family.blend_with_kins(&blend::mix(family, &shares));
+        let found = select::collisions(&plant, &Posed::of_bearers(&plant), &kins, habits, &FilterParams::CLEARED);
+        let gone: Vec<ChainId> = found.iter().map(|collision| collision.goes).collect();
+        let bare = blend::grounded(select::without(&plant, &gone), family.sources());
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 
@@ -201,12 +209,14 @@ impl Studio {
         Ok(made.at(1.0))
     }
 
-    /// The sources in correspondence.
-    fn family(&self, of: &[usize]) -> Result<Arc<Family>, Vec<Diagnostic>> {
+    /// The sources in correspondence, and how they run into themselves.
+    fn family(&self, of: &[usize]) -> Result<Arc<(Family, Habits)>, Vec<Diagnostic>> {
         kept(&self.families, of, || {
             let plants = of.iter().map(|&s| self.prepared.wardrobe.plants[s].clone()).collect();
-            relate::nway_family(plants, &MATCHING)
-                .map_err(|error| vec![Diagnostic::new("", format!("these sources can't be blended: {error}"))])
+            let family = relate::nway_family(plants, &MATCHING)
+                .map_err(|error| vec![Diagnostic::new("", format!("these sources can't be blended: {error}"))])?;
+            let habits = Habits::of(&family, &FilterParams::CLEARED);
+            Ok((family, habits))
         })
     }
 

@@ -134,7 +134,8 @@ impl Wood {
     }
 }
 
-/// Height below which no twig starts: where the lowest limbs leave the stems.
+/// Height below which no twig starts: what all but a fiftieth of the branches stay above. The paper takes the crown of the
+/// first scale, which begins where the lowest limb leaves the stem; shoots that hang lower would be bare there.
 fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
     let mut tips: Vec<f32> = plant
         .chain_ids()

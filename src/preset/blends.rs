@@ -10,21 +10,26 @@
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
 use super::decided::{KEEP_FIELD, REJECT_FIELD, decided};
-use super::pick::{CANDIDATES_FIELD, FILTER_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, wanted};
+use super::pick::{
+    CANDIDATES_FIELD, FILTER_FIELD, MENDED_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, cleared, clusters, mended, wanted,
+};
 use super::plan::{
-    BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source, StemRule,
+    BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Part, PartRegion, Source,
+    StemRule,
 };
 use super::reader::{Reader, clip, many};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;
 use super::sketches::SKETCH_FIELD;
-use super::variants::source;
+use super::variants::{kind_of, source};
 use crate::base::simplex_point;
 
 /// Most trees of one entry.
 const MOST_TREES: u64 = 256;
 /// Most trees of all batches of one entry.
 const MOST_IN_POOL: u64 = 2048;
+/// Batches of sequences, where a preset does not say how many.
+const BATCHES: u64 = 4;
 /// Share of its way that a batch goes in a wide step at its usual pace.
 const WIDEST_STEP: f32 = 0.2;
 /// Most sources of one mix.
@@ -72,7 +77,12 @@ pub(super) static BLEND: Record = Record {
             default: Default::Required,
             about: "from the first to the second",
         },
-        Field { name: "count", kind: COUNT, default: Default::Required, about: "how many variants it gives" },
+        Field {
+            name: "count",
+            kind: COUNT,
+            default: Default::Else("to be given; with `trees` and `pick: Inspiring` ⌈√(N/2)⌉ of all N trees"),
+            about: "how many variants it gives",
+        },
         Field {
             name: "from",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
@@ -143,6 +153,7 @@ pub(super) static MIX: Record = Record {
         SEED,
         MATCHED,
         ONLY_SOME,
+        MENDED_FIELD,
         KEEP_FIELD,
         REJECT_FIELD,
         SKETCH_FIELD,
@@ -329,13 +340,13 @@ pub(super) struct Blended {
 /// A `Blend` and its trees.
 pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources: &[Source]) -> Option<Blended> {
     let of = of_list(fields, names);
-    let count = fields.integer("count");
     let pooled = fields.has("trees");
-    let wanted = wanted(fields, count);
+    let count = blends_count(fields, pooled);
+    let wanted = wanted(fields, count, of.as_deref().unwrap_or_default(), names);
     let decided = decided(fields, count);
     let numbers = decided.numbers(count);
     let candidates = candidates(wanted.as_ref(), &decided, count);
-    let batches = fields.integer_or("batches", if pooled { 4 } else { candidates });
+    let batches = fields.integer_or("batches", if pooled { BATCHES } else { candidates });
     let trees = fields.integer_or("trees", 0);
     // With `trees`, what is picked is picked of all of them.
     let in_pool = (batches * trees).clamp(1, MOST_IN_POOL);
@@ -380,7 +391,8 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
     let matching = fields.group("matching", matching)?;
     let of = of?;
     check_parts(fields, &only, &of, sources);
-    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, only };
+    let filter = if wanted.is_some() { None } else { cleared(fields) };
+    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, only, filter };
     let at = |place: f32| (low + (high - low) * place).clamp(0.0, 1.0);
     let batch = |i: u64| (seed << 32) | (i % batches.max(1));
     let trees = if pooled {
@@ -397,6 +409,21 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
             .collect()
     };
     Some(taken(blend, trees, numbers, decided, wanted, count))
+}
+
+/// How many trees a `Blend` gives: of sequences the paper's ⌈√(N/2)⌉ inspiring ones of N, unless it says how many.
+fn blends_count(fields: &Reader<'_, '_>, pooled: bool) -> u64 {
+    if fields.has("count") {
+        return fields.integer_or("count", 1);
+    }
+    let inspiring = fields.item("pick").is_some_and(|item| kind_of(&item) == "Inspiring");
+    if !(pooled && inspiring) {
+        let hint = format!("give {}; only with `trees` and `pick: Inspiring` it may be left out", COUNT.told());
+        fields.fault("count", "missing", hint);
+        return 1;
+    }
+    let all = (fields.integer_or("batches", BATCHES) * fields.integer_or("trees", 1)).min(MOST_IN_POOL);
+    clusters(all)
 }
 
 /// How many trees an entry makes, of which those are taken that it gives.
@@ -469,6 +496,7 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
         sound = false;
     }
     let only = only(fields);
+    let filter = mended(fields);
     let matching = fields.group("matching", matching)?;
     if !sound || of.len() < 2 {
         return None;
@@ -478,7 +506,7 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
     let tree = |i| BlendTree::Point { shares: shares.clone(), scatter, draw: (seed << 32) | i };
     let trees = (0..decided.reach(count)).map(tree).collect();
     let numbers = decided.numbers(count);
-    let mut made = taken(n_way(entry, of, matching, only), trees, numbers, decided, None, count);
+    let mut made = taken(n_way(entry, of, matching, only, filter), trees, numbers, decided, None, count);
     if scatter == 0.0 {
         made.numbers.clear();
     }
@@ -488,7 +516,7 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
 /// An `Explore` and its trees.
 pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources: &[Source]) -> Option<Blended> {
     let of = of_list(fields, names);
-    let wanted = wanted(fields, fields.integer("count"));
+    let wanted = wanted(fields, fields.integer("count"), of.as_deref().unwrap_or_default(), names);
     let (count, scatter, seed) = (fields.integer("count"), fields.number("scatter"), fields.integer("seed"));
     let only = only(fields);
     let matching = fields.group("matching", matching)?;
@@ -503,11 +531,18 @@ pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sou
     let decided = decided(fields, count);
     let trees = (0..candidates(wanted.as_ref(), &decided, count)).map(tree).collect();
     let numbers = decided.numbers(count);
-    Some(taken(n_way(entry, of, matching, only), trees, numbers, decided, wanted, count))
+    let filter = if wanted.is_some() { None } else { cleared(fields) };
+    Some(taken(n_way(entry, of, matching, only, filter), trees, numbers, decided, wanted, count))
 }
 
-fn n_way(entry: usize, of: Vec<usize>, matching: MatchParams, only: OnlyParams) -> BlendParams {
-    BlendParams { entry, of, matching, stems: StemRule::Apart, scale: BlendScale::Chain, only }
+fn n_way(
+    entry: usize,
+    of: Vec<usize>,
+    matching: MatchParams,
+    only: OnlyParams,
+    filter: Option<FilterParams>,
+) -> BlendParams {
+    BlendParams { entry, of, matching, stems: StemRule::Apart, scale: BlendScale::Chain, only, filter }
 }
 
 /// The sources of a list, each once.

@@ -4,6 +4,7 @@
 use super::plan::{FilterParams, Pick, ScoreParams};
 use super::reader::{Reader, many};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::variants::weights;
 
 /// Most candidates of one entry.
 const MOST_CANDIDATES: u64 = 2048;
@@ -36,8 +37,16 @@ pub(super) const SCORES_FIELD: Field = Field {
 pub(super) const FILTER_FIELD: Field = Field {
     name: "filter",
     kind: Kind::Choice(&FILTER),
-    default: Default::Else("`Plausible`; `None` where `pick` is `All`"),
+    default: Default::Else("`Plausible`; where `pick` is `All` nothing is rejected"),
     about: "what is mended and rejected before trees are picked",
+};
+
+/// The field `filter` where no tree can be rejected, since none could take its place.
+pub(super) const MENDED_FIELD: Field = Field {
+    name: "filter",
+    kind: Kind::Choice(&MENDED),
+    default: Default::Is("Plausible()"),
+    about: "whether branches that run into each other are removed",
 };
 
 static PICK: Choice = Choice {
@@ -76,6 +85,12 @@ static SCORES: Record = Record {
         weight("crown", "0.4", "shape of the crown"),
         weight("ratio", "0.2", "share of the trunk that bears the crown"),
         weight("topology", "0.4", "which branch bears which"),
+        Field {
+            name: "sources",
+            kind: Kind::Shares { what: "sources' names", low: 0.0, high: 1000.0, least: 1, most: 16 },
+            default: Default::Else("the same for all"),
+            about: "to differ from which source counts more, as `{\"oak\": 2}`; 1 for those left out",
+        },
     ],
 };
 
@@ -95,18 +110,8 @@ static PLAUSIBLE: Record = Record {
     title: "Plausible",
     about: "Sources stay as they are, and what runs into each other in a source may do so in its blends.",
     fields: &[
-        Field {
-            name: "collisions",
-            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-            default: Default::Is("0.01"),
-            about: "share of a stem's surface that may lie inside another; 1 lets branches cross",
-        },
-        Field {
-            name: "rise",
-            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
-            default: Default::Is("0.01"),
-            about: "how much more of it from order to order of the branches",
-        },
+        COLLISIONS,
+        RISE,
         Field {
             name: "botany",
             kind: Kind::Number { low: 0.0, high: 1000.0, unit: "" },
@@ -115,6 +120,57 @@ static PLAUSIBLE: Record = Record {
         },
     ],
 };
+
+const COLLISIONS: Field = Field {
+    name: "collisions",
+    kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+    default: Default::Is("0.01"),
+    about: "share of a stem's surface that may lie inside another; 1 lets branches cross",
+};
+
+const RISE: Field = Field {
+    name: "rise",
+    kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+    default: Default::Is("0.01"),
+    about: "how much more of it from order to order of the branches",
+};
+
+static MENDED: Choice = Choice {
+    title: "Mended",
+    kinds: &[
+        KindOf { name: "None", form: Form::Plain, about: "trees stay as they are" },
+        KindOf {
+            name: "Plausible",
+            form: Form::Fields(&CLEARED),
+            about: "branches that run into each other are removed",
+        },
+    ],
+};
+
+static CLEARED: Record = Record {
+    title: "Cleared",
+    about: "What runs into each other in a source may do so in its blends.",
+    fields: &[COLLISIONS, RISE],
+};
+
+/// Reads [`MENDED_FIELD`].
+pub(super) fn mended(fields: &Reader<'_, '_>) -> Option<FilterParams> {
+    fields
+        .choice("filter", |kind, own| {
+            let params = || FilterParams {
+                collisions: own.number("collisions"),
+                rise: own.number("rise"),
+                ..FilterParams::CLEARED
+            };
+            Some((kind == "Plausible").then(params))
+        })
+        .flatten()
+}
+
+/// What the trees of an entry are cleared of whose every tree is kept: see [`wanted`].
+pub(super) fn cleared(fields: &Reader<'_, '_>) -> Option<FilterParams> {
+    (!fields.has("filter")).then_some(FilterParams::CLEARED)
+}
 
 /// What `pick` and its kin ask for.
 pub(super) struct Wanted {
@@ -126,7 +182,7 @@ pub(super) struct Wanted {
 }
 
 /// Reads the fields of an entry that gives `count` trees; none where all of them are kept as they are made.
-pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
+pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64, of: &[usize], names: &[&str]) -> Option<Wanted> {
     let pick = fields.choice("pick", |kind, own| {
         Some(match kind {
             "Inspiring" => Pick::Inspiring,
@@ -140,7 +196,7 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
     } else {
         (pick != Some(Pick::All)).then_some(FilterParams { collisions: 0.01, rise: 0.01, botany: 2.0 })
     };
-    let scores = fields.group("scores", scores)?;
+    let scores = fields.group("scores", |own| scores(own, of, names))?;
     let candidates = fields.integer_or("candidates", usual_candidates(count));
     if candidates < count {
         let message = format!("{} for the {count} trees of `count`", many(candidates, "candidate", "candidates"));
@@ -160,8 +216,13 @@ pub(super) fn wanted(fields: &Reader<'_, '_>, count: u64) -> Option<Wanted> {
         }
         return None;
     }
-    let filter = filter.unwrap_or(FilterParams { collisions: 1.0, rise: 0.0, botany: 1000.0 });
+    let filter = filter.unwrap_or(FilterParams { collisions: 1.0, rise: 0.0, ..FilterParams::CLEARED });
     Some(Wanted { pick, scores, filter, candidates: candidates.max(count) })
+}
+
+/// The paper's number of clusters of N trees, one of which is kept each: ⌈√(N/2)⌉ (2017 TVCG, 4.5).
+pub(super) fn clusters(trees: u64) -> u64 {
+    (trees as f64 / 2.0).sqrt().ceil().max(1.0) as u64
 }
 
 /// How many trees are made to keep `count` of them: the most for which the paper's number of clusters K = ⌈√(N/2)⌉ is
@@ -179,14 +240,15 @@ fn filter(fields: &Reader<'_, '_>) -> FilterParams {
     }
 }
 
-fn scores(fields: &Reader<'_, '_>) -> ScoreParams {
+fn scores(fields: &Reader<'_, '_>, of: &[usize], names: &[&str]) -> ScoreParams {
+    let sources = weights(fields, "sources", "blend", of, names).unwrap_or_default();
     let (crown, ratio, topology) = (fields.number("crown"), fields.number("ratio"), fields.number("topology"));
     let sum = crown + ratio + topology;
     if sum < 1e-3 {
         fields.report().at(fields.span(), fields.path(), "all weights are zero", "give one of them");
-        return ScoreParams { crown: 1.0, ratio: 0.0, topology: 0.0 };
+        return ScoreParams { crown: 1.0, ratio: 0.0, topology: 0.0, sources };
     }
-    ScoreParams { crown: crown / sum, ratio: ratio / sum, topology: topology / sum }
+    ScoreParams { crown: crown / sum, ratio: ratio / sum, topology: topology / sum, sources }
 }
 
 #[cfg(test)]
@@ -196,8 +258,7 @@ mod tests {
     #[test]
     fn candidates_follow_the_papers_number_of_clusters_within_bounds() {
         for count in 2..=32 {
-            let clusters = (usual_candidates(count) as f64 / 2.0).sqrt().ceil();
-            assert_eq!(clusters as u64, count);
+            assert_eq!(clusters(usual_candidates(count)), count);
         }
         assert_eq!([1, 33, 256].map(usual_candidates), [8, 1985, 256]);
     }

@@ -4,9 +4,9 @@
 //! mean. They are worked out here, so the plan holds numbers.
 
 use super::plan::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
-use super::reader::{Reader, clip};
+use super::reader::Reader;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
-use super::variants::source;
+use super::variants::{source, weights};
 use crate::base::{Seed, gaussian_shares};
 
 /// Most trees of one entry.
@@ -38,7 +38,7 @@ const FACING: Field = Field {
 const TURN: Field = Field {
     name: "turn",
     kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
-    default: Default::Is("0"),
+    default: Default::Is("0.0"),
     about: "how far sources behind the first are turned about the vertical, from +z towards +x, beyond what `facing` does: \
             the way to a tree that is turned by 180 leads through other trees",
 };
@@ -267,34 +267,14 @@ fn geodesic(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Sha
 
 fn mean(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Option<Shaped> {
     let of = of_list(fields, names);
-    let given = fields.shares("weights");
     let (elastic, facing, small) = (elastic(fields), facing(fields), small(fields));
     let turn = fields.number("turn").to_radians();
-    let of = of?;
-    let mut weights = vec![1.0; of.len()];
-    let mut seen: Vec<usize> = Vec::new();
-    for (name, item, share) in &given {
-        let place = of.iter().position(|&s| names.get(s) == Some(&name.text.as_str()));
-        match place {
-            Some(place) if seen.contains(&place) => {
-                fields.report().at(name.span, &item.path, "given twice", "add the two weights up");
-            }
-            Some(place) => {
-                seen.push(place);
-                weights[place] = *share;
-            }
-            None => {
-                let own: Vec<String> = of.iter().map(|&s| format!("\"{}\"", clip(names[s]))).collect();
-                let message = format!("\"{}\" is none of the mean's sources", clip(&name.text));
-                fields.report().at(name.span, &item.path, message, format!("`of` names {}", own.join(", ")));
-            }
-        }
+    let weights = weights(fields, "weights", "mean", of.as_deref().unwrap_or_default(), names);
+    let (of, mut weights) = (of?, weights?);
+    if weights.is_empty() {
+        weights = vec![1.0; of.len()];
     }
     let sum: f32 = weights.iter().sum();
-    if sum <= 0.0 {
-        fields.fault("weights", "all weights are zero", "give one of them");
-        return None;
-    }
     let trees = vec![weights.iter().map(|w| w / sum).collect()];
     let kind = ShapeKind::Sources { facing: facing?, turn };
     Some(Shaped { shape: ShapeParams { entry, of, kind, elastic: elastic?, small: small? }, trees })

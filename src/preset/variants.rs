@@ -6,7 +6,7 @@ use super::blends::{self, Blended};
 use super::morphs;
 use super::pick::Wanted;
 use super::plan::{BlendParams, MorphKind, MorphParams, Origin, Selection, ShapeParams, SketchParams, Source, Variant};
-use super::reader::{Item, Reader};
+use super::reader::{Item, Reader, clip};
 use super::set::VARIANT;
 use super::shapes::{self, Shaped};
 use super::sketches::{self, Drawn};
@@ -120,7 +120,7 @@ pub(super) fn variants(
                 _ => blends::blend(entry, fields, &names, sources)?,
             };
             numbers = of_trees;
-            let alike = BlendParams { entry: 0, ..blend.clone() };
+            let alike = BlendParams { entry: 0, filter: None, ..blend.clone() };
             let index = made.blends.len();
             made.blends.push(blend);
             let sketch = sketches::of_all(fields).map(|sketch| sketched(&mut made.sketches, sketch));
@@ -168,10 +168,50 @@ pub(super) fn variants(
     made
 }
 
-/// The kind of an entry, as its author wrote it.
-fn kind_of<'i>(item: &'i Item<'_>) -> &'i str {
+/// Weights by sources' names, one for each of an entry's sources, 1 for those left out; empty where the field is absent.
+pub(super) fn weights(
+    fields: &Reader<'_, '_>,
+    field: &str,
+    entry: &str,
+    of: &[usize],
+    names: &[&str],
+) -> Option<Vec<f32>> {
+    let given = fields.shares(field);
+    // What is wrong with the sources has been told.
+    if of.is_empty() || !fields.has(field) {
+        return Some(Vec::new());
+    }
+    let mut weights = vec![1.0; of.len()];
+    let mut seen: Vec<usize> = Vec::new();
+    for (name, item, share) in &given {
+        let place = of.iter().position(|&s| names.get(s) == Some(&name.text.as_str()));
+        match place {
+            Some(place) if seen.contains(&place) => {
+                fields.report().at(name.span, &item.path, "given twice", "add the two weights up");
+            }
+            Some(place) => {
+                seen.push(place);
+                weights[place] = *share;
+            }
+            None => {
+                let own: Vec<String> = of.iter().map(|&s| format!("\"{}\"", clip(names[s]))).collect();
+                let message = format!("\"{}\" is none of the {entry}'s sources", clip(&name.text));
+                fields.report().at(name.span, &item.path, message, format!("`of` names {}", own.join(", ")));
+            }
+        }
+    }
+    if weights.iter().sum::<f32>() <= 0.0 {
+        fields.fault(field, "all weights are zero", "give one of them");
+        return None;
+    }
+    Some(weights)
+}
+
+/// The kind of a value, as its author wrote it.
+pub(super) fn kind_of<'i>(item: &'i Item<'_>) -> &'i str {
     match &item.node.value {
         Value::Record(Some(name), _) | Value::Tuple(Some(name), _) => &name.text,
+        Value::Name(name) => name,
         _ => "",
     }
 }

@@ -217,7 +217,7 @@ mod tests {
     use crate::select::{Sources, examine, scores};
 
     const FILTER: FilterParams = FilterParams { collisions: 0.01, rise: 0.01, botany: 1.0 };
-    const EVEN: ScoreParams = ScoreParams { crown: 0.5, ratio: 0.1, topology: 0.4 };
+    const EVEN: ScoreParams = ScoreParams { crown: 0.5, ratio: 0.1, topology: 0.4, sources: Vec::new() };
 
     fn candidates(count: u64) -> (Vec<Examined>, Scores) {
         let plant = |name| random_plant(Seed::new(8).child(name), 60, Oddity::Tame);

@@ -2,7 +2,7 @@
 //!
 //! A difference has three parts, each 0..=1 and without metres: the Hausdorff distance of the crowns, crown bases laid on
 //! each other, over the mean of their reaches; the difference of the crown ratios; and the constrained edit distance of
-//! the topologies over the nodes of both. Their weighted sum is the difference of two trees, and the sum over the
+//! the topologies over the nodes of both. Their weighted sum is the difference of two trees, and the weighted sum over the
 //! sources the score.
 //!
 //! Trees are scored in groups of [`GROUP`] whose members share what is known of pairs of subtrees.
@@ -35,7 +35,7 @@ pub struct Difference {
 /// What a tree's score is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// The sum over the sources.
+    /// The weighted sum over the sources.
     pub inspiring: f32,
     /// From each source, in the family's order.
     pub from_sources: Vec<Difference>,
@@ -45,8 +45,12 @@ impl Score {
     /// What the score is the sum of: the weighted parts of each difference.
     #[must_use]
     pub fn summands(&self, params: &ScoreParams) -> Vec<f32> {
-        let parts = |d: &Difference| [params.crown * d.crown, params.ratio * d.ratio, params.topology * d.topology];
-        self.from_sources.iter().flat_map(parts).collect()
+        let count = self.from_sources.len();
+        let parts = |(s, d): (usize, &Difference)| {
+            let own = params.of_source(s, count);
+            [params.crown * d.crown, params.ratio * d.ratio, params.topology * d.topology].map(|part| part * own)
+        };
+        self.from_sources.iter().enumerate().flat_map(parts).collect()
     }
 }
 
@@ -78,12 +82,14 @@ pub fn scores(trees: &[Examined], sources: &Sources, params: &ScoreParams) -> Sc
                     difference(&tree.profile, source, edits as f32 / nodes as f32, params)
                 };
                 let from_sources: Vec<Difference> = sources.profiles.iter().zip(&of_sources).map(compare).collect();
-                Score { inspiring: from_sources.iter().map(|d| d.total).sum(), from_sources }
+                let count = from_sources.len();
+                let weighed = from_sources.iter().enumerate().map(|(s, d)| d.total * params.of_source(s, count));
+                Score { inspiring: weighed.sum(), from_sources }
             };
             trees.iter().zip(own).map(score).collect()
         })
         .collect();
-    Scores { each: groups.into_iter().flatten().collect(), params: *params, shapes, of_trees }
+    Scores { each: groups.into_iter().flatten().collect(), params: params.clone(), shapes, of_trees }
 }
 
 impl Scores {
@@ -135,7 +141,7 @@ mod tests {
     use crate::relate::{Family, fuzzy_family};
     use crate::select::examine;
 
-    const EVEN: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4 };
+    const EVEN: ScoreParams = ScoreParams { crown: 0.4, ratio: 0.2, topology: 0.4, sources: Vec::new() };
     const FILTER: FilterParams = FilterParams { collisions: 1.0, rise: 0.0, botany: 1000.0 };
 
     fn family(seed: u64) -> Family {
@@ -159,6 +165,13 @@ mod tests {
             let sum: f32 = scores.each[0].summands(&EVEN).iter().sum();
             assert!((sum - scores.each[0].inspiring).abs() < 1e-6);
             assert!((scores.diversity(&trees, &[0, 1]) - there.total).abs() < 1e-6);
+            // To differ from the first source counts thrice as much as to differ from the second.
+            let first = ScoreParams { sources: vec![3.0, 1.0], ..EVEN };
+            let weighed = super::scores(&trees, &sources, &first);
+            assert!((weighed.each[0].inspiring - 0.5 * there.total).abs() < 1e-6);
+            assert!((weighed.each[1].inspiring - 1.5 * there.total).abs() < 1e-6);
+            let sum: f32 = weighed.each[1].summands(&first).iter().sum();
+            assert!((sum - weighed.each[1].inspiring).abs() < 1e-6);
         }
     }
 }

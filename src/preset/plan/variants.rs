@@ -82,6 +82,8 @@ pub struct BlendParams {
     pub scale: BlendScale,
     /// Which chains take part.
     pub only: OnlyParams,
+    /// What is removed of trees that no selection filters; `botany` says nothing here. None leaves them as they are.
+    pub filter: Option<FilterParams>,
 }
 
 /// What becomes of the stems that one source has more than the other.
@@ -196,8 +198,8 @@ pub enum Pick {
     Natural,
 }
 
-/// Weights of the difference between two trees (2017 TVCG, 4.5); they add up to 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// Weights of the difference between two trees (2017 TVCG, 4.5): the first three add up to 1.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScoreParams {
     /// Shape of the crown.
     pub crown: f32,
@@ -205,6 +207,18 @@ pub struct ScoreParams {
     pub ratio: f32,
     /// Topology: which branch bears which.
     pub topology: f32,
+    /// Of the difference from each source; empty where all count the same, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<f32>,
+}
+
+impl ScoreParams {
+    /// What the difference from a source counts: 1 on average over all of `count`.
+    #[must_use]
+    pub fn of_source(&self, source: usize, count: usize) -> f32 {
+        let sum: f32 = self.sources.iter().sum();
+        self.sources.get(source).map_or(1.0, |weight| weight * count as f32 / sum)
+    }
 }
 
 /// What is mended and rejected.
@@ -218,4 +232,9 @@ pub struct FilterParams {
     /// How far a tree may lie beyond its sources in proportions and in where its wood is, in units of a usual spread,
     /// 0..=1000; 1000 for any distance.
     pub botany: f32,
+}
+
+impl FilterParams {
+    /// What is done where no other filter is asked for: branches that run into each other go, and all trees stay.
+    pub const CLEARED: Self = Self { collisions: 0.01, rise: 0.01, botany: 1000.0 };
 }

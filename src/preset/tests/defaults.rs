@@ -1,7 +1,7 @@
 //! The tables of the schema: every default is sound, in its range, and what an absent field means.
 
 use super::*;
-use crate::preset::plan::{ANY, BlendTree, ColliderParams, LeafCards, Lod, LodBudget, Pick, Wear};
+use crate::preset::plan::{ANY, BlendTree, ColliderParams, FilterParams, LeafCards, Lod, LodBudget, Pick, Wear};
 use crate::preset::report::Report;
 use crate::preset::schema::{Choice, Default, Form, Kind, Record};
 use crate::preset::set::SET;
@@ -18,7 +18,7 @@ const SPELLED_OUT: &str = r##"(
     variants: [
         Blend(
             of: ["oak", "scan"], count: 3, from: 0.15, to: 0.85, batches: 3, seed: 0,
-            matching: (crown: 0.5, direction: 0.3, ratio: 0.2), pick: All, filter: None,
+            matching: (crown: 0.5, direction: 0.3, ratio: 0.2), pick: All,
         ),
     ],
     foliage: (
@@ -179,6 +179,48 @@ fn a_pick_makes_candidates_of_which_count_are_kept() {
     // A filter alone makes spare trees, and what is let through is kept as it comes.
     assert_eq!(with("filter: Plausible()").selections[0].candidates.len(), 18);
     assert_eq!(with("pick: Diverse(apart: 0.1)").selections[0].pick, Pick::Diverse { apart: 0.1 });
+}
+
+#[test]
+fn blends_are_cleared_of_what_runs_into_itself_unless_told_otherwise() {
+    let filter = |entry: &str| {
+        let text = SHORT.replace("Blend(of: [\"oak\", \"scan\"], count: 3)", entry);
+        load_with_oak(&text).map(|plan| plan.blends[0].filter).map_err(|found| found[0].to_string())
+    };
+    let mix = |more: &str| filter(&format!("Mix(of: {{\"oak\": 1, \"scan\": 2}}{more})"));
+    let blend = |more: &str| filter(&format!("Blend(of: [\"oak\", \"scan\"], count: 3{more})"));
+    assert_eq!([mix(""), blend("")], [Ok(Some(FilterParams::CLEARED)), Ok(Some(FilterParams::CLEARED))]);
+    let none = ", filter: None";
+    // A selection filters by itself.
+    assert_eq!([mix(none), blend(none), blend(", pick: Natural")], [Ok(None), Ok(None), Ok(None)]);
+    let own = FilterParams { collisions: 0.5, ..FilterParams::CLEARED };
+    assert_eq!(mix(", filter: Plausible(collisions: 0.5)"), Ok(Some(own)));
+    assert!(mix(", filter: Plausible(botany: 2)").unwrap_err().contains("botany"));
+}
+
+#[test]
+fn sequences_keep_the_papers_number_of_inspiring_trees() {
+    let with = |more: &str| load_with_oak(&SHORT.replace("count: 3", more));
+    let kept = |more: &str| with(more).unwrap_or_else(|found| panic!("{found:?}")).selections[0].keep;
+    // ⌈√(N/2)⌉ of N.
+    assert_eq!(kept("batches: 2, trees: 100, pick: Inspiring"), 10);
+    assert_eq!(kept("batches: 2, trees: 101, pick: Inspiring"), 11);
+    assert_eq!(kept("batches: 2, trees: 100, pick: Inspiring, count: 3"), 3);
+    for alone in ["trees: 100", "pick: Inspiring", "batches: 2, trees: 100, pick: Natural"] {
+        let found = with(alone).expect_err("no count");
+        assert!(found[0].field.ends_with("count") && found[0].message == "missing", "{found:?}");
+    }
+}
+
+#[test]
+fn a_score_weighs_sources_by_name() {
+    let with = |sources: &str| {
+        load_with_oak(&SHORT.replace("count: 3", &format!("count: 3, pick: Inspiring, scores: (sources: {sources})")))
+    };
+    assert_eq!(with("{\"scan\": 3}").expect("loads").selections[0].scores.sources, [1.0, 3.0]);
+    let wrong = |sources: &str| with(sources).expect_err("wrong")[0].to_string();
+    assert!(wrong("{\"elm\": 3}").contains("none of the blend's sources"));
+    assert!(wrong("{\"oak\": 0, \"scan\": 0}").contains("all weights are zero"));
 }
 
 #[test]
