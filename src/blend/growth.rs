@@ -13,7 +13,7 @@
 
 use crate::base::math;
 use crate::plant::{Leaf, Plant};
-use crate::relate::{Family, Weights};
+use crate::relate::{self, Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go. Short, so that leaders are not
 /// bare above a sapling's branches: at 0.12, a tree of a twentieth of its age was a bush below a hairline.
@@ -41,9 +41,11 @@ pub fn grown(family: &Family, t: f32, unborn: f32) -> Plant {
             *radius = radius.max(full * share);
         }
     }
-    // A chain is scaled whole, and its leaves with it.
-    let larger = |leaf: &Leaf| match weights.degree(kins[leaf.chain.index()]) {
-        degree if degree > 0.0 => Leaf { size: leaf.size * math::pow(degree.min(1.0), LEAFY - 1.0), ..*leaf },
+    // Leaves of blends follow the area that their chain has grown to.
+    let larger = |leaf: &Leaf| match weights.degree(kins[leaf.chain.index()]).min(1.0) {
+        degree if degree > 0.0 => {
+            Leaf { size: leaf.size * (math::pow(degree, LEAFY) / relate::grown(degree)), ..*leaf }
+        }
         _ => *leaf,
     };
     let leaves = plant.leaves().iter().map(larger).collect();

@@ -15,6 +15,7 @@
 use glam::Vec3;
 
 use super::family::{Family, NONE};
+use super::leaf_pairs::grown;
 use super::weights::Run;
 use super::{KinId, Weights};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
@@ -326,7 +327,7 @@ impl<'f> Blender<'f> {
                 continue;
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
-            let (size, offset) = (leaf.size * self.degrees[k], leaf.offset * self.degrees[k]);
+            let (size, offset) = (leaf.size * grown(self.degrees[k]), leaf.offset * self.degrees[k]);
             let location = match &family.elastic {
                 Some(elastic) => self.located_on(k, elastic, site.source as usize, leaf.location),
                 None => leaf.location,

@@ -263,9 +263,9 @@ impl Blender<'_> {
     }
 }
 
-/// How long leaves are on a chain that has grown so far: their area follows it, but on shoots that are hardly there they are
-/// no longer than those, or all leaves of a limb would stand in a ball.
-fn grown(degree: f32) -> f32 {
+/// How long leaves are on a chain that has grown so far, as a share: their area follows it, but on shoots that are hardly there
+/// they are no longer than those, or all leaves of a limb would stand in a ball.
+pub(crate) fn grown(degree: f32) -> f32 {
     degree.sqrt().min(degree * SHOOT)
 }
 

@@ -36,6 +36,7 @@ pub use family::{Family, FamilyError, Kin, KinId};
 pub use fuzzy::{MOST_CELLS, match_fuzzy};
 pub use kernel::Blender;
 pub use leaf_pairs::PairedSlots;
+pub(crate) use leaf_pairs::grown;
 pub use lobes::{gather_loose, lobes};
 pub use merge::{match_merged, merged_family};
 pub use nway::{fuzzy_family, match_nway, nway_family};

@@ -11,6 +11,11 @@
 //! that is missing would otherwise leave a waist); and a child's base is at most as thick against its parent as in its
 //! sources, or as thick as the parent.
 //!
+//! Where shares are the same everywhere, as in a plain mix, A equals E and radii stay linear: they step where the sources'
+//! branches leave, each a little, and not where the blended one does. Moved there, a source that tapers evenly, as
+//! imports do, would get a bump and a waist for each branch. Forks of a mix of four grown species obey Eq. 3 to 15 %, those of
+//! the sources to 6 to 11 %.
+//!
 //! Rejected: blending the ratio of actual to ruled radius. Where one source is a scan whose twigs are all of one radius
 //! (ratio 5 at the trunk) and the other obeys the rule with many tips, the middle comes out 3 times as thick as both.
 //! Rejected: A and E from the tips up, not from the children's radii: a scan's trunk (12 cm, twigs of 2 cm) then stays
