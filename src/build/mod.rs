@@ -6,6 +6,7 @@
 //! have the hashes listed there, is left alone; where nothing was touched since the last build, that is known without
 //! reading a file (`index`). [`make_set`] does the same for files in memory, and gives the set's files back.
 
+mod around;
 mod assets;
 mod blends;
 mod builder;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::around::Surroundings;
 use super::assets::{self, SetParts};
 use super::blends::Blends;
 use super::cache::Cache;
@@ -24,7 +25,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 70;
+pub(super) const VERSION: u32 = 72;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -240,7 +241,8 @@ pub(super) fn prepared(
     let (sources, pictures) = both(sources, pictures)?;
     let sketches = sketches::sketches(plan, inputs)?;
     step("leaves and bark");
-    let mut wardrobe = wardrobe::wardrobe(plan, &sources, &pictures)?;
+    let around = Surroundings::of(plan, &sources, inputs)?;
+    let mut wardrobe = wardrobe::wardrobe(plan, &sources, &pictures, around)?;
     let morphs = morphs::morphs(plan, inputs, &mut wardrobe)?;
     let blended = blends::blends(plan, &wardrobe.plants, cache)?;
     step("matching");

@@ -269,7 +269,7 @@ fn graph(
 }
 
 /// Reads the meshes that stand in a source's way.
-fn obstacle_meshes(
+pub(super) fn obstacle_meshes(
     source: &Source,
     params: &GrowParams,
     inputs: &Inputs,

@@ -16,8 +16,8 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 12);
-const SKETCH: Stage = Stage("sketch", 6);
+const DRESS: Stage = Stage("dress", 13);
+const SKETCH: Stage = Stage("sketch", 7);
 const LADDER: Stage = Stage("ladder", 44);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 38);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::around::{Around, Surroundings};
 use super::stages::{Pictures, SourcePlant, ingredients};
 use super::wears;
 use crate::bake::{self, Maps};
@@ -25,6 +26,8 @@ pub(super) struct Wardrobe {
     dressed: (u16, u16),
     /// Length of a leaf that dressing makes, metres.
     leaf_size: f32,
+    /// What is around the sources, and so around what is made of them.
+    around: Surroundings,
 }
 
 /// Decides what leaves and bark wear: the plan's art, or what sources bring.
@@ -36,6 +39,7 @@ pub(super) fn wardrobe(
     plan: &Plan,
     sources: &[Arc<SourcePlant>],
     pictures: &Pictures,
+    around: Surroundings,
 ) -> Result<Wardrobe, Vec<Diagnostic>> {
     let lacking = lacking(plan, |index| Some(&sources[index]));
     if !lacking.is_empty() {
@@ -99,7 +103,7 @@ pub(super) fn wardrobe(
     };
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
-    Ok(Wardrobe { pictures, plants, dressed, leaf_size })
+    Ok(Wardrobe { pictures, plants, dressed, leaf_size, around })
 }
 
 /// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
@@ -185,7 +189,8 @@ impl Wardrobe {
         let params = DressParams { pictures: self.dressed.1, leaf_size, leaf_share, ..plan.dress.clone() };
         let areas = sources.iter().map(|&i| area(&self.plants[i])).filter(|area| *area > 0.0);
         let (sum, count) = areas.fold((0.0, 0), |(sum, count), area| (sum + area, count + 1));
-        Dressing::Made { params, first: self.dressed.0, own: sum / count.max(1) as f32, own_density: plan.own_density }
+        let (first, own, own_density) = (self.dressed.0, sum / count.max(1) as f32, plan.own_density);
+        Dressing::Made { params, first, own, own_density, around: self.around.around(plan, sources) }
     }
 
     /// How long leaves may be, of the extent of what is made of some sources: a size that the preset tells is taken as it is on
@@ -207,7 +212,15 @@ pub(super) enum Dressing {
     Own { params: DressParams },
     /// Made, as one of its sources brings none; `first` is the slot of the first picture. Where others bring some, with an area of
     /// `own` square metres, they stay, thinned as `own_density` says, and are made up for by as much as is not there.
-    Made { params: DressParams, first: u16, own: f32, own_density: f32 },
+    /// They keep out of what is `around`.
+    Made {
+        params: DressParams,
+        first: u16,
+        own: f32,
+        own_density: f32,
+        #[serde(skip_serializing_if = "Around::is_nothing")]
+        around: Around,
+    },
 }
 
 impl Dressing {
@@ -215,7 +228,7 @@ impl Dressing {
     pub(super) fn dress(&self, plant: Plant, seed: Seed) -> Plant {
         match self {
             Self::Own { params } => dress::thin(plant, params, seed.child("thin")),
-            Self::Made { params, first, own, own_density } => {
+            Self::Made { params, first, own, own_density, around } => {
                 let there = if *own > 0.0 { area(&plant) / own } else { 0.0 };
                 let at = |density: f32, most_leaves: u32| DressParams { density, most_leaves, ..params.clone() };
                 if there > 1.0 - LEAST {
@@ -226,7 +239,7 @@ impl Dressing {
                 let kept = dress::thin(plant.clone(), &at(*own_density, part), seed.child("thin"));
                 let room = params.most_leaves.saturating_sub(kept.leaves().len() as u32);
                 let density = params.density * (1.0 - there);
-                let dressed = dress::dress(&plant.without_leaves(), &at(density, room), seed);
+                let dressed = dress::dress_among(&plant.without_leaves(), &at(density, room), &around.obstacles, seed);
                 let made = dressed.rewear(|_, leaf| (first + leaf.slot, leaf.form));
                 let leaves = made.leaves().iter().chain(kept.leaves()).copied().collect();
                 made.with_leaves(leaves)
@@ -267,7 +280,8 @@ impl Wardrobe {
         };
         let first = self.pictures.leaves.len() as u16;
         self.pictures.leaves.extend(art);
-        dress::dress(&plant, &dress, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
+        let around = self.around.around(plan, &[index]);
+        dress::dress_among(&plant, &dress, &around.obstacles, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
     }
 }
 
@@ -329,7 +343,7 @@ mod tests {
         let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
         let sources = [pole(0.1), pole(0.4)].map(Arc::new);
         let pictures = Pictures { leaves: vec![picture(0.25); 4], bark: picture(1.0) };
-        let Ok(made) = wardrobe(&plan, &sources, &pictures) else { panic!("no wardrobe") };
+        let Ok(made) = wardrobe(&plan, &sources, &pictures, Surroundings::default()) else { panic!("no wardrobe") };
         let (before, now) = (opaque(&sources[0].leaf_maps), opaque(&made.pictures.leaves));
         std::array::from_fn(|i| {
             let shown = |plant, opaque: &[f32]| dress::shown(plant, |leaf| share(opaque, leaf));
@@ -348,7 +362,9 @@ mod tests {
             );
             let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
             let pictures = Pictures { leaves: vec![picture(0.25); 4], bark: picture(1.0) };
-            let Ok(made) = wardrobe(&plan, &[Arc::new(pole(0.4))], &pictures) else { panic!("no wardrobe") };
+            let Ok(made) = wardrobe(&plan, &[Arc::new(pole(0.4))], &pictures, Surroundings::default()) else {
+                panic!("no wardrobe")
+            };
             let bare = made.plants[0].clone();
             let count = bare.leaves().len() as f32;
             let dressed = made.dressing(&plan, &Variant::Source(0)).unwrap().dress(bare, Seed::new(1));
@@ -366,7 +382,9 @@ mod tests {
             );
             let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
             let pictures = Pictures { leaves: vec![picture(0.5); 2], bark: picture(1.0) };
-            let Ok(mut made) = wardrobe(&plan, &[bare(), bare()], &pictures) else { panic!("no wardrobe") };
+            let Ok(mut made) = wardrobe(&plan, &[bare(), bare()], &pictures, Surroundings::default()) else {
+                panic!("no wardrobe")
+            };
             use_leaves(&plan, &mut made)
         };
         let target = with("leaf: \"oak\"", &mut |plan, made| {
@@ -409,7 +427,7 @@ mod tests {
         let bare = SourcePlant::grown(leafy.plant.clone().without_leaves(), Vec::new());
         let pictures = Pictures { leaves: vec![picture(0.5); 2], bark: picture(1.0) };
         let sources = [leafy, bare].map(Arc::new);
-        let Ok(made) = wardrobe(&plan, &sources, &pictures) else { panic!("no wardrobe") };
+        let Ok(made) = wardrobe(&plan, &sources, &pictures, Surroundings::default()) else { panic!("no wardrobe") };
         let dressing = made.dressing_of(&plan, &[0, 1]);
         // Leaves of the first source wear picture 0, those that are made 1 and 2.
         let counts = |every: usize| {
@@ -423,9 +441,11 @@ mod tests {
         let (own, more) = counts(2);
         assert!(own == 200 && more.abs_diff(all / 2) <= all / 10, "{own} {more} of {all}");
         // All together are no more than a tree may have, and each kind has its part of them.
-        let Dressing::Made { params, first, own, own_density } = dressing.clone() else { panic!("some are made") };
+        let Dressing::Made { params, first, own, own_density, around } = dressing.clone() else {
+            panic!("some are made")
+        };
         let most = DressParams { most_leaves: 60, ..params };
-        let dressing = Dressing::Made { params: most, first, own, own_density };
+        let dressing = Dressing::Made { params: most, first, own, own_density, around };
         let half = sources[0].plant.clone().keep_leaves(|i, leaf| (i % 4 < 2).then_some(*leaf));
         let dressed = dressing.dress(half, Seed::new(1));
         let own = dressed.leaves().iter().filter(|leaf| leaf.slot == 0).count();

@@ -8,6 +8,7 @@
 
 use glam::Vec3;
 
+use super::room::Room;
 use super::seek::Seekers;
 use super::twig::Wood;
 use crate::base::Seed;
@@ -34,7 +35,7 @@ pub(super) struct Shoot {
 }
 
 /// Grows twigs. The first of the result are the wood's `starts`, in order.
-pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
+pub(super) fn colonize(wood: &Wood, points: &[Vec3], room: Room<'_>, seed: Seed) -> Vec<Shoot> {
     let (influence, kill, step) = (wood.reach, wood.step * 0.9, wood.step);
     let mut shoots: Vec<Shoot> = wood
         .starts
@@ -87,8 +88,8 @@ pub(super) fn colonize(wood: &Wood, points: &[Vec3], seed: Seed) -> Vec<Shoot> {
                 .normalize_or(shoot.direction);
             let start = wood.starts.get(from as usize).map_or(0.0, |s| s.radius);
             let position = shoot.position + direction * (step.max(start + step * 0.5));
-            // Points that pull the same way again are in balance with others: give them up.
-            if shoot.children > 0 && direction.dot(shoot.latest) > APART {
+            // Points that pull the same way again are in balance with others: give them up. So are those behind a wall.
+            if (shoot.children > 0 && direction.dot(shoot.latest) > APART) || !room.lets(shoot.position, position) {
                 group.iter().for_each(|&p| seekers.give_up(p));
                 continue;
             }

@@ -13,6 +13,7 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::room::{Card, Room};
 use super::twig::Wood;
 use crate::base::{Frame, Rotation, Seed, math};
 use crate::plant::{ChainId, Leaf, Plant, Posed};
@@ -35,6 +36,10 @@ const TAPER: f32 = 0.55;
 /// Their mean area, over that of the largest.
 const TAPERED: f32 = 0.62;
 
+/// Ways that a leaf is turned until it is free of obstacles, and how far the last one of a twig's end points aside, radians.
+const TURNS: u32 = 12;
+const ASIDE: f32 = 1.6;
+
 struct Site {
     chain: ChainId,
     location: f32,
@@ -46,7 +51,13 @@ struct Site {
 }
 
 /// Puts leaves on a plant with twigs, whose first chains are `bare`'s.
-pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams, seed: Seed) -> Plant {
+pub(super) fn add(
+    bare: &Plant,
+    plant: Plant,
+    (wood, room): (&Wood, Room<'_>),
+    params: &DressParams,
+    seed: Seed,
+) -> Plant {
     // Frames are wanted of the few twigs only that bear leaves in the end.
     let mut posed = Posed::of_bearers(&plant);
     let sites = sites(bare, &plant, &posed, wood, params);
@@ -104,7 +115,7 @@ pub(super) fn add(bare: &Plant, plant: Plant, wood: &Wood, params: &DressParams,
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
     posed.frame_chains(&plant, chosen.iter().map(|&i| sites[i as usize].chain));
-    let leaf = |&i: &u32| leaf(&plant, &posed, (wood, middle_of_crown), &sites[i as usize], params, scale, seed);
+    let leaf = |&i: &u32| leaf(&plant, &posed, (wood, middle_of_crown, room), &sites[i as usize], params, scale, seed);
     let leaves: Vec<Leaf> = chosen.iter().filter_map(leaf).collect();
     let mut leafy = vec![false; plant.chains().len()];
     leaves.iter().for_each(|leaf| leafy[leaf.chain.index()] = true);
@@ -188,11 +199,18 @@ fn shadow(posed: &Posed, wood: &Wood) -> f32 {
     total / 3.0
 }
 
-/// None for what would hang into the ground.
+/// The angle about the twig and the one from it that a leaf is turned to at some try; as they are at the first. The next ones
+/// go round, and a leaf at the end of a twig leaves its line, others lie along it.
+fn turned((around, angle): (f32, f32), turn: u32, terminal: bool) -> (f32, f32) {
+    let share = turn as f32 / TURNS as f32;
+    (around + turn as f32 * GOLDEN, if terminal { angle + share * ASIDE } else { angle * (1.0 - 0.7 * share) })
+}
+
+/// None for what would hang into the ground, or reach into an obstacle whichever way it is turned.
 fn leaf(
     plant: &Plant,
     posed: &Posed,
-    (wood, middle): (&Wood, Vec3),
+    (wood, middle, room): (&Wood, Vec3, Room<'_>),
     site: &Site,
     params: &DressParams,
     scale: f32,
@@ -203,40 +221,46 @@ fn leaf(
     let axis = pose.frame.y;
     let rows = params.phyllotaxis == Phyllotaxis::Distichous;
     let turn = s.child("turn").range(-0.35, 0.35);
-    let around = site.number as f32 * GOLDEN + seed.at(u64::from(site.chain.0)).child("start").unit() * TAU + turn;
-    let (sin, cos) = math::sin_cos(around);
-    let radial = if rows {
-        // Level, and to both sides in turn.
-        let side = axis.cross(Vec3::Y).try_normalize().unwrap_or(pose.frame.x);
-        if site.number.is_multiple_of(2) { side } else { -side }
-    } else {
-        pose.frame.x * cos + pose.frame.z * sin
-    };
+    let start = site.number as f32 * GOLDEN + seed.at(u64::from(site.chain.0)).child("start").unit() * TAU + turn;
     let angle = if site.terminal {
         s.child("angle").range(0.0, 0.25)
     } else {
         params.leaf_angle * s.child("angle").range(0.75, 1.2)
     };
-    let (sin, cos) = math::sin_cos(angle);
-    let y = axis * cos + radial * sin;
     let droop = params.droop * s.child("droop").range(0.4, 1.0);
-    let y = (y - Vec3::Y * droop).normalize_or(axis);
     // The upper face looks out of the crown and a little up, with some disorder: a card is looked at from the ground,
     // and one that lies flat shows an edge, or its unlit back.
     let out = (pose.position - middle).normalize_or(Vec3::Y);
-    let face = if rows {
-        // The upper side of the twig, as both rows are a blade's halves.
-        radial.cross(axis).dot(Vec3::Y).signum() * radial.cross(axis) + s.child("face").direction() * 0.3
-    } else {
-        Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5
+    // Which way it is turned; the first is its own, others are for where that one is not free.
+    let axes = |turn: u32| {
+        let (around, angle) = turned((start, angle), turn, site.terminal);
+        let (sin, cos) = math::sin_cos(around);
+        let radial = if rows {
+            // Level, and to both sides in turn.
+            let side = axis.cross(Vec3::Y).try_normalize().unwrap_or(pose.frame.x);
+            if (site.number + turn).is_multiple_of(2) { side } else { -side }
+        } else {
+            pose.frame.x * cos + pose.frame.z * sin
+        };
+        let (sin, cos) = math::sin_cos(angle);
+        let y = axis * cos + radial * sin;
+        let y = (y - Vec3::Y * droop).normalize_or(axis);
+        let face = if rows {
+            // The upper side of the twig, as both rows are a blade's halves.
+            radial.cross(axis).dot(Vec3::Y).signum() * radial.cross(axis) + s.child("face").direction() * 0.3
+        } else {
+            Vec3::new(out.x, out.y * 0.5, out.z) + Vec3::Y * 0.22 + s.child("face").direction() * 0.5
+        };
+        let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
+        [y.cross(z), y, z]
     };
-    let z = (face - y * face.dot(y)).try_normalize().unwrap_or_else(|| Frame::along(y).z);
-    let x = y.cross(z);
-    let local = |v| pose.frame.to_local(v);
-    let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let spread = params.leaf_spread.clamp(0.0, 0.9);
     let taper = if rows { 1.0 - TAPER * site.location * site.location } else { 1.0 };
     let size = wood.leaf * scale * taper * (1.0 + spread * s.child("size").range(-1.0, 1.0));
+    let card = |axes| Card { base: pose.position, axes, size };
+    let [x, y, z] = room.first_free((0..TURNS).map(axes), card)?;
+    let local = |v| pose.frame.to_local(v);
+    let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
     let lowest = pose.position.y + (y.y * size).min(0.0);
     (lowest >= wood.ground).then(|| Leaf::new(site.chain, site.location, orientation, size, slot))

@@ -10,6 +10,7 @@ mod foliage;
 mod lattice;
 mod reach;
 mod refit;
+mod room;
 mod seek;
 mod thin;
 mod twig;
@@ -20,6 +21,8 @@ pub use thin::thin;
 use crate::base::Seed;
 use crate::plant::Plant;
 use crate::preset::plan::DressParams;
+use crate::source::grow::Obstacles;
+use room::Room;
 
 /// The plant with twigs and leaves. Its own chains keep their ids, twigs come after them.
 ///
@@ -27,18 +30,27 @@ use crate::preset::plan::DressParams;
 /// points and leaves but for a sort of the leaves.
 #[must_use]
 pub fn dress(plant: &Plant, params: &DressParams, seed: Seed) -> Plant {
+    dress_among(plant, params, &Obstacles::default(), seed)
+}
+
+/// As [`dress`], beside obstacles in metres: no twig and no leaf reaches into one, and twigs keep their clearance. Where
+/// there are none, or all are far away, the same bytes.
+#[must_use]
+pub fn dress_among(plant: &Plant, params: &DressParams, obstacles: &Obstacles, seed: Seed) -> Plant {
     if !plant.leaves().is_empty() || plant.chains().is_empty() || params.most_leaves == 0 || params.density <= 0.0 {
         return plant.clone();
     }
     let posed = plant.pose();
+    let room = Room::among(obstacles);
     let Some(wood) = twig::Wood::of(plant, &posed, params) else { return plant.clone() };
     if params.twig_length <= 0.0 {
-        return foliage::add(plant, plant.clone(), &wood, params, seed.child("leaves"));
+        return foliage::add(plant, plant.clone(), (&wood, room), params, seed.child("leaves"));
     }
-    let points = attract::leaf_points(&wood, seed.child("points"));
-    let shoots = colonize::colonize(&wood, &points, seed.child("twigs"));
+    let mut points = attract::leaf_points(&wood, seed.child("points"));
+    points.retain(|p| room.has(*p));
+    let shoots = colonize::colonize(&wood, &points, room, seed.child("twigs"));
     let twiggy = twig::add(plant, &posed, &wood, &shoots);
-    foliage::add(plant, twiggy, &wood, params, seed.child("leaves"))
+    foliage::add(plant, twiggy, (&wood, room), params, seed.child("leaves"))
 }
 
 #[cfg(test)]
@@ -49,7 +61,7 @@ mod tests {
     use crate::plant::{PlantBuilder, dump};
     use crate::preset::plan::Phyllotaxis;
 
-    fn params() -> DressParams {
+    pub(super) fn params() -> DressParams {
         DressParams {
             density: 1.0,
             most_leaves: 20_000,
@@ -65,7 +77,7 @@ mod tests {
     }
 
     /// A trunk of `height` metres with limbs all round its upper half.
-    fn tree(height: f32, limbs: u64) -> Plant {
+    pub(super) fn tree(height: f32, limbs: u64) -> Plant {
         let mut builder = PlantBuilder::new();
         let h = height;
         let stem = builder.stem(

@@ -97,7 +97,7 @@ fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], sh
     let grid = Grid::over(bounds, CELLS, margin);
     let drawn = Depths::of(&Mask::of_region(&target, grid));
     // Stems go straight to where they are led.
-    let guided = Guided { leads: Leads::NONE, scale: sketched.guided.scale };
+    let guided = Guided { leads: Leads::NONE, ..sketched.guided.clone() };
     let mut wish: Vec<Vec3> = told.iter().map(|told| *told * t).collect();
     let straight = sketcher.spines.moved(&sketcher.positions, &wish, &guided);
     let mut aside = vec![Vec3::ZERO; sketcher.positions.len()];

@@ -62,7 +62,7 @@ pub struct Sketched {
     pub(super) shift: Vec<Vec3>,
     wilts: Vec<bool>,
     /// What lobes were told, and how far the sketch differs from the crown: what in-betweens are found from.
-    told: Vec<Vec3>,
+    pub(super) told: Vec<Vec3>,
     share: f32,
     along: Along,
     /// Where a drawn trunk leads the stem, and how much larger the tree gets as a whole.
@@ -104,7 +104,7 @@ impl Sketcher {
             targets.push(target);
             rings.push(ring);
         }
-        let guided = Guided { leads, scale: wood.max(leaf) };
+        let guided = Guided { leads, scale: wood.max(leaf), standing: sketch.method == Method::Adaptive };
         let chart = &self.charts[0];
         let adaptive = sketch.method == Method::Adaptive;
         let vertices = chart.cages.moved(&rings[0]);

@@ -5,7 +5,9 @@
 //!
 //! Two bounds keep branches natural. No branch gets longer than [`STRETCH`] times, and none turns further than its
 //! neighbours: beyond [`TURN`] more than the most of parent and next siblings. A branch that would only follows its
-//! handles so far. Where a trunk is drawn, stems stand on it (`sketch/stem.rs`) whatever handles do.
+//! handles so far. Where a trunk is drawn, stems stand on it (`sketch/stem.rs`) whatever handles do. Past the paper, stems
+//! leave the ground as they did before: by the weights alone a lobe to one side turned the whole bole, the foot with it, by up
+//! to 38 degrees. Branches make up for what stems hang back, since each goes where its own handles are told.
 
 use glam::Vec3;
 
@@ -23,6 +25,8 @@ const TURN: f32 = 0.2;
 const MOST_TURN: f32 = 1.5;
 /// Siblings on either side that count as neighbours.
 pub(super) const SIBLINGS: usize = 3;
+/// Of a stem's length from its foot up, how much of it hangs back behind its handles.
+const FOOT: f32 = 0.6;
 /// Shares of its handles' way that are tried for a branch beyond a bound.
 const SHARES: [f32; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
 
@@ -61,6 +65,8 @@ pub(super) struct Guided {
     pub(super) leads: Leads,
     /// How much larger the tree gets as a whole.
     pub(super) scale: f32,
+    /// Whether stems keep the direction that they have at the foot.
+    pub(super) standing: bool,
 }
 
 /// All branches of a plant, bound to handles.
@@ -192,6 +198,9 @@ impl Spines {
                 w[1..].iter().zip(told).fold(Vec3::ZERO, |sum, (w, d)| sum + (*d - base) * *w)
             }));
             let at = &positions[first..first + len];
+            if spine.base.is_none() && guided.standing {
+                stand(at, &mut own);
+            }
             let leads = |place: Vec3, moved: Vec3| match &guided.leads {
                 _ if !is_led || spine.base.is_some() => Vec3::ZERO,
                 leads if s == self.stem => leads.onto(place + moved),
@@ -254,6 +263,19 @@ impl Spine {
     }
 }
 
+/// Lets a stem leave its foot as it did before: there points move along their line from the foot only, farther up more and
+/// more as handles have them.
+fn stand(points: &[Vec3], own: &mut [Vec3]) {
+    let length: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let (foot, mut arc) = (points[0], 0.0);
+    for i in 1..points.len() {
+        arc += points[i].distance(points[i - 1]);
+        let from = points[i] - foot;
+        let along = from * (own[i].dot(from) / from.length_squared().max(1e-12));
+        own[i] = along.lerp(own[i], math::smoothstep(0.0, FOOT * length.max(1e-6), arc));
+    }
+}
+
 /// Whether a branch that follows its handles by a share is within its bounds.
 fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32, scale: f32) -> bool {
     let last = points.len() - 1;
@@ -302,7 +324,7 @@ mod tests {
     use crate::base::Seed;
     use crate::relate::random_plant::{Oddity, random_plant};
 
-    const FREE: Guided = Guided { leads: Leads::NONE, scale: 1.0 };
+    const FREE: Guided = Guided { leads: Leads::NONE, scale: 1.0, standing: false };
 
     fn bound(seed: u64) -> (Plant, Posed, Vec<Handle>, Spines) {
         let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);

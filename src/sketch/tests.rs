@@ -199,6 +199,41 @@ fn a_drawn_trunk_is_where_the_stem_stands_whatever_the_tree_and_the_size() {
 }
 
 #[test]
+fn a_stem_leaves_the_ground_as_it_did_whatever_outline_is_drawn_without_a_trunk() {
+    let outlines = [
+        "<path d='M1 9V1H3V7H9V9Z'/>",
+        "<path d='M6 .5A4.6 4.6 0 1 0 6 9.5A5 5 0 0 1 6 .5Z'/>",
+        "<circle cx='2' cy='5' r='2'/><circle cx='8' cy='5' r='2'/>",
+        "<path d='M1 9H9V1Z'/>",
+        "<ellipse cx='5' cy='5' rx='1.4' ry='4.8' transform='rotate(40 5 5)'/>",
+    ]
+    .map(drawing);
+    let foot = |plant: &Plant, shift: &[Vec3]| {
+        let stem = plant.span(crate::plant::ChainId(0)).start;
+        let at = |i: usize| plant.pose().positions()[i] + shift.get(i).copied().unwrap_or_default();
+        at(stem + 1) - at(stem)
+    };
+    for plant in [ball(3), bent_ball()].map(Arc::new) {
+        // What handles alone would do.
+        let mut most = 0.0_f32;
+        for kind in [ViewKind::Front, ViewKind::FrontAndSide] {
+            let sketcher = bound(plant.clone(), SketchViews { kind, ..FRONT }).unwrap();
+            for (drawn, side) in outlines.iter().zip(outlines.iter().cycle().skip(3)) {
+                let side = Some(side).filter(|_| kind == ViewKind::FrontAndSide);
+                let sketched = sketcher.draw(&Sketch { side, ..sketch(drawn) }).unwrap();
+                let was = foot(&plant, &[]);
+                let turned = crate::base::math::angle(was, foot(&sketched.at(1.0), &[])).to_degrees();
+                assert!(turned < 6.0, "{kind:?}: {turned}");
+                let guided = super::spine::Guided { standing: false, ..sketched.guided.clone() };
+                let free = sketcher.spines.moved(&sketcher.positions, &sketched.told, &guided);
+                most = most.max(crate::base::math::angle(was, foot(&plant, &free)).to_degrees());
+            }
+        }
+        assert!(most > 12.0, "{most}");
+    }
+}
+
+#[test]
 fn a_tree_that_is_drawn_larger_has_thicker_wood_and_larger_leaves_on_the_way_as_well() {
     let plant = ball(3);
     let drawn = drawing("<ellipse cx='5' cy='3' rx='3.5' ry='3'/><rect id='trunk' x='4' y='5' width='2' height='5'/>");

@@ -54,7 +54,7 @@ use glam::{Vec2, Vec3};
 
 pub use detail::{Detail, detail};
 use growth::Tree;
-pub use obstacle::obstacle_triangles;
+pub use obstacle::{Obstacles, obstacle_triangles};
 pub use overlap::{Mended, crossings, mend_overlaps, overlaps};
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
 pub use space::{Graph, GraphParams, ObstacleMeshes};

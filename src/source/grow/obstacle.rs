@@ -9,6 +9,8 @@
 use glam::Vec3;
 
 use super::grid::Lattice;
+use super::{GrowError, ObstacleMeshes};
+use crate::preset::plan::Obstacle;
 use crate::source::glb::read_glb;
 
 /// Most triangles of all obstacles.
@@ -47,15 +49,49 @@ pub fn obstacle_triangles(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     Ok(triangles)
 }
 
-/// Boxes, triangles and the air around them; lengths in plant heights.
+/// Boxes, triangles and the air around them: lengths in plant heights where plants grow, metres from the foot of the first
+/// plant where they are dressed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Obstacles {
+pub struct Obstacles {
     boxes: Vec<[Vec3; 2]>,
     mesh: Option<Mesh>,
     clearance: f32,
 }
 
 impl Obstacles {
+    /// What parameters name, in metres.
+    ///
+    /// # Errors
+    ///
+    /// When a mesh is not in `meshes`, not finite or too large.
+    pub fn of(obstacles: &[Obstacle], clearance: f32, meshes: &ObstacleMeshes) -> Result<Self, GrowError> {
+        Self::scaled(obstacles, clearance, 1.0, meshes)
+    }
+
+    /// The same in lengths of which a metre has so many; `clearance` is one of them.
+    pub(super) fn scaled(
+        obstacles: &[Obstacle],
+        clearance: f32,
+        per_metre: f32,
+        meshes: &ObstacleMeshes,
+    ) -> Result<Self, GrowError> {
+        let (mut boxes, mut triangles): (Vec<[Vec3; 2]>, Vec<Triangle>) = (Vec::new(), Vec::new());
+        for obstacle in obstacles {
+            match obstacle {
+                Obstacle::Box { low, high } => boxes.push([*low, *high].map(|v| Vec3::from(v) * per_metre)),
+                Obstacle::Mesh { file, at } => {
+                    let mesh = meshes.get(file).ok_or_else(|| GrowError::NoMesh(file.clone()))?;
+                    let place = |v: Vec3| (v + Vec3::from(*at)) * per_metre;
+                    triangles.extend(mesh.iter().map(|t| t.map(place)));
+                }
+            }
+        }
+        if triangles.len() > MOST_TRIANGLES || triangles.iter().flatten().any(|v| !v.is_finite()) {
+            return Err(GrowError::BadMesh);
+        }
+        Ok(Self::new(boxes, triangles, clearance))
+    }
+
     /// Obstacles of finite size.
     pub(super) fn new(boxes: Vec<[Vec3; 2]>, triangles: Vec<Triangle>, clearance: f32) -> Self {
         let mesh = (!triangles.is_empty()).then(|| Mesh::new(triangles, clearance));
@@ -63,12 +99,12 @@ impl Obstacles {
     }
 
     /// Whether there are none.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.boxes.is_empty() && self.mesh.is_none()
     }
 
     /// Whether a point is outside of all, with the clearance.
-    pub(super) fn free(&self, p: Vec3) -> bool {
+    pub(crate) fn free(&self, p: Vec3) -> bool {
         let clear = |&[low, high]: &[Vec3; 2]| {
             let off = (low - p).max(p - high).max(Vec3::ZERO);
             off.length_squared() > self.clearance * self.clearance
@@ -78,14 +114,13 @@ impl Obstacles {
     }
 
     /// Whether a point is inside of one, without the clearance.
-    #[cfg(test)]
-    pub(super) fn hold(&self, p: Vec3) -> bool {
+    pub(crate) fn hold(&self, p: Vec3) -> bool {
         let within = |&[low, high]: &[Vec3; 2]| p.cmpge(low).all() && p.cmple(high).all();
         self.boxes.iter().any(within) || self.mesh.as_ref().is_some_and(|mesh| mesh.holds(p))
     }
 
     /// Whether the way from one point to another meets one.
-    pub(super) fn bar(&self, from: Vec3, to: Vec3) -> bool {
+    pub(crate) fn bar(&self, from: Vec3, to: Vec3) -> bool {
         self.boxes.iter().any(|b| segment_meets_box(from, to, *b))
             || self.mesh.as_ref().is_some_and(|mesh| mesh.meets(from, to))
     }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::GrowError;
 use super::nodes::Nodes;
-use super::obstacle::{MOST_TRIANGLES, Obstacles, Triangle};
+use super::obstacle::Obstacles;
 use super::paths::{Party, PathSource, Paths};
 use super::region::{Column, Region};
 use super::solid::Solids;
@@ -113,21 +113,8 @@ impl GraphParams {
             radius,
             height,
         }));
-        let (mut boxes, mut triangles): (Vec<[Vec3; 2]>, Vec<Triangle>) = (Vec::new(), Vec::new());
-        for obstacle in &self.obstacles {
-            match obstacle {
-                Obstacle::Box { low, high } => boxes.push([*low, *high].map(|v| Vec3::from(v) * self.per_metre)),
-                Obstacle::Mesh { file, at } => {
-                    let mesh = meshes.get(file).ok_or_else(|| GrowError::NoMesh(file.clone()))?;
-                    let place = |v: Vec3| (v + Vec3::from(*at)) * self.per_metre;
-                    triangles.extend(mesh.iter().map(|t| t.map(place)));
-                }
-            }
-        }
-        if triangles.len() > MOST_TRIANGLES || triangles.iter().flatten().any(|v| !v.is_finite()) {
-            return Err(GrowError::BadMesh);
-        }
-        Ok(Region::new(columns, Obstacles::new(boxes, triangles, self.clearance)))
+        let obstacles = Obstacles::scaled(&self.obstacles, self.clearance, self.per_metre, meshes)?;
+        Ok(Region::new(columns, obstacles))
     }
 }
 
