@@ -197,7 +197,11 @@ static FACINGS: Choice = Choice {
 static SMALLS: Choice = Choice {
     title: "Small branches",
     kinds: &[
-        KindOf { name: "Removed", form: Form::Fields(&REMOVED), about: "they are left out with all that they bear" },
+        KindOf {
+            name: "Removed",
+            form: Form::Fields(&REMOVED),
+            about: "they are left out with all that they bear, unless that is leaves of the source's own",
+        },
         KindOf { name: "Kept", form: Form::Plain, about: "they stay" },
     ],
 };

@@ -5,6 +5,9 @@
 //! (least squares). A branch of a blend is too small below `max(0, min β - α |β1 - β2|)`; with more than two sources
 //! the difference is that of the greatest and the least. A polynomial needs three branches at different places; of fewer
 //! their mean length is taken. An order that a source lacks allows any length.
+//!
+//! Past the paper, whose trees have no leaves: a branch that bears some stays. A short one with leaves is a leafy shoot, and
+//! without those that are still short a mean of two leafy trees was bare.
 
 use crate::plant::{ChainId, Curve, Plant};
 
@@ -53,12 +56,21 @@ impl SmallBranches {
         (low - self.alpha * (high - low)).max(0.0)
     }
 
-    /// The branches of a blend that are too small; what they bear goes with them.
+    /// The branches of a blend that are too small and bear no leaf; what they bear goes with them.
     #[must_use]
     pub fn in_plant(&self, plant: &Plant) -> Vec<ChainId> {
+        let mut leafy = vec![false; plant.chains().len()];
+        plant.leaves().iter().for_each(|leaf| leafy[leaf.chain.index()] = true);
+        // What is borne comes after its bearer.
+        for id in plant.chain_ids().rev().filter(|_| !plant.leaves().is_empty()) {
+            if let Some(parent) = plant.chain(id).parent {
+                leafy[parent.index()] |= leafy[id.index()];
+            }
+        }
         let small = |id: &ChainId| {
             let chain = plant.chain(*id);
-            chain.parent.is_some() && length(plant, *id) < self.least(chain.order, chain.location)
+            let is_short = || length(plant, *id) < self.least(chain.order, chain.location);
+            chain.parent.is_some() && !leafy[id.index()] && is_short()
         };
         plant.chain_ids().filter(small).collect()
     }
@@ -129,5 +141,7 @@ mod tests {
         assert!(small.in_plant(&a).is_empty());
         let stubs = comb(6, |s| if s < 0.5 { 0.2 } else { 1.5 });
         assert_eq!(small.in_plant(&stubs), [ChainId(1), ChainId(2), ChainId(3)]);
+        let leaf = crate::plant::Leaf::new(ChainId(2), 0.5, crate::base::Rotation::IDENTITY, 0.1, 0);
+        assert_eq!(small.in_plant(&stubs.with_leaves(vec![leaf])), [ChainId(1), ChainId(3)]);
     }
 }
