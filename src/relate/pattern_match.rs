@@ -13,7 +13,8 @@
 //!
 //! Eq. 4's terms lie in 0..=1: group outer lobes by Hausdorff distance in the reach among their siblings, branching
 //! vectors, ratios, numbers of chains (relative to the larger) and divergences. The first three have the preset's weights, the
-//! others [`COUNT`] and [`DIVERGENCE`].
+//! others [`COUNT`] and [`DIVERGENCE`]. Chains of matched groups are compared by the first three and by what else Table 1 tells
+//! of a chain (`chain_traits`).
 //!
 //! Limits: a set of more than [`MOST_CELLS`] pairs of groups is cut in halves along the parent, as fuzzy matching does;
 //! groups of more than a million pairs of chains are matched in order of id.
@@ -21,6 +22,7 @@
 use rayon::prelude::*;
 
 use super::assignment::assign;
+use super::chain_traits::{ChainTraits, Measure};
 use super::fuzzy::MOST_CELLS;
 use super::pattern_tree::{PatternNode, PatternTree};
 use super::pruned::assign_pruned;
@@ -275,10 +277,16 @@ impl Build<'_> {
         let (scale_f, scale_m) = (scale(own.iter().map(|n| &n.crown)), scale(other.iter().map(|n| &n.crown)));
         let crowns_f: Vec<Crown> = own.iter().map(|n| n.crown.scaled(scale_f)).collect();
         let crowns_m: Vec<Crown> = other.iter().map(|n| n.crown.scaled(scale_m)).collect();
+        let traits = |side: usize, chains: &[ChainId]| -> Vec<&ChainTraits> {
+            chains.iter().map(|&c| self.trees[side].traits(c)).collect()
+        };
+        let (traits_f, traits_m) = (traits(side, &few.chains), traits(1 - side, &many.chains));
+        let (measure_f, measure_m) = (Measure::of(&traits_f), Measure::of(&traits_m));
         let cost = |i: usize, j: usize| {
             crowns_f[i].distance(&crowns_m[j]).min(1.0) * self.params.crown
                 + (own[i].direction - other[j].direction).length() * 0.5 * self.params.direction
                 + (own[i].crown_ratio - other[j].crown_ratio).abs() * self.params.ratio
+                + traits_f[i].unlike(&measure_f, traits_m[j], &measure_m)
         };
         let mut costs: Vec<(f32, u32, u32)> =
             (0..nf).flat_map(|i| (0..nm).map(move |j| (i, j))).map(|(i, j)| (cost(i, j), i as u32, j as u32)).collect();
@@ -370,5 +378,36 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Pairs of chains, the first plant's first.
+    fn pairs(from: &Plant, to: &Plant, patterns: &PatternParams) -> Vec<(u32, u32)> {
+        let kins = match_patterns(&PatternTree::of(from, patterns), &PatternTree::of(to, patterns), &EVEN);
+        let mut pairs: Vec<(u32, u32)> = kins.iter().filter_map(|k| Some((k.members[0]?.0, k.members[1]?.0))).collect();
+        pairs.sort_unstable();
+        pairs
+    }
+
+    #[test]
+    fn chains_of_one_look_go_by_girth_and_stems_by_where_they_stand() {
+        let whorl = |radii: [f32; 2]| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.2, 0.02]);
+            for radius in radii {
+                builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[radius, 0.001]);
+            }
+            builder.finish().unwrap()
+        };
+        let usual = PatternParams::default();
+        // Ids alone would pair 1 with 1.
+        assert_eq!(pairs(&whorl([0.06, 0.02]), &whorl([0.02, 0.06]), &usual), [(0, 0), (1, 2), (2, 1)]);
+        let stand = |places: [f32; 3]| {
+            let mut builder = PlantBuilder::new();
+            for x in places {
+                builder.stem(Vec3::X * x, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.02]);
+            }
+            builder.finish().unwrap()
+        };
+        assert_eq!(pairs(&stand([0.0, 1.0, 2.0]), &stand([4.0, 0.0, 2.0]), &usual), [(0, 1), (1, 2), (2, 0)]);
     }
 }
