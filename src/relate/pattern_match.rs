@@ -12,7 +12,8 @@
 //! ([`Family::is_stand_in`]), which is shown only where the centre's plant is alone.
 //!
 //! Eq. 4's terms lie in 0..=1: group outer lobes by Hausdorff distance in the reach among their siblings, branching
-//! vectors, ratios, numbers of chains (relative to the larger) and divergences. The first three have the preset's weights, the
+//! vectors, ratios, numbers of branches (relative to the
+//! larger; a continuation that is like them is one) and divergences. The first three have the preset's weights, the
 //! others [`COUNT`] and [`DIVERGENCE`]. Chains of matched groups are compared by the first three and by what else Table 1 tells
 //! of a chain (`chain_traits`).
 //!
@@ -31,7 +32,7 @@ use super::{Family, FamilyError, Kin, KinId, PatternParams};
 use crate::plant::{ChainId, Crown, DIRECTIONS, Plant};
 use crate::preset::plan::MatchParams;
 
-/// Weight of the difference between the numbers of chains.
+/// Weight of the difference between the numbers of branches.
 const COUNT: f32 = 0.1;
 /// Weight of the difference between mean divergences.
 const DIVERGENCE: f32 = 0.1;
@@ -206,14 +207,7 @@ impl Build<'_> {
         let (scale_a, scale_b) = (scale(a.iter().map(|n| &n.lobe)), scale(b.iter().map(|n| &n.lobe)));
         let lobes_a: Vec<Crown> = a.iter().map(|n| n.lobe.scaled(scale_a)).collect();
         let lobes_b: Vec<Crown> = b.iter().map(|n| n.lobe.scaled(scale_b)).collect();
-        let others = |i: usize, j: usize| {
-            let (own, other) = (a[i], b[j]);
-            let (own_count, other_count) = (own.chains.len() as f32, other.chains.len() as f32);
-            (own.direction - other.direction).length() * 0.5 * self.params.direction
-                + (own.ratio - other.ratio).abs() * self.params.ratio
-                + (own_count - other_count).abs() / own_count.max(other_count) * COUNT
-                + (own.divergence - other.divergence).abs() * std::f32::consts::FRAC_1_PI * DIVERGENCE
-        };
+        let others = |i: usize, j: usize| apart_but_for_lobes(a[i], b[j], self.params);
         let cost = |i: usize, j: usize| lobes_a[i].distance(&lobes_b[j]).min(1.0) * self.params.crown + others(i, j);
         let bound = |i: usize, j: usize| {
             let apart = |d: usize| (lobes_a[i].support(d * STRIDE + 11) - lobes_b[j].support(d * STRIDE + 11)).abs();
@@ -304,6 +298,15 @@ impl Build<'_> {
         }
         stars
     }
+}
+
+/// Eq. 4 without its lobes.
+fn apart_but_for_lobes(own: &PatternNode, other: &PatternNode, params: &MatchParams) -> f32 {
+    let (own_count, other_count) = (own.count as f32, other.count as f32);
+    (own.direction - other.direction).length() * 0.5 * params.direction
+        + (own.ratio - other.ratio).abs() * params.ratio
+        + (own_count - other_count).abs() / own_count.max(other_count).max(1.0) * COUNT
+        + (own.divergence - other.divergence).abs() * std::f32::consts::FRAC_1_PI * DIVERGENCE
 }
 
 /// What brings the farthest reach among some crowns to 1.
@@ -409,5 +412,22 @@ mod tests {
             builder.finish().unwrap()
         };
         assert_eq!(pairs(&stand([0.0, 1.0, 2.0]), &stand([4.0, 0.0, 2.0]), &usual), [(0, 1), (1, 2), (2, 0)]);
+    }
+
+    #[test]
+    fn a_continuation_that_is_like_its_branches_counts_in_eq_4() {
+        // A trunk that forks into two that are alike, one of which is its own way on.
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::new(-2.0, 8.0, 0.0)], &[0.1; 3]);
+        let twin =
+            builder.branch(stem, 4.0 / (4.0 + 20.0_f32.sqrt()), &[Vec3::ZERO, Vec3::new(2.0, 4.0, 0.0)], &[0.1; 2]);
+        let plant = builder.finish().unwrap();
+        let wide = PatternParams { angle: 0.6, ..PatternParams::default() };
+        let tree = PatternTree::of(&plant, &wide);
+        let node = &tree.on(stem)[0];
+        assert_eq!((node.chains.clone(), node.count), (vec![twin], 2));
+        let alone = PatternNode { count: 1, ..node.clone() };
+        assert_eq!(apart_but_for_lobes(node, node, &EVEN), 0.0);
+        assert!((apart_but_for_lobes(node, &alone, &EVEN) - 0.5 * COUNT).abs() < 1e-6);
     }
 }

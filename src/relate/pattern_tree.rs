@@ -17,6 +17,8 @@ use crate::plant::{ChainId, Crown, Plant};
 pub struct PatternNode {
     /// GC: the chains, in order of id.
     pub chains: Vec<ChainId>,
+    /// How many grow from there: the chains, and the parent's continuation where it is like them.
+    pub count: usize,
     /// What they leave; none for the stems.
     pub parent: Option<ChainId>,
     /// How they stand.
@@ -77,6 +79,7 @@ impl PatternTree {
                 let direction = own().fold(Vec3::ZERO, |sum, n| sum + n.direction) * share;
                 PatternNode {
                     parent: group.parent,
+                    count: group.count,
                     pattern: group.pattern,
                     order: group.order,
                     location: group.location,
