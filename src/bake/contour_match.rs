@@ -17,6 +17,11 @@
 //! fewer than [`LEAST`] matched features, as round leaves have, and those that would fold over themselves more by their
 //! features than without, are laid on each other evenly by arc length, begun where the squares are least.
 //!
+//! Of 112 pairs of made sprays and drawn leaves all outlines together cross themselves 1247 times at a quarter, half and three
+//! quarters of their way by arc length, and 560 times by features: what is left are sprays whose blades lie over each other.
+//! Tried: features left out for half as much (633) and tips that may go to notches (1770). Place and direction of 1.2 and
+//! 0.4 cross less (408 to 436), but match the two halves of a maple's leaf with an oak's differently, which is seen at once.
+//!
 //! Time: features² × features, of which [`MOST`] at most count.
 
 use glam::Vec2;
@@ -148,9 +153,8 @@ impl<'p> Outline<'p> {
     }
 
     fn features(&self) -> Vec<Feature> {
-        let count = (self.length / self.unit * DENSE).clamp(DENSE_RANGE.0, DENSE_RANGE.1);
-        let step = self.length / count;
-        let count = count as usize;
+        let count = (self.length / self.unit * DENSE).clamp(DENSE_RANGE.0, DENSE_RANGE.1) as usize;
+        let step = self.length / count as f32;
         if !(step > 0.0 && step.is_finite()) {
             return Vec::new();
         }
@@ -193,10 +197,17 @@ impl<'p> Outline<'p> {
                 let whole = Spread::of(region(sides[0].0, sides[1].1).map(|off| at(i, off)));
                 let way = (at(i, reach) - at(i, -reach)).normalize_or(Vec2::X);
                 let out = Vec2::new(way.y, -way.x);
+                // Smoothing rounds tips and notches; the outline's own is the farthest out or in. Less than half of the way
+                // to the next feature, so that their order stays.
+                let sign = turns[i].signum();
+                let near = span.min(4) as i32;
+                let farthest = (-near..=near)
+                    .map(|k| (i as f32 + k as f32 * 0.5) * step)
+                    .max_by(|&x, &y| (self.point(x).dot(out) * sign).total_cmp(&(self.point(y).dot(out) * sign)));
                 Feature {
-                    at: i as f32 * step,
+                    at: farthest.unwrap_or(i as f32 * step).rem_euclid(self.length),
                     turn: turns[i],
-                    shape: whole.across(out) * turns[i].signum(),
+                    shape: whole.across(out) * sign,
                     bend,
                     size: [before, after].map(|steps| steps as f32 / count as f32),
                     place: (at(i, 0) - low) / size,

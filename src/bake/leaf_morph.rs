@@ -11,9 +11,8 @@
 //! lines. What a point of the morphed outline's inside is in both pictures follows from mean value coordinates (Floater
 //! 2003) on a grid of every fourth pixel, bilinear in between.
 //!
-//! Tried before: 96 points by arc length, laid on each other by one turn. Half way from a maple's spray to an oak's the outline
-//! crossed itself 11 times at three places of the way together, now 3 times; from maple to birch 11 and none, from oak to
-//! willow 22 and 16; lobes slid along the margin into each other.
+//! Tried before: 96 points by arc length, laid on each other by one turn. Lobes slid along the margin into each other, half of a
+//! spray's leaves were one lump half way, and 96 points cut the teeth off sprays of thirty leaves.
 //!
 //! At half alpha and above a pixel of a leaf is opaque, at a quarter gone; holes that only one picture has close half way. Colours are mixed in
 //! linear light. About 25 ms for a picture of 256² with one outline, on one core.
