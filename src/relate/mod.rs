@@ -40,9 +40,11 @@ pub use leaf_pairs::PairedSlots;
 pub use lobes::{gather_loose, lobes};
 pub use merge::{match_merged, merged_family};
 pub use nway::{fuzzy_family, match_nway, nway_family};
-pub use pattern::{Group, Pattern, PatternParams, groups, pattern};
+pub use pattern::{Group, Pattern, groups, pattern};
 pub use pattern_match::{match_patterns, pattern_family};
 pub use pattern_tree::{PatternNode, PatternTree};
 pub use point_weights::point_weight;
 pub use topology_tree::{TopologyNode, TopologyTree};
 pub use weights::{Run, Weights};
+
+pub use crate::preset::plan::PatternParams;

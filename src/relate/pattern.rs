@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use super::topology_tree::branching_vector;
 use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
+use crate::preset::plan::PatternParams;
 
 /// How branches grow from one place (2017 CAVW, Eq. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,24 +32,6 @@ pub enum Pattern {
     Opposite,
     /// Any other number, or two that are not opposite.
     Whorled,
-}
-
-/// Thresholds of Eq. 1 and 3.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PatternParams {
-    /// θ of Eq. 1: standard deviation of branching angles below which branches are alike, radians.
-    pub angle: f32,
-    /// r_t of Eq. 1: standard deviation of radii below which branches are alike, as a share of their mean.
-    pub radius: f32,
-    /// θ of Eq. 3: how far the divergence of two opposite branches may be from half a turn, radians.
-    pub divergence: f32,
-}
-
-impl Default for PatternParams {
-    /// 10 degrees and a fifth; 30 degrees as in the paper.
-    fn default() -> Self {
-        Self { angle: 10.0_f32.to_radians(), radius: 0.2, divergence: 30.0_f32.to_radians() }
-    }
 }
 
 /// Chains of one hybrid order that leave a place together.

@@ -12,10 +12,10 @@
 //! ([`Family::is_stand_in`]), which is shown only where the centre's plant is alone.
 //!
 //! Eq. 4's terms lie in 0..=1: group outer lobes by Hausdorff distance in the reach among their siblings, branching
-//! vectors, ratios, numbers of branches (relative to the
-//! larger; a continuation that is like them is one) and divergences. The first three have the preset's weights, the
-//! others [`COUNT`] and [`DIVERGENCE`]. Chains of matched groups are compared by the first three and by what else Table 1 tells
-//! of a chain (`chain_traits`).
+//! vectors, ratios, numbers of branches (relative to the larger; a continuation that is like them is one), divergences, and
+//! whether both stand in the same pattern: what GC exhibits by the preset's threshold of Eq. 3. The first three have the preset's
+//! weights, the others [`COUNT`], [`DIVERGENCE`] and [`PATTERN`]. Chains of matched groups are compared by the first three and by
+//! what else Table 1 tells of a chain (`chain_traits`).
 //!
 //! Limits: a set of more than [`MOST_CELLS`] pairs of groups is cut in halves along the parent, as fuzzy matching does;
 //! groups of more than a million pairs of chains are matched in order of id.
@@ -28,14 +28,16 @@ use super::fuzzy::MOST_CELLS;
 use super::pattern_tree::{PatternNode, PatternTree};
 use super::pruned::assign_pruned;
 use super::topology_tree::TopologyNode;
-use super::{Family, FamilyError, Kin, KinId, PatternParams};
+use super::{Family, FamilyError, Kin, KinId};
 use crate::plant::{ChainId, Crown, DIRECTIONS, Plant};
-use crate::preset::plan::MatchParams;
+use crate::preset::plan::{MatchParams, PatternParams};
 
 /// Weight of the difference between the numbers of branches.
 const COUNT: f32 = 0.1;
 /// Weight of the difference between mean divergences.
 const DIVERGENCE: f32 = 0.1;
+/// Weight of another pattern.
+const PATTERN: f32 = 0.05;
 /// Sets with fewer pairs are measured whole.
 const DENSE_CELLS: usize = 1 << 10;
 /// Groups with more pairs of chains are matched in order of id.
@@ -43,18 +45,22 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Every how many directions of a lobe bound a distance.
 const STRIDE: usize = DIRECTIONS / 8;
 
-/// The family of two plants under [`match_patterns`].
+/// The family of two plants under [`match_patterns`]; `patterns` says which branches are one group.
 ///
 /// # Errors
 ///
 /// When a plant has no chain or holds a length beyond all measure; see [`FamilyError`].
-pub fn pattern_family(from: Plant, to: Plant, params: &MatchParams) -> Result<Family, FamilyError> {
+pub fn pattern_family(
+    from: Plant,
+    to: Plant,
+    params: &MatchParams,
+    patterns: &PatternParams,
+) -> Result<Family, FamilyError> {
     let plants = vec![from, to];
     if plants.iter().any(|plant| plant.chains().is_empty()) {
         return Err(FamilyError::Empty);
     }
-    let trees: Vec<PatternTree> =
-        plants.par_iter().map(|plant| PatternTree::of(plant, &PatternParams::default())).collect();
+    let trees: Vec<PatternTree> = plants.par_iter().map(|plant| PatternTree::of(plant, patterns)).collect();
     let kins = match_patterns(&trees[0], &trees[1], params);
     Family::new(plants, &kins)
 }
@@ -307,6 +313,7 @@ fn apart_but_for_lobes(own: &PatternNode, other: &PatternNode, params: &MatchPar
         + (own.ratio - other.ratio).abs() * params.ratio
         + (own_count - other_count).abs() / own_count.max(other_count).max(1.0) * COUNT
         + (own.divergence - other.divergence).abs() * std::f32::consts::FRAC_1_PI * DIVERGENCE
+        + if own.pattern == other.pattern { 0.0 } else { PATTERN }
 }
 
 /// What brings the farthest reach among some crowns to 1.
@@ -332,7 +339,7 @@ mod tests {
         for seed in 0..60 {
             let plant = |name| random_plant(Seed::new(seed).child(name), 50, Oddity::Wild);
             let (a, b) = (plant("a"), plant("b"));
-            let family = pattern_family(a.clone(), b.clone(), &EVEN).unwrap();
+            let family = pattern_family(a.clone(), b.clone(), &EVEN, &PatternParams::default()).unwrap();
             assert!(family.blend(&family.corner(0)) == a && family.blend(&family.corner(1)) == b, "seed {seed}");
         }
     }
@@ -373,7 +380,7 @@ mod tests {
         for seed in 0..40 {
             let plant = |name| random_plant(Seed::new(seed).child(name), 80, Oddity::Tame);
             let (a, b) = (plant("a"), plant("b"));
-            let family = pattern_family(a, b, &EVEN).unwrap();
+            let family = pattern_family(a, b, &EVEN, &PatternParams::default()).unwrap();
             for kin in family.kin_ids() {
                 let Some(parent) = family.parent(kin) else { continue };
                 for s in 0..2 {
@@ -429,5 +436,32 @@ mod tests {
         let alone = PatternNode { count: 1, ..node.clone() };
         assert_eq!(apart_but_for_lobes(node, node, &EVEN), 0.0);
         assert!((apart_but_for_lobes(node, &alone, &EVEN) - 0.5 * COUNT).abs() < 1e-6);
+        let other = PatternNode { pattern: crate::relate::Pattern::Whorled, ..node.clone() };
+        assert!((apart_but_for_lobes(node, &other, &EVEN) - PATTERN).abs() < 1e-6);
+    }
+
+    #[test]
+    fn thresholds_of_patterns_change_what_is_matched() {
+        let fork = |count: usize| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.05]);
+            for (lean, radius) in [(0.1, 0.05), (1.0, 0.03), (-1.0, 0.03)].into_iter().take(count) {
+                builder.branch(stem, 1.0, &[Vec3::ZERO, Vec3::new(lean, 1.0, 0.0)], &[radius, 0.01]);
+            }
+            builder.finish().unwrap()
+        };
+        let (three, one) = (fork(3), fork(1));
+        // As usual one of the three goes on and the others are a group that nothing answers to.
+        assert_eq!(pairs(&three, &one, &PatternParams::default()).len(), 2);
+        // All three alike, by angle and radius: one splits into them.
+        let wide = PatternParams { angle: 1.5, radius: 2.0, ..PatternParams::default() };
+        assert_eq!(pairs(&three, &one, &wide).len(), 4);
+        for half in [PatternParams { radius: 0.2, ..wide }, PatternParams { angle: 0.1, ..wide }] {
+            assert_eq!(pairs(&three, &one, &half).len(), 2);
+        }
+        // And what is opposite hangs on the divergence.
+        let none = PatternParams { divergence: 0.0, ..PatternParams::default() };
+        let of = |params: &PatternParams| PatternTree::of(&nodes(&[(0.5, 2)]), params).nodes()[1].pattern;
+        assert_ne!(of(&PatternParams::default()), of(&none));
     }
 }

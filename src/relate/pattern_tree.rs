@@ -8,9 +8,10 @@
 use glam::Vec3;
 
 use super::chain_traits::{ChainTraits, traits};
-use super::pattern::{Pattern, PatternParams, groups};
+use super::pattern::{Pattern, groups};
 use super::topology_tree::TopologyTree;
 use crate::plant::{ChainId, Crown, Plant};
+use crate::preset::plan::PatternParams;
 
 /// A group of chains, seen together with all that they bear.
 #[derive(Clone, Debug)]
