@@ -31,7 +31,7 @@ fn leafy(species: &str, seed: u64) -> Plant {
 }
 
 fn family() -> Family {
-    pattern_family(leafy("oak", 1), leafy("shrub", 2), &MATCHING).unwrap().pair_leaves(100).0
+    pattern_family(leafy("oak", 1), leafy("shrub", 2), &MATCHING, &PatternParams::default()).unwrap().pair_leaves(100).0
 }
 
 #[divan::bench(sample_count = 20)]

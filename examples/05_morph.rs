@@ -8,7 +8,7 @@ use treewright::base::Seed;
 use treewright::blend::{Pace, morph, support_over_morph};
 use treewright::preset::plan::MatchParams;
 use treewright::preset::species;
-use treewright::relate::{Blender, pattern_family};
+use treewright::relate::{Blender, PatternParams, pattern_family};
 use treewright::source::grow::grow;
 
 const OAK: &str = include_str!("../presets/species/oak.ron");
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let (Some(oak), Some(shrub)) = (plants.next(), plants.next()) else { return Ok(()) };
     let by_crown = MatchParams { crown: 1.0, direction: 0.0, ratio: 0.0 };
-    let family = pattern_family(oak?, shrub?, &by_crown)?;
+    let family = pattern_family(oak?, shrub?, &by_crown, &PatternParams::default())?;
 
     let pace = Pace::of(&family);
     let support = support_over_morph(&family, &pace, 10);

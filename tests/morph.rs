@@ -8,6 +8,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command;
 
+use glam::Vec3;
+use treewright::build::make_set;
+use treewright::plant::{PlantBuilder, dump};
+
 /// A grown source, a scan, and sequences of them.
 fn set() -> String {
     let variants = r#"variants: [
@@ -86,4 +90,34 @@ fn frames_start_and_end_as_the_sources_and_clips_play_through_all() {
 #[test]
 fn sequences_are_the_same_on_one_thread_and_on_many() {
     assert!(built("1") == built("4"));
+}
+
+/// A stem whose tip is a fork of so many branches, no two of one girth.
+fn fork(count: usize) -> Vec<u8> {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+    for (lean, radius) in [(0.1, 0.05), (1.0, 0.03), (-1.0, 0.02)].into_iter().take(count) {
+        builder.branch(stem, 1.0, &[Vec3::ZERO, Vec3::new(lean, 1.0, 0.0)], &[radius, 0.01]);
+    }
+    dump(&builder.finish().unwrap()).into_bytes()
+}
+
+#[test]
+fn thresholds_of_patterns_change_what_lies_between_and_nothing_else() {
+    let frames = |patterns: &str| {
+        let preset = format!(
+            "(sources: {{\"a\": Import(file: \"three.plant\"), \"b\": Import(file: \"one.plant\")}}, \
+             variants: [Morph(from: \"a\", to: \"b\", frames: 3, animation: None{patterns})], \
+             foliage: (density: 0), bark: (resolution: 64), lods: [Full], atlas: (size: 256))"
+        );
+        let files = [("steps.ron", preset.into_bytes()), ("three.plant", fork(3)), ("one.plant", fork(1))];
+        let made = make_set("steps.ron", files.map(|(name, bytes)| (name.to_owned(), bytes)).into()).unwrap();
+        let files: BTreeMap<String, Vec<u8>> =
+            made.files.into_iter().map(|(name, bytes)| (name, bytes.to_vec())).collect();
+        [1, 2, 3].map(|frame| positions(&files, &format!("steps_{frame:03}.glb")))
+    };
+    // As usual the fork's heir goes with the one branch, and the others wilt; all alike, they merge into it.
+    let (usual, wide) = (frames(""), frames(", patterns: (angle: 90, radius: 2)"));
+    assert!(usual[0] == wide[0] && usual[2] == wide[2], "the ends are the sources");
+    assert!(usual[1] != wide[1]);
 }

@@ -35,7 +35,8 @@ pub(crate) fn print() {
 }
 
 fn family(a: &Plant, b: &Plant) -> Family {
-    pattern_family(a.clone(), b.clone(), &MATCHING).expect("they match").pair_leaves(1000).0
+    let patterns = PatternParams::default();
+    pattern_family(a.clone(), b.clone(), &MATCHING, &patterns).expect("they match").pair_leaves(1000).0
 }
 
 /// The pairs that are looked at: single trunk and shrub, two broad-leaved trees, two imported ones.

@@ -11,7 +11,7 @@ use treewright::blend::{Pace, morph};
 use treewright::dress::dress;
 use treewright::plant::{Plant, PlantStats};
 use treewright::preset::plan::{DressParams, MatchParams};
-use treewright::relate::pattern_family;
+use treewright::relate::{PatternParams, pattern_family};
 use treewright::sketch::{
     Drawing, Method, Sketch, SketchSize, SketchViews, Sketched, Sketcher, ViewKind, crown_outline, crown_silhouette,
     discrete_frechet, overlap, resampled,
@@ -230,7 +230,8 @@ fn along_the_way() {
         let sketcher = bound(&plant, FRONT);
         let sketched = drawn(&sketcher, &drawing(shape), Method::Adaptive).following();
         let end = sketched.at(1.0);
-        let family = pattern_family(plant.clone(), end, &MATCHING).expect("they match").pair_leaves(1000).0;
+        let patterns = PatternParams::default();
+        let family = pattern_family(plant.clone(), end, &MATCHING, &patterns).expect("they match").pair_leaves(1000).0;
         let pace = Pace::of(&family);
         let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0), PLACES);
         let (from, to) = (places(&plant), places(&sketched.at(1.0)));

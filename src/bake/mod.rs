@@ -7,6 +7,7 @@ mod card_art;
 mod card_cut;
 mod contact_sheet;
 mod contour;
+mod contour_match;
 mod coverage;
 mod cutout;
 mod dilate;

@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::base::Seed;
     use crate::plant::{Plant, PlantStats};
-    use crate::preset::plan::MatchParams;
+    use crate::preset::plan::{MatchParams, PatternParams};
     use crate::relate::pattern_family;
     use crate::relate::random_plant::{Oddity, random_plant};
 
@@ -173,7 +173,7 @@ mod tests {
     fn pair(seed: u64, oddity: Oddity) -> (Plant, Plant, Family) {
         let plant = |name| random_plant(Seed::new(seed).child(name), 60, oddity);
         let (a, b) = (plant("a"), plant("b"));
-        let family = pattern_family(a.clone(), b.clone(), &EVEN).unwrap().pair_leaves(100).0;
+        let family = pattern_family(a.clone(), b.clone(), &EVEN, &PatternParams::default()).unwrap().pair_leaves(100).0;
         (a, b, family)
     }
 
@@ -251,13 +251,16 @@ mod tests {
 
     #[test]
     fn a_pace_starts_ends_and_never_turns_back() {
-        let family = pattern_family(stems(1, 9), stems(4, 3), &EVEN).unwrap();
+        let family = pattern_family(stems(1, 9), stems(4, 3), &EVEN, &PatternParams::default()).unwrap();
         for pace in [Pace::even(), Pace::of(&family)] {
             assert_eq!((pace.share(0.0), pace.share(1.0)), (0.0, 1.0));
             let shares: Vec<f32> = (0..=200).map(|k| pace.share(k as f32 / 200.0)).collect();
             assert!(shares.windows(2).all(|pair| pair[1] >= pair[0] && pair[1] - pair[0] < 2.25 / 200.0));
         }
-        assert_eq!(Pace::of(&pattern_family(stems(1, 9), stems(1, 5), &EVEN).unwrap()), Pace::even());
+        assert_eq!(
+            Pace::of(&pattern_family(stems(1, 9), stems(1, 5), &EVEN, &PatternParams::default()).unwrap()),
+            Pace::even()
+        );
     }
 
     #[test]
@@ -267,7 +270,7 @@ mod tests {
         };
         let (tree, shrub) = (stems(1, 24), stems(5, 8));
         for (a, b) in [(&tree, &shrub), (&shrub, &tree)] {
-            let family = pattern_family(a.clone(), b.clone(), &EVEN).unwrap();
+            let family = pattern_family(a.clone(), b.clone(), &EVEN, &PatternParams::default()).unwrap();
             let many = support_over_morph(&family, &Pace::of(&family), 50);
             let fuzzy = crate::relate::fuzzy_family(a.clone(), b.clone(), &EVEN).unwrap();
             let one = support_over_morph(&fuzzy, &Pace::even(), 50);

@@ -21,8 +21,8 @@ use crate::base::{Diagnostic, Note, counted};
 use crate::blend::{self, Pace};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{AtlasParams, MorphKind, MorphParams, TargetLeaf, Variant};
-use crate::relate::{self, Family, Kin, KinId, PairedSlots, PatternParams, PatternTree};
+use crate::preset::plan::{AtlasParams, MorphKind, MorphParams, PatternParams, TargetLeaf, Variant};
+use crate::relate::{self, Family, Kin, KinId, PairedSlots, PatternTree};
 use crate::sketch::Sketched;
 
 /// How far from a sequence's ends an animation's first and last key are taken: there every chain is still there.
@@ -162,9 +162,11 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
     };
     let (way, slots) = match params.kind.clone() {
         MorphKind::Between(from, to) => {
-            let plants = [source(from, &TargetLeaf::AsSet), source(to, &params.leaf)].map(gathered);
-            let [a, b] = plants;
-            let family = relate::pattern_family(a, b, &params.matching).map_err(|error| wrong("from", error))?;
+            let patterns = &params.patterns;
+            let plants = [source(from, &TargetLeaf::AsSet), source(to, &params.leaf)];
+            let [a, b] = plants.map(|plant| gathered(plant, patterns));
+            let family =
+                relate::pattern_family(a, b, &params.matching, patterns).map_err(|error| wrong("from", error))?;
             let (family, slots) = family.pair_leaves(wardrobe.pictures.leaves.len() as u16);
             (blended(family), slots)
         }
@@ -189,11 +191,11 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
 }
 
 /// A plant whose leaves are all on chains near them.
-fn gathered(plant: Plant) -> Plant {
+fn gathered(plant: Plant, patterns: &PatternParams) -> Plant {
     if plant.leaves().iter().all(|leaf| leaf.offset == glam::Vec3::ZERO) {
         return plant;
     }
-    let tree = PatternTree::of(&plant, &PatternParams::default());
+    let tree = PatternTree::of(&plant, patterns);
     relate::gather_loose(&plant, &tree)
 }
 
@@ -255,10 +257,17 @@ pub(super) fn identity(plan: &Plan, morph: usize, frame: u32) -> serde_json::Val
     let params = &plan.morphs[morph];
     let name = |s: usize| plan.sources[s].name.as_str();
     match &params.kind {
-        &MorphKind::Between(from, to) => serde_json::json!({
-            "morph": [name(from), name(to)], "frame": frame, "frames": params.frames, "matching": params.matching,
-            "leaf": params.leaf,
-        }),
+        &MorphKind::Between(from, to) => {
+            let mut recipe = serde_json::json!({
+                "morph": [name(from), name(to)], "frame": frame, "frames": params.frames, "matching": params.matching,
+                "leaf": params.leaf,
+            });
+            // What is as usual is not told, as of blends.
+            if params.patterns != PatternParams::default() {
+                recipe["patterns"] = serde_json::json!(params.patterns);
+            }
+            recipe
+        }
         &MorphKind::Growth { of, age } => serde_json::json!({
             "growth": name(of), "frame": frame, "frames": params.frames, "age": age,
         }),

@@ -19,7 +19,7 @@ use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
 use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
-use crate::preset::plan::{ElasticParams, ImportParams, MatchParams};
+use crate::preset::plan::{ElasticParams, ImportParams, MatchParams, PatternParams};
 use crate::preset::{self, place, species};
 use crate::relate;
 use crate::source::glb::{GlbInfo, read_glb};
@@ -145,7 +145,8 @@ fn symmetry(plant: &Plant) -> Result<Symmetry, String> {
 fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
     let matching = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
     let wrong = |error: relate::FamilyError| error.to_string();
-    let family = relate::pattern_family(from.clone(), to.clone(), &matching).map_err(wrong)?;
+    let patterns = PatternParams::default();
+    let family = relate::pattern_family(from.clone(), to.clone(), &matching, &patterns).map_err(wrong)?;
     let one_to_many = blend::support_over_morph(&family, &Pace::of(&family), STEPS);
     let family = relate::fuzzy_family(from, to, &matching).map_err(wrong)?;
     let one_to_one = blend::support_over_morph(&family, &Pace::even(), STEPS);

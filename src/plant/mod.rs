@@ -149,11 +149,17 @@ impl LeafForm {
         }
     }
 
-    /// The form at share `t` of the way to another.
+    /// The form at share `t` of the way to another, of leaves of two lengths, metres: the width of the leaf goes as
+    /// straight from one to the other as its length does (2017 CAVW, 6.2).
     #[must_use]
-    pub fn between(self, other: Self, t: f32) -> Self {
+    pub fn between(self, other: Self, sizes: [f32; 2], t: f32) -> Self {
         let mix = |a: f32, b: f32| a * (1.0 - t) + b * t;
-        let width = mix(self.width(), other.width());
+        let (length, wide) = (mix(sizes[0], sizes[1]), mix(sizes[0] * self.width(), sizes[1] * other.width()));
+        // Of no length, none is wider than the other.
+        let width = match wide / length {
+            width if length > 0.0 && width.is_finite() => width,
+            _ => mix(self.width(), other.width()),
+        };
         match (self, other) {
             (Self::Square, Self::Square) => Self::Square,
             (Self::Square | Self::Flat(_), Self::Square | Self::Flat(_)) => Self::Flat(width),

@@ -4,9 +4,10 @@
 
 use super::blends::{MATCHED, matching};
 use super::look::{LEAF_NAMES, named_leaf};
-use super::plan::{Clip, MorphKind, MorphParams, TargetLeaf};
+use super::plan::{Clip, MorphKind, MorphParams, PatternParams, TargetLeaf};
 use super::reader::{Pick, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
+use super::set::BY_DEFAULTS;
 use super::variants::source;
 
 /// Most frames of one sequence.
@@ -51,7 +52,40 @@ pub(super) static MORPH: Record = Record {
             about: "the leaf that `to` wears where it brings none of its own; leaves turn into it",
         },
         MATCHED,
+        Field {
+            name: "patterns",
+            kind: Kind::Fields(&PATTERNS),
+            default: BY_DEFAULTS,
+            about: "which branches of a place are matched together",
+        },
         ANIMATION,
+    ],
+};
+
+/// Thresholds of branching patterns.
+static PATTERNS: Record = Record {
+    title: "Patterns",
+    about: "Branches of one place that are alike are one group with what goes on there; groups are matched one to one, and only \
+            branches of matched groups turn into each other.",
+    fields: &[
+        Field {
+            name: "angle",
+            kind: Kind::Number { low: 0.0, high: 90.0, unit: "degrees" },
+            default: Default::Is("10.0"),
+            about: "standard deviation of branching angles up to which branches are alike",
+        },
+        Field {
+            name: "radius",
+            kind: Kind::Number { low: 0.0, high: 2.0, unit: "of their mean" },
+            default: Default::Is("0.2"),
+            about: "standard deviation of radii up to which branches are alike",
+        },
+        Field {
+            name: "divergence",
+            kind: Kind::Number { low: 0.0, high: 180.0, unit: "degrees" },
+            default: Default::Is("30.0"),
+            about: "how far from half a turn two branches may stand apart and be opposite",
+        },
     ],
 };
 
@@ -127,13 +161,18 @@ pub(super) fn morph(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> Op
         },
     };
     let matching = fields.group("matching", matching)?;
+    let patterns = fields.group("patterns", |own| PatternParams {
+        angle: own.number("angle").to_radians(),
+        radius: own.number("radius"),
+        divergence: own.number("divergence").to_radians(),
+    })?;
     let clip = clip(fields)?;
     let [from, to] = [ends[0]?, ends[1]?];
     if from == to {
         fields.fault("to", "morphs a source into itself", "name different sources");
         return None;
     }
-    Some(MorphParams { entry, kind: MorphKind::Between(from, to), frames, matching, leaf, clip })
+    Some(MorphParams { entry, kind: MorphKind::Between(from, to), frames, matching, patterns, leaf, clip })
 }
 
 /// A `Grow`.
@@ -148,6 +187,7 @@ pub(super) fn growth(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -> O
         kind: MorphKind::Growth { of: of?, age },
         frames,
         matching,
+        patterns: PatternParams::default(),
         leaf: TargetLeaf::AsSet,
         clip,
     })

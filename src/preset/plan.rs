@@ -22,8 +22,8 @@ pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
 pub use sketches::{SketchDepth, SketchParams, SketchScale};
 pub use variants::{
-    BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, Pick, ScoreParams,
-    Selection, StemRule, Variant,
+    BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, PatternParams, Pick,
+    ScoreParams, Selection, StemRule, Variant,
 };
 
 /// A preset, resolved: everything that a build needs but the bytes of the files it names.

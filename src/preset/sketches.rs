@@ -2,7 +2,9 @@
 
 use super::look::path;
 use super::morphs::{ANIMATION, clip};
-use super::plan::{Clip, MatchParams, MorphKind, MorphParams, SketchDepth, SketchParams, SketchScale, TargetLeaf};
+use super::plan::{
+    Clip, MatchParams, MorphKind, MorphParams, PatternParams, SketchDepth, SketchParams, SketchScale, TargetLeaf,
+};
 use super::reader::Reader;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::variants::source;
@@ -185,6 +187,6 @@ pub(super) fn sketch_of(entry: usize, fields: &Reader<'_, '_>, names: &[&str]) -
         return Some(Drawn::Tree(of, sketch));
     }
     let matching = MatchParams { crown: 1.0, direction: 0.0, ratio: 0.0 };
-    let kind = MorphKind::Sketch { of, sketch };
-    Some(Drawn::Frames(MorphParams { entry, kind, frames, matching, leaf: TargetLeaf::AsSet, clip }))
+    let (kind, patterns) = (MorphKind::Sketch { of, sketch }, PatternParams::default());
+    Some(Drawn::Frames(MorphParams { entry, kind, frames, matching, patterns, leaf: TargetLeaf::AsSet, clip }))
 }

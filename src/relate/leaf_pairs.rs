@@ -1,7 +1,8 @@
 //! Leaves in correspondence (2017 CAVW, 5 and 6.2): within the lobes of matched chains, greedily by similarity, and the
 //! leaf between two.
 //!
-//! The similarity is the weighted sum of how far apart the leaves are along the chain, in size, width and orientation.
+//! The similarity is the weighted sum of how far apart the leaves are along the chain, in length, width and orientation;
+//! lengths and widths are metres, each mixed by itself.
 //! The most similar pair goes first; each leaf of the larger lobe that is left over goes with the leaf of the smaller
 //! that it resembles most. So one leaf splits into several, or several merge into one, and in a matched lobe no leaf
 //! is left alone as long as the other has leaves of the same picture. Leaves whose pictures don't go together, and those
@@ -207,7 +208,7 @@ fn unlike(a: &Leaf, b: &Leaf) -> f32 {
     let turn = math::acos(dot.abs().min(1.0)) * std::f32::consts::FRAC_2_PI;
     (a.location - b.location).abs() * WEIGHTS[0]
         + ratio(a.size, b.size) * WEIGHTS[1]
-        + ratio(a.form.width(), b.form.width()) * WEIGHTS[2]
+        + ratio(a.size * a.form.width(), b.size * b.form.width()) * WEIGHTS[2]
         + turn * WEIGHTS[3]
 }
 
@@ -279,13 +280,42 @@ fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
         size: mix(a.size, b.size),
         slot,
         offset: a.offset * (1.0 - t) + b.offset * t,
-        form: a.form.between(b.form, t),
+        form: a.form.between(b.form, [a.size, b.size], t),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::grown;
+    use super::*;
+    use crate::base::Rotation;
+    use crate::plant::LeafForm;
+
+    fn leaf(size: f32, form: LeafForm) -> Leaf {
+        Leaf { form, ..Leaf::new(ChainId(0), 0.5, Rotation::about(glam::Vec3::X, 0.2), size, 0) }
+    }
+
+    #[test]
+    fn length_and_width_of_a_leaf_both_go_straight_from_one_to_the_other() {
+        let (slim, broad) = (leaf(0.2, LeafForm::Flat(0.25)), leaf(0.1, LeafForm::Flat(2.0)));
+        for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let found = between(&slim, &broad, t, 0);
+            assert!((found.size - (0.2 - 0.1 * t)).abs() < 1e-6);
+            let width = found.size * found.form.width();
+            assert!((width - (0.05 + 0.15 * t)).abs() < 1e-6, "{t}: {width}");
+        }
+        // Of no length, or both square, nothing odd comes of it.
+        let none = between(&leaf(0.0, LeafForm::Flat(0.5)), &leaf(0.0, LeafForm::Flat(1.5)), 0.5, 0);
+        assert_eq!(none.form, LeafForm::Flat(1.0));
+        let square = between(&leaf(0.2, LeafForm::Square), &leaf(0.1, LeafForm::Square), 0.3, 0);
+        assert_eq!(square.form, LeafForm::Square);
+    }
+
+    #[test]
+    fn leaves_are_alike_by_their_widths_whatever_the_ratio_to_their_lengths() {
+        let (slim, broad) = (leaf(0.2, LeafForm::Flat(0.5)), leaf(0.1, LeafForm::Flat(1.0)));
+        assert!((unlike(&slim, &broad) - 0.5 * WEIGHTS[1]).abs() < 1e-3);
+        assert!((unlike(&slim, &leaf(0.1, LeafForm::Flat(0.5))) - 0.5 * (WEIGHTS[1] + WEIGHTS[2])).abs() < 1e-3);
+    }
 
     #[test]
     fn leaves_of_a_shoot_cover_what_it_has_grown_and_are_no_longer_than_it_while_it_is_short() {

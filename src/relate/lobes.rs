@@ -4,12 +4,12 @@
 //! (their outer lobes) and the chains themselves (their inner lobes) by clustering about centres, each with a distance
 //! threshold of its own. Centres start at the middle of what a child group spans and at the tips of the chains; thresholds at
 //! 35 % of that group's radius and of a tenth of the chain's length. In each round a leaf goes to the nearest centre whose
-//! threshold reaches it, centres move to the mean of their leaves, and thresholds grow by 10.5 % of the first ones,
-//! until no leaf is left.
+//! threshold reaches it, centres move to the mean of their leaves, and thresholds grow by 10.5 % of
+//! themselves, until no leaf is left.
 //!
 //! Where it departs: a leaf that no threshold reaches after [`ROUNDS`] rounds goes to the nearest centre, or a leaf far
-//! out would cost rounds without bound. Thresholds grow by 10.5 % of themselves, so that they get there. Of the plant's own leaves only
-//! those that hang loose are moved ([`gather_loose`]): a leaf that stands within its own length of its chain's axis is on it.
+//! out would cost rounds without bound. Of the first thresholds 10.5 % a round would reach 2.6 radii in as many
+//! rounds; of themselves they get everywhere. Of the plant's own leaves only those that hang loose are moved ([`gather_loose`]): a leaf that stands within its own length of its chain's axis is on it.
 //!
 //! Time: leaves × groups of a level × rounds; of the groups below one group the first [`MOST_CENTRES`] count.
 

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod assignment;
+mod chain_traits;
 mod elastic;
 mod family;
 mod fuzzy;
@@ -40,9 +41,11 @@ pub(crate) use leaf_pairs::grown;
 pub use lobes::{gather_loose, lobes};
 pub use merge::{match_merged, merged_family};
 pub use nway::{fuzzy_family, match_nway, nway_family};
-pub use pattern::{Group, Pattern, PatternParams, groups, pattern};
+pub use pattern::{Group, Pattern, groups, pattern};
 pub use pattern_match::{match_patterns, pattern_family};
 pub use pattern_tree::{PatternNode, PatternTree};
 pub use point_weights::point_weight;
 pub use topology_tree::{TopologyNode, TopologyTree};
 pub use weights::{Run, Weights};
+
+pub use crate::preset::plan::PatternParams;

@@ -3,8 +3,14 @@
 //!
 //! A plant's chains are runs of one Gravelius order already, so at a fork along a chain the chain itself is the branch of
 //! the least angle. Where all branches of a fork are alike in angle and radius (Eq. 1) they share the order of what they
-//! leave (Weibull), the chain's own continuation among them, and count as one group with it. Angles are measured from the
-//! axis below the fork, over a stretch of it; radii relative to their mean, so that one threshold serves trunks and twigs.
+//! leave (Weibull), the chain's own continuation among them, and count as one group with it: in the pattern, in the divergence
+//! and in [`Group::count`], which Eq. 4 compares. Angles are measured from the axis below the fork, over a stretch of it; radii
+//! relative to their mean, so that one threshold serves trunks and twigs.
+//!
+//! The continuation is counted but is none of [`Group::chains`]: it is a stretch of the parent, which is matched as a whole in
+//! its own group. As a chain of its own it would need a partner of its own, so that one axis went two ways from the fork on, and
+//! a joint where blends keep axes smooth. So wherever the parent goes on both cases of Eq. 1 give the same chains; they differ
+//! in order, number, pattern and divergence.
 //!
 //! Chains leave at one point when the mean of their radii at the base spans the gap between them along the parent. A tip
 //! that ends in a fork has no continuation: there Gravelius gives the order of the parent to the branch of least angle.
@@ -15,6 +21,7 @@ use rayon::prelude::*;
 use super::topology_tree::branching_vector;
 use crate::base::math;
 use crate::plant::{ChainId, Plant, Posed};
+use crate::preset::plan::PatternParams;
 
 /// How branches grow from one place (2017 CAVW, Eq. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -25,24 +32,6 @@ pub enum Pattern {
     Opposite,
     /// Any other number, or two that are not opposite.
     Whorled,
-}
-
-/// Thresholds of Eq. 1 and 3.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PatternParams {
-    /// θ of Eq. 1: standard deviation of branching angles below which branches are alike, radians.
-    pub angle: f32,
-    /// r_t of Eq. 1: standard deviation of radii below which branches are alike, as a share of their mean.
-    pub radius: f32,
-    /// θ of Eq. 3: how far the divergence of two opposite branches may be from half a turn, radians.
-    pub divergence: f32,
-}
-
-impl Default for PatternParams {
-    /// 10 degrees and a fifth; 30 degrees as in the paper.
-    fn default() -> Self {
-        Self { angle: 10.0_f32.to_radians(), radius: 0.2, divergence: 30.0_f32.to_radians() }
-    }
 }
 
 /// Chains of one hybrid order that leave a place together.
@@ -56,6 +45,8 @@ pub struct Group {
     pub location: f32,
     /// Hybrid order, from 1.
     pub order: u16,
+    /// How many grow from there: the chains, and the parent's continuation where it is like them.
+    pub count: usize,
     /// How they stand.
     pub pattern: Pattern,
     /// Mean angle between neighbours round the parent, radians; 0 for one branch.
@@ -83,7 +74,8 @@ pub fn groups(plant: &Plant, posed: &Posed, params: &PatternParams) -> Vec<Group
                 set.chains.iter().for_each(|c| orders[c.index()] = order);
                 let pattern = pattern(set.count, set.divergence, params);
                 let (location, divergence) = (fork.location, set.divergence);
-                groups.push(Group { chains: set.chains, parent: Some(id), location, order, pattern, divergence });
+                let (chains, count) = (set.chains, set.count);
+                groups.push(Group { chains, parent: Some(id), location, order, count, pattern, divergence });
             }
         }
     }
@@ -116,7 +108,8 @@ fn stem_group(plant: &Plant, posed: &Posed, stems: Vec<ChainId>, params: &Patter
         .collect();
     let divergence = divergence(&ways, Vec3::Y);
     let pattern = pattern(stems.len(), divergence, params);
-    Group { chains: stems, parent: None, location: 0.0, order: 1, pattern, divergence }
+    let count = stems.len();
+    Group { chains: stems, parent: None, location: 0.0, order: 1, count, pattern, divergence }
 }
 
 /// What leaves a chain at one place.
@@ -278,6 +271,8 @@ mod tests {
         let of = |c: ChainId| found.iter().find(|g| g.chains.contains(&c)).unwrap();
         assert_eq!((of(twin).order, of(twin).pattern), (1, Pattern::Opposite));
         assert_eq!((of(side).order, of(side).pattern), (2, Pattern::Alternate));
+        // The continuation counts with its like, but is the stem's.
+        assert_eq!((of(twin).count, of(twin).chains.len(), of(side).count), (2, 1, 1));
     }
 
     #[test]

@@ -12,8 +12,10 @@
 //! ([`Family::is_stand_in`]), which is shown only where the centre's plant is alone.
 //!
 //! Eq. 4's terms lie in 0..=1: group outer lobes by Hausdorff distance in the reach among their siblings, branching
-//! vectors, ratios, numbers of chains (relative to the larger) and divergences. The first three have the preset's weights, the
-//! others [`COUNT`] and [`DIVERGENCE`].
+//! vectors, ratios, numbers of branches (relative to the larger; a continuation that is like them is one), divergences, and
+//! whether both stand in the same pattern: what GC exhibits by the preset's threshold of Eq. 3. The first three have the preset's
+//! weights, the others [`COUNT`], [`DIVERGENCE`] and [`PATTERN`]. Chains of matched groups are compared by the first three and by
+//! what else Table 1 tells of a chain (`chain_traits`).
 //!
 //! Limits: a set of more than [`MOST_CELLS`] pairs of groups is cut in halves along the parent, as fuzzy matching does;
 //! groups of more than a million pairs of chains are matched in order of id.
@@ -21,18 +23,21 @@
 use rayon::prelude::*;
 
 use super::assignment::assign;
+use super::chain_traits::{ChainTraits, Measure};
 use super::fuzzy::MOST_CELLS;
 use super::pattern_tree::{PatternNode, PatternTree};
 use super::pruned::assign_pruned;
 use super::topology_tree::TopologyNode;
-use super::{Family, FamilyError, Kin, KinId, PatternParams};
+use super::{Family, FamilyError, Kin, KinId};
 use crate::plant::{ChainId, Crown, DIRECTIONS, Plant};
-use crate::preset::plan::MatchParams;
+use crate::preset::plan::{MatchParams, PatternParams};
 
-/// Weight of the difference between the numbers of chains.
+/// Weight of the difference between the numbers of branches.
 const COUNT: f32 = 0.1;
 /// Weight of the difference between mean divergences.
 const DIVERGENCE: f32 = 0.1;
+/// Weight of another pattern.
+const PATTERN: f32 = 0.05;
 /// Sets with fewer pairs are measured whole.
 const DENSE_CELLS: usize = 1 << 10;
 /// Groups with more pairs of chains are matched in order of id.
@@ -40,18 +45,22 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Every how many directions of a lobe bound a distance.
 const STRIDE: usize = DIRECTIONS / 8;
 
-/// The family of two plants under [`match_patterns`].
+/// The family of two plants under [`match_patterns`]; `patterns` says which branches are one group.
 ///
 /// # Errors
 ///
 /// When a plant has no chain or holds a length beyond all measure; see [`FamilyError`].
-pub fn pattern_family(from: Plant, to: Plant, params: &MatchParams) -> Result<Family, FamilyError> {
+pub fn pattern_family(
+    from: Plant,
+    to: Plant,
+    params: &MatchParams,
+    patterns: &PatternParams,
+) -> Result<Family, FamilyError> {
     let plants = vec![from, to];
     if plants.iter().any(|plant| plant.chains().is_empty()) {
         return Err(FamilyError::Empty);
     }
-    let trees: Vec<PatternTree> =
-        plants.par_iter().map(|plant| PatternTree::of(plant, &PatternParams::default())).collect();
+    let trees: Vec<PatternTree> = plants.par_iter().map(|plant| PatternTree::of(plant, patterns)).collect();
     let kins = match_patterns(&trees[0], &trees[1], params);
     Family::new(plants, &kins)
 }
@@ -204,14 +213,7 @@ impl Build<'_> {
         let (scale_a, scale_b) = (scale(a.iter().map(|n| &n.lobe)), scale(b.iter().map(|n| &n.lobe)));
         let lobes_a: Vec<Crown> = a.iter().map(|n| n.lobe.scaled(scale_a)).collect();
         let lobes_b: Vec<Crown> = b.iter().map(|n| n.lobe.scaled(scale_b)).collect();
-        let others = |i: usize, j: usize| {
-            let (own, other) = (a[i], b[j]);
-            let (own_count, other_count) = (own.chains.len() as f32, other.chains.len() as f32);
-            (own.direction - other.direction).length() * 0.5 * self.params.direction
-                + (own.ratio - other.ratio).abs() * self.params.ratio
-                + (own_count - other_count).abs() / own_count.max(other_count) * COUNT
-                + (own.divergence - other.divergence).abs() * std::f32::consts::FRAC_1_PI * DIVERGENCE
-        };
+        let others = |i: usize, j: usize| apart_but_for_lobes(a[i], b[j], self.params);
         let cost = |i: usize, j: usize| lobes_a[i].distance(&lobes_b[j]).min(1.0) * self.params.crown + others(i, j);
         let bound = |i: usize, j: usize| {
             let apart = |d: usize| (lobes_a[i].support(d * STRIDE + 11) - lobes_b[j].support(d * STRIDE + 11)).abs();
@@ -275,10 +277,16 @@ impl Build<'_> {
         let (scale_f, scale_m) = (scale(own.iter().map(|n| &n.crown)), scale(other.iter().map(|n| &n.crown)));
         let crowns_f: Vec<Crown> = own.iter().map(|n| n.crown.scaled(scale_f)).collect();
         let crowns_m: Vec<Crown> = other.iter().map(|n| n.crown.scaled(scale_m)).collect();
+        let traits = |side: usize, chains: &[ChainId]| -> Vec<&ChainTraits> {
+            chains.iter().map(|&c| self.trees[side].traits(c)).collect()
+        };
+        let (traits_f, traits_m) = (traits(side, &few.chains), traits(1 - side, &many.chains));
+        let (measure_f, measure_m) = (Measure::of(&traits_f), Measure::of(&traits_m));
         let cost = |i: usize, j: usize| {
             crowns_f[i].distance(&crowns_m[j]).min(1.0) * self.params.crown
                 + (own[i].direction - other[j].direction).length() * 0.5 * self.params.direction
                 + (own[i].crown_ratio - other[j].crown_ratio).abs() * self.params.ratio
+                + traits_f[i].unlike(&measure_f, traits_m[j], &measure_m)
         };
         let mut costs: Vec<(f32, u32, u32)> =
             (0..nf).flat_map(|i| (0..nm).map(move |j| (i, j))).map(|(i, j)| (cost(i, j), i as u32, j as u32)).collect();
@@ -296,6 +304,16 @@ impl Build<'_> {
         }
         stars
     }
+}
+
+/// Eq. 4 without its lobes.
+fn apart_but_for_lobes(own: &PatternNode, other: &PatternNode, params: &MatchParams) -> f32 {
+    let (own_count, other_count) = (own.count as f32, other.count as f32);
+    (own.direction - other.direction).length() * 0.5 * params.direction
+        + (own.ratio - other.ratio).abs() * params.ratio
+        + (own_count - other_count).abs() / own_count.max(other_count).max(1.0) * COUNT
+        + (own.divergence - other.divergence).abs() * std::f32::consts::FRAC_1_PI * DIVERGENCE
+        + if own.pattern == other.pattern { 0.0 } else { PATTERN }
 }
 
 /// What brings the farthest reach among some crowns to 1.
@@ -321,7 +339,7 @@ mod tests {
         for seed in 0..60 {
             let plant = |name| random_plant(Seed::new(seed).child(name), 50, Oddity::Wild);
             let (a, b) = (plant("a"), plant("b"));
-            let family = pattern_family(a.clone(), b.clone(), &EVEN).unwrap();
+            let family = pattern_family(a.clone(), b.clone(), &EVEN, &PatternParams::default()).unwrap();
             assert!(family.blend(&family.corner(0)) == a && family.blend(&family.corner(1)) == b, "seed {seed}");
         }
     }
@@ -362,7 +380,7 @@ mod tests {
         for seed in 0..40 {
             let plant = |name| random_plant(Seed::new(seed).child(name), 80, Oddity::Tame);
             let (a, b) = (plant("a"), plant("b"));
-            let family = pattern_family(a, b, &EVEN).unwrap();
+            let family = pattern_family(a, b, &EVEN, &PatternParams::default()).unwrap();
             for kin in family.kin_ids() {
                 let Some(parent) = family.parent(kin) else { continue };
                 for s in 0..2 {
@@ -370,5 +388,80 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Pairs of chains, the first plant's first.
+    fn pairs(from: &Plant, to: &Plant, patterns: &PatternParams) -> Vec<(u32, u32)> {
+        let kins = match_patterns(&PatternTree::of(from, patterns), &PatternTree::of(to, patterns), &EVEN);
+        let mut pairs: Vec<(u32, u32)> = kins.iter().filter_map(|k| Some((k.members[0]?.0, k.members[1]?.0))).collect();
+        pairs.sort_unstable();
+        pairs
+    }
+
+    #[test]
+    fn chains_of_one_look_go_by_girth_and_stems_by_where_they_stand() {
+        let whorl = |radii: [f32; 2]| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.2, 0.02]);
+            for radius in radii {
+                builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[radius, 0.001]);
+            }
+            builder.finish().unwrap()
+        };
+        let usual = PatternParams::default();
+        // Ids alone would pair 1 with 1.
+        assert_eq!(pairs(&whorl([0.06, 0.02]), &whorl([0.02, 0.06]), &usual), [(0, 0), (1, 2), (2, 1)]);
+        let stand = |places: [f32; 3]| {
+            let mut builder = PlantBuilder::new();
+            for x in places {
+                builder.stem(Vec3::X * x, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.02]);
+            }
+            builder.finish().unwrap()
+        };
+        assert_eq!(pairs(&stand([0.0, 1.0, 2.0]), &stand([4.0, 0.0, 2.0]), &usual), [(0, 1), (1, 2), (2, 0)]);
+    }
+
+    #[test]
+    fn a_continuation_that_is_like_its_branches_counts_in_eq_4() {
+        // A trunk that forks into two that are alike, one of which is its own way on.
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::new(-2.0, 8.0, 0.0)], &[0.1; 3]);
+        let twin =
+            builder.branch(stem, 4.0 / (4.0 + 20.0_f32.sqrt()), &[Vec3::ZERO, Vec3::new(2.0, 4.0, 0.0)], &[0.1; 2]);
+        let plant = builder.finish().unwrap();
+        let wide = PatternParams { angle: 0.6, ..PatternParams::default() };
+        let tree = PatternTree::of(&plant, &wide);
+        let node = &tree.on(stem)[0];
+        assert_eq!((node.chains.clone(), node.count), (vec![twin], 2));
+        let alone = PatternNode { count: 1, ..node.clone() };
+        assert_eq!(apart_but_for_lobes(node, node, &EVEN), 0.0);
+        assert!((apart_but_for_lobes(node, &alone, &EVEN) - 0.5 * COUNT).abs() < 1e-6);
+        let other = PatternNode { pattern: crate::relate::Pattern::Whorled, ..node.clone() };
+        assert!((apart_but_for_lobes(node, &other, &EVEN) - PATTERN).abs() < 1e-6);
+    }
+
+    #[test]
+    fn thresholds_of_patterns_change_what_is_matched() {
+        let fork = |count: usize| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.05]);
+            for (lean, radius) in [(0.1, 0.05), (1.0, 0.03), (-1.0, 0.03)].into_iter().take(count) {
+                builder.branch(stem, 1.0, &[Vec3::ZERO, Vec3::new(lean, 1.0, 0.0)], &[radius, 0.01]);
+            }
+            builder.finish().unwrap()
+        };
+        let (three, one) = (fork(3), fork(1));
+        // As usual one of the three goes on and the others are a group that nothing answers to.
+        assert_eq!(pairs(&three, &one, &PatternParams::default()).len(), 2);
+        // All three alike, by angle and radius: one splits into them.
+        let wide = PatternParams { angle: 1.5, radius: 2.0, ..PatternParams::default() };
+        assert_eq!(pairs(&three, &one, &wide).len(), 4);
+        for half in [PatternParams { radius: 0.2, ..wide }, PatternParams { angle: 0.1, ..wide }] {
+            assert_eq!(pairs(&three, &one, &half).len(), 2);
+        }
+        // And what is opposite hangs on the divergence.
+        let none = PatternParams { divergence: 0.0, ..PatternParams::default() };
+        let of = |params: &PatternParams| PatternTree::of(&nodes(&[(0.5, 2)]), params).nodes()[1].pattern;
+        assert_ne!(of(&PatternParams::default()), of(&none));
     }
 }

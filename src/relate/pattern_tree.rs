@@ -2,19 +2,24 @@
 //! chains that leave one place together, and edges from each group to those that grow on its chains.
 //!
 //! The outer lobe of a chain is the hull of the leaves and wood that it bears above its crown base; that of a group is the
-//! hull of its chains' lobes, measured from the mean of their crown bases. A node takes 0.9 kB.
+//! hull of its chains' lobes, measured from the mean of their crown bases. A node takes 0.9 kB, and the inner lobe of a chain
+//! with leaves 0.8 kB.
 
 use glam::Vec3;
 
-use super::pattern::{Pattern, PatternParams, groups};
+use super::chain_traits::{ChainTraits, traits};
+use super::pattern::{Pattern, groups};
 use super::topology_tree::TopologyTree;
 use crate::plant::{ChainId, Crown, Plant};
+use crate::preset::plan::PatternParams;
 
 /// A group of chains, seen together with all that they bear.
 #[derive(Clone, Debug)]
 pub struct PatternNode {
     /// GC: the chains, in order of id.
     pub chains: Vec<ChainId>,
+    /// How many grow from there: the chains, and the parent's continuation where it is like them.
+    pub count: usize,
     /// What they leave; none for the stems.
     pub parent: Option<ChainId>,
     /// How they stand.
@@ -37,6 +42,7 @@ pub struct PatternNode {
 #[derive(Clone, Debug)]
 pub struct PatternTree {
     topology: TopologyTree,
+    traits: Vec<ChainTraits>,
     nodes: Vec<PatternNode>,
     /// The nodes that grow on each chain: `first[c]..first[c + 1]`, from base to tip.
     first: Vec<u32>,
@@ -48,7 +54,9 @@ impl PatternTree {
     pub fn of(plant: &Plant, params: &PatternParams) -> Self {
         let posed = plant.pose();
         let mut topology = TopologyTree::of(plant);
-        with_leaves(&mut topology, plant, &posed);
+        let leaves = own_leaves(plant, &posed);
+        let traits = traits(plant, &posed, &leaves);
+        with_leaves(&mut topology, plant, leaves);
         let groups = groups(plant, &posed, params);
         let mut first = vec![0_u32; plant.chains().len() + 1];
         first[0] = 1;
@@ -72,6 +80,7 @@ impl PatternTree {
                 let direction = own().fold(Vec3::ZERO, |sum, n| sum + n.direction) * share;
                 PatternNode {
                     parent: group.parent,
+                    count: group.count,
                     pattern: group.pattern,
                     order: group.order,
                     location: group.location,
@@ -83,7 +92,7 @@ impl PatternTree {
                 }
             })
             .collect();
-        Self { topology, nodes, first }
+        Self { topology, traits, nodes, first }
     }
 
     /// The nodes: the stems', then those on each chain, from its base to its tip.
@@ -109,16 +118,26 @@ impl PatternTree {
     pub fn topology(&self) -> &TopologyTree {
         &self.topology
     }
+
+    /// What else a chain is told by.
+    pub(super) fn traits(&self, chain: ChainId) -> &ChainTraits {
+        &self.traits[chain.index()]
+    }
 }
 
-/// Widens the crowns by the leaves that each chain and its substructure bear.
-fn with_leaves(topology: &mut TopologyTree, plant: &Plant, posed: &crate::plant::Posed) {
+/// The hulls of the leaves that each chain bears itself.
+fn own_leaves(plant: &Plant, posed: &crate::plant::Posed) -> Vec<Option<Crown>> {
     let mut hulls: Vec<Option<Crown>> = vec![None; plant.chains().len()];
     for leaf in plant.leaves() {
         let pose = posed.leaf(plant, leaf);
         let hull = &mut hulls[leaf.chain.index()];
         hull.get_or_insert_with(|| Crown::new(pose.position)).add(pose.position + pose.frame.y * (leaf.size * 0.5));
     }
+    hulls
+}
+
+/// Widens the crowns by the leaves that each chain and its substructure bear.
+fn with_leaves(topology: &mut TopologyTree, plant: &Plant, mut hulls: Vec<Option<Crown>>) {
     for id in plant.chain_ids().rev() {
         let Some(hull) = hulls[id.index()].take() else { continue };
         topology.widen(id, &hull);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{LeafArt, MatchParams, Phyllotaxis, SketchParams};
+use super::{LeafArt, MatchParams, PatternParams, Phyllotaxis, SketchParams};
 
 /// A sequence of frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -15,6 +15,8 @@ pub struct MorphParams {
     pub frames: u32,
     /// Weights of the matching cost, for a morph.
     pub matching: MatchParams,
+    /// What makes branches one group, for a morph.
+    pub patterns: PatternParams,
     /// What the target's leaves wear.
     pub leaf: TargetLeaf,
     /// The animated file.

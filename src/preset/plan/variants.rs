@@ -134,6 +134,24 @@ impl Default for MatchParams {
     }
 }
 
+/// What makes branches of a place alike and two of them opposite (2017 CAVW, Eq. 1 and 3).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PatternParams {
+    /// θ of Eq. 1: standard deviation of branching angles up to which branches are alike, radians.
+    pub angle: f32,
+    /// r_t of Eq. 1: standard deviation of radii up to which branches are alike, as a share of their mean.
+    pub radius: f32,
+    /// θ of Eq. 3: how far the divergence of two opposite branches may be from half a turn, radians.
+    pub divergence: f32,
+}
+
+impl Default for PatternParams {
+    /// 10 degrees and a fifth; 30 degrees as in the paper.
+    fn default() -> Self {
+        Self { angle: 10.0_f32.to_radians(), radius: 0.2, divergence: 30.0_f32.to_radians() }
+    }
+}
+
 /// Trees of which only some are kept (2017 TVCG, 4.4 and 4.5).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Selection {

@@ -51,6 +51,27 @@ fn degrees_become_radians() {
 }
 
 #[test]
+fn patterns_of_a_morph_are_part_of_what_it_is() {
+    let morph = |patterns: &str| {
+        let text = format!(
+            "(sources: {{\"a\": Grow(species: \"species/oak.ron\"), \"b\": Grow(species: \"species/oak.ron\", seed: 2)}}, \
+             variants: [Morph(from: \"a\", to: \"b\", frames: 3{patterns})])"
+        );
+        load_with_oak(&text).expect("loads").morphs[0].clone()
+    };
+    assert_eq!(morph("").patterns, plan::PatternParams::default());
+    assert_eq!(morph(", patterns: (angle: 10, radius: 0.2, divergence: 30)"), morph(""));
+    let told = morph(", patterns: (angle: 45, radius: 0.5, divergence: 90)").patterns;
+    let radians = [told.angle - std::f32::consts::FRAC_PI_4, told.divergence - std::f32::consts::FRAC_PI_2];
+    assert!(radians.iter().all(|off| off.abs() < 1e-6) && told.radius == 0.5);
+    // Keys are made of what a plan says.
+    let key = |patterns: &str| serde_json::to_string(&morph(patterns)).expect("a plan is data");
+    for one in ["angle: 11", "radius: 0.3", "divergence: 31"] {
+        assert_ne!(key(&format!(", patterns: ({one})")), key(""));
+    }
+}
+
+#[test]
 fn winter_tells_of_leaves_that_may_be_evergreen() {
     let notes = |foliage: &str| {
         let text = format!(
