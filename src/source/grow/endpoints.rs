@@ -76,7 +76,7 @@ fn places(
             let most = k.saturating_add(1);
             let near = graph.hops(&sources, most);
             let ways = near.iter().map(|&hops| hops <= most).collect();
-            let surface = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k);
+            let surface = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k).filter(free);
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
             let seed = seed.child("surface");

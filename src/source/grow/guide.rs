@@ -123,6 +123,11 @@ pub(super) fn asks(guide: &Guide) -> (bool, bool) {
     }
 }
 
+/// Whether vectors are set by place and not turned, for a branch that leaves the structure at a height.
+pub(super) fn is_set(guide: &Guide, height: f32) -> bool {
+    matches!(rule(guide, height), Guide::Field { .. })
+}
+
 /// The rule for a branch that leaves the structure at a height.
 fn rule(guide: &Guide, height: f32) -> &Guide {
     match guide {

@@ -97,22 +97,33 @@ impl<'a> Turning<'a> {
     ) -> State {
         let Stepping { edge, share, lean, node } = step;
         let reached = state.hops + share;
-        // The next whole number, without a call for it.
-        let below = (reached - 1e-3) as u32;
-        let hops = below + u32::from(reached - 1e-3 > below as f32);
-        let vector = state.vector;
-        let step = Step {
-            vector,
-            edge,
-            position: if self.asks.0 { position() } else { Vec3::ZERO },
-            hops,
-            source: state.source,
-            source_height: if self.asks.1 { source_height() } else { 0.0 },
-            node,
-            // Only sources lean, and only on the first hop.
-            lean: if hops <= 1 { lean } else { 0.0 },
-        };
-        let mut vector = towards(vector, step.turned(self.guide, &self.sines, self.seed), share);
+        let place = if self.asks.0 { position() } else { Vec3::ZERO };
+        let height = if self.asks.1 { source_height() } else { 0.0 };
+        let is_set = self.asks.0 && guide::is_set(self.guide, height);
+        let (mut vector, mut from) = (state.vector, state.hops);
+        // A finer edge may end one hop and begin the next: it turns by its part of each.
+        loop {
+            let hops = (from + 1e-3) as u32 + 1;
+            let to = if (hops as f32) < reached - 1e-3 { hops as f32 } else { reached };
+            let step = Step {
+                vector,
+                edge,
+                position: place,
+                hops,
+                source: state.source,
+                source_height: height,
+                node,
+                // Only sources lean, and only on the first hop.
+                lean: if hops <= 1 { lean } else { 0.0 },
+            };
+            let turned = step.turned(self.guide, &self.sines, self.seed);
+            // A field's vector is that of the place, however short the step to it.
+            vector = towards(vector, turned, if is_set { 1.0 } else { to - from });
+            if to >= reached {
+                break;
+            }
+            from = to;
+        }
         if self.light != Vec3::ZERO {
             vector = (vector + self.light * share).normalize_or(vector);
         }
@@ -379,6 +390,33 @@ mod tests {
         assert_eq!(path(&paths, end), [root, up, end]);
         assert!((paths.vector(up) - Vec3::X).length() < 1e-4);
         assert_eq!(paths.source(end), root);
+    }
+
+    #[test]
+    fn a_finer_way_turns_as_much_a_hop_wherever_its_nodes_lie() {
+        let up = |v: Vec3| crate::base::math::angle(Vec3::Y, v).to_degrees();
+        let guide = Guide::Piecewise { alpha1: 30_f32.to_radians(), alpha2: 0.0, h0: 1 };
+        let start = Vec3::new(1.0, 1.0, 0.0).normalize();
+        for share in [0.3, 0.4, 0.55, 0.7, 1.0] {
+            let turning = Turning::new(&guide, Vec3::ZERO, Seed::new(1));
+            let mut state = State { source: 0, hops: 0.0, vector: start };
+            while state.hops < 1.5 {
+                let step = Stepping { edge: state.vector, share, lean: 0.0, node: 1 };
+                state = turning.after(state, step, || Vec3::ZERO, || 0.0);
+            }
+            assert!((up(state.vector) - 75.0).abs() < 1.0, "{share}: {}", up(state.vector));
+        }
+        // A field's vectors are those of the place.
+        let aside = crate::preset::plan::FieldPart {
+            primitive: crate::preset::plan::FieldPrimitive::Uniform { lean: std::f32::consts::FRAC_PI_2, turn: 0.0 },
+            weight: 1.0,
+            region: crate::preset::plan::FieldRegion::Everywhere,
+        };
+        let field = Guide::Field { parts: vec![aside] };
+        let turning = Turning::new(&field, Vec3::ZERO, Seed::new(1));
+        let step = Stepping { edge: Vec3::Y, share: 0.4, lean: 0.0, node: 1 };
+        let state = turning.after(State { source: 0, hops: 0.0, vector: Vec3::Y }, step, || Vec3::Y, || 0.0);
+        assert!((state.vector - Vec3::X).length() < 1e-6, "{}", state.vector);
     }
 
     #[test]

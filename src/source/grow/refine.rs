@@ -5,7 +5,7 @@
 //! comes near (2015, 4). Here the even graph decides which branches there are and where they end. Then density follows
 //! the tree: only along the branches are there finer nodes, `detail` times closer together, and each branch finds its way
 //! through those once more, by the same weights and guiding vectors. Angles a hop mean the same lengths as before, an edge
-//! of these nodes being a part of a hop, so a species keeps its shape.
+//! of these nodes being a part of a hop, or of two, so a species keeps its shape.
 //!
 //! What keeps branches apart in the graph is that paths share no node. So it is here: a finer node belongs to the branch
 //! that is nearest to it, and to no other ([`WIDE`] discs around it at most), and a branch's own nodes of the graph are
