@@ -418,8 +418,7 @@ fn blends_count(fields: &Reader<'_, '_>, pooled: bool) -> u64 {
     }
     let inspiring = fields.item("pick").is_some_and(|item| kind_of(&item) == "Inspiring");
     if !(pooled && inspiring) {
-        let hint = format!("give {}; only with `trees` and `pick: Inspiring` it may be left out", COUNT.told());
-        fields.fault("count", "missing", hint);
+        fields.missing("count", "; only with `trees` and `pick: Inspiring` it may be left out");
         return 1;
     }
     let all = (fields.integer_or("batches", BATCHES) * fields.integer_or("trees", 1)).min(MOST_IN_POOL);

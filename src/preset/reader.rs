@@ -165,15 +165,21 @@ impl<'t, 'r> Reader<'t, 'r> {
             }
             Default::Else(_) => None,
             Default::Required => {
-                // An unreadable group is reported once, not for every field; so is a field with a slip in its name.
-                let slip = |(key, _): &(Name, Node)| {
-                    self.record.field(&key.text).is_none() && nearest(&key.text, self.record.names()) == Some(name)
-                };
-                if self.span.is_some() && !self.report.is_full() && !self.fields.iter().any(slip) {
-                    self.report.at(self.span, &path, "missing", format!("give {}", self.schema(name).kind.told()));
-                }
+                self.missing(name, "");
                 None
             }
+        }
+    }
+
+    /// Reports that a field must be given, and when it need not.
+    pub(super) fn missing(&self, name: &str, unless: &str) {
+        // An unreadable group is reported once, not for every field; so is a field with a slip in its name.
+        let slip = |(key, _): &(Name, Node)| {
+            self.record.field(&key.text).is_none() && nearest(&key.text, self.record.names()) == Some(name)
+        };
+        if self.span.is_some() && !self.report.is_full() && !self.fields.iter().any(slip) {
+            let hint = format!("give {}{unless}", self.schema(name).kind.told());
+            self.report.at(self.span, &self.path_of(name), "missing", hint);
         }
     }
 
