@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::along::Along;
-use super::bound::{Chart, Sketcher};
+use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
 use super::fit::{Fitted, Placing, SketchSize, grown, placed, placed_beside};
 use super::frame::ViewPlane;
@@ -273,13 +273,13 @@ impl Sketcher {
         math::smoothstep(0.0, CHANGED * self.size, way)
     }
 
-    /// How depth follows a single view: as much as the crown grows in it.
+    /// How depth follows a single view: as much as the crown grows in it, unless it is kept.
     fn depth(&self, chart: &Chart, target: &Region, views: usize, leaf: f32) -> impl Fn(Vec3) -> Vec3 + use<> {
         let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2 * leaf, 4.0 * leaf);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
-        let plane = chart.plane;
+        let (plane, grows) = (chart.plane, views == 1 && self.views.kind != ViewKind::FrontKept);
         move |p| match plane {
-            ViewPlane::From { right } if views == 1 => {
+            ViewPlane::From { right } if grows => {
                 let away = right.cross(Vec3::Y);
                 away * (away.dot(p - middle) * (scale - 1.0))
             }
