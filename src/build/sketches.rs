@@ -109,7 +109,8 @@ impl Drawn {
             _ if self.side.is_some() => ViewKind::FrontAndSide,
             SketchDepth::Revolved if self.front.trunk.area() > 0.0 => ViewKind::RevolvedAboutFoot,
             SketchDepth::Revolved => ViewKind::Revolved,
-            SketchDepth::Kept => ViewKind::Front,
+            SketchDepth::Grown => ViewKind::Front,
+            SketchDepth::Kept => ViewKind::FrontKept,
         };
         let views = SketchViews { azimuth: self.params.view, kind, detail: self.params.detail };
         let sketcher = Arc::new(Sketcher::bind(Arc::new(plant.clone()), views).ok()?);

@@ -27,7 +27,7 @@ const SIDE: Field = Field {
 const DEPTH: Field = Field {
     name: "depth",
     kind: Kind::Choice(&DEPTHS),
-    default: Default::Is("Kept"),
+    default: Default::Is("Grown"),
     about: "what is done to the depth where there is no `side`",
 };
 
@@ -93,6 +93,11 @@ pub(super) const SKETCH_FIELD: Field = Field {
 static DEPTHS: Choice = Choice {
     title: "Depth of a sketch",
     kinds: &[
+        KindOf {
+            name: "Grown",
+            form: Form::Plain,
+            about: "as much deeper as the outline is larger: by the root of how many times the crown's area it has, 0.2 to 4",
+        },
         KindOf { name: "Kept", form: Form::Plain, about: "the tree's own" },
         KindOf {
             name: "Revolved",
@@ -140,8 +145,13 @@ static METRES: Record = Record {
 pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     let crown = path(fields, "crown");
     let side = if fields.has("side") { path(fields, "side") } else { String::new() };
-    let depth = fields
-        .choice("depth", |kind, _| Some(if kind == "Revolved" { SketchDepth::Revolved } else { SketchDepth::Kept }));
+    let depth = fields.choice("depth", |kind, _| {
+        Some(match kind {
+            "Revolved" => SketchDepth::Revolved,
+            "Kept" => SketchDepth::Kept,
+            _ => SketchDepth::Grown,
+        })
+    });
     let size = fields.choice("size", |kind, own| {
         Some(match kind {
             "Stretched" => SketchScale::Stretched,

@@ -36,16 +36,17 @@ const CELLS: usize = 120;
 pub(super) struct Along(Vec<Vec<Vec3>>);
 
 impl Along {
-    /// For a tree that is drawn; `share` is how far its sketch differs from the crown, 0..=1.
-    pub(super) fn of(sketched: &Sketched, told: &[Vec3], share: f32) -> Self {
+    /// For a tree that is drawn; `shares` is how far its sketch differs from the crown about each handle, 0..=1.
+    pub(super) fn of(sketched: &Sketched, told: &[Vec3], shares: &[f32]) -> Self {
         let (from, to) = (outline(sketched, &sketched.sketcher.plant), outline(sketched, &sketched.straight(1.0)));
-        if share <= 1e-6 || from.is_empty() || to.is_empty() || sketched.sketcher.leaves.is_empty() {
+        let same = shares.iter().all(|share| *share <= 1e-6);
+        if same || from.is_empty() || to.is_empty() || sketched.sketcher.leaves.is_empty() {
             return Self::default();
         }
         let key = |k: usize| {
             let t = (k + 1) as f32 / (KEYS + 1) as f32;
             let reference: Vec<Vec2> = from.iter().zip(&to).map(|(a, b)| a.lerp(*b, t)).collect();
-            correction(sketched, told, t, &reference, share)
+            correction(sketched, told, t, &reference, shares)
         };
         Self((0..KEYS).into_par_iter().map(key).collect())
     }
@@ -88,7 +89,7 @@ fn outline(sketched: &Sketched, plant: &Plant) -> Vec<Vec2> {
 }
 
 /// The correction at a time, which brings the crown's outline nearer to a reference.
-fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], share: f32) -> Vec<Vec3> {
+fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], shares: &[f32]) -> Vec<Vec3> {
     let sketcher = &*sketched.sketcher;
     let chart = &sketcher.charts[0];
     let target = Region::of(&[reference.to_vec()], Fill::NonZero);
@@ -115,9 +116,10 @@ fn correction(sketched: &Sketched, told: &[Vec3], t: f32, reference: &[Vec2], sh
             break;
         }
         let covered = Depths::covered(&crown.seen(&chart.plane), grid, sketcher.size * CLOSE);
-        for ((wish, handle), (point, f)) in wish.iter_mut().zip(&sketcher.handles).zip(&sketcher.on) {
+        let handles = wish.iter_mut().zip(&sketcher.handles).zip(&sketcher.on).zip(shares);
+        for (((wish, handle), (point, f)), share) in handles {
             let place = handle.position + between(&sketched.shift, *point, *f) * t + between(&aside, *point, *f);
-            *wish += give_way(sketcher, chart, grid, [&covered, &drawn], place, share);
+            *wish += give_way(sketcher, chart, grid, [&covered, &drawn], place, *share);
         }
         let moved = sketcher.spines.moved(&sketcher.positions, &wish, &guided);
         aside.iter_mut().zip(moved.iter().zip(&straight)).for_each(|(aside, (a, b))| *aside = *a - *b);

@@ -37,8 +37,10 @@ pub struct SketchViews {
 /// How many views there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewKind {
-    /// The front; depth stays as it is.
+    /// The front; the crown gets as much deeper as the outline's area gets larger, by the root.
     Front,
+    /// The front; depth stays as it is.
+    FrontKept,
     /// The front, and the side at a right angle, from the azimuth plus 90 degrees.
     FrontAndSide,
     /// All round: the outline's halves are revolved about the crown's axis.
@@ -112,7 +114,7 @@ impl Sketcher {
         let axis = Vec3::new(above.x, 0.0, above.z);
         let front = ViewPlane::from_azimuth(views.azimuth);
         let planes = match views.kind {
-            ViewKind::Front => vec![front],
+            ViewKind::Front | ViewKind::FrontKept => vec![front],
             ViewKind::FrontAndSide => {
                 vec![front, ViewPlane::from_azimuth(views.azimuth + std::f32::consts::FRAC_PI_2)]
             }

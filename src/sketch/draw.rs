@@ -11,11 +11,12 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::along::Along;
-use super::bound::{Chart, Sketcher};
+use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
 use super::fit::{Fitted, Placing, SketchSize, grown, placed, placed_beside};
 use super::frame::ViewPlane;
 use super::outline::{hull, replaced, resampled};
+use super::part::Part;
 use super::prune;
 use super::region::{Fill, Region};
 use super::spine::Guided;
@@ -54,6 +55,18 @@ pub enum Method {
     OneCage,
 }
 
+/// What is drawn for one view.
+struct Target {
+    region: Region,
+    /// The root cage for it.
+    ring: Vec<Vec2>,
+    /// How many of that one's places the sketch is about, and which part of the crown where that is not all.
+    about: usize,
+    part: Option<Part>,
+    /// Where the drawing stands.
+    placing: Placing,
+}
+
 /// A deformation that shapes a plant's crown.
 #[derive(Clone, Debug)]
 pub struct Sketched {
@@ -61,9 +74,9 @@ pub struct Sketched {
     /// How every point moves until the end.
     pub(super) shift: Vec<Vec3>,
     wilts: Vec<bool>,
-    /// What lobes were told, and how far the sketch differs from the crown: what in-betweens are found from.
+    /// What lobes were told, and how far the sketch differs from the crown about each: what in-betweens are found from.
     pub(super) told: Vec<Vec3>,
-    share: f32,
+    shares: Vec<f32>,
     along: Along,
     /// Where a drawn trunk leads the stem, and how much larger the tree gets as a whole.
     pub(super) guided: Guided,
@@ -84,73 +97,89 @@ impl Sketcher {
     /// When an open line is drawn where closed shapes are needed, or nothing is.
     pub fn draw(self: &Arc<Self>, sketch: &Sketch<'_>) -> Result<Sketched, SketchError> {
         let round = self.views.kind.is_round();
-        let (target, ring, placing) = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
+        let front = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
         let [wood, leaf] = grown(sketch.front, sketch.size, &self.fitted(&self.charts[0], round), round);
         let mut leads = Leads::NONE;
         let mut lead = |drawing: &Drawing, placing: &Placing, chart: &Chart| {
             leads.add(drawing, placing, &chart.plane, chart.plane.seen(self.foot));
         };
         if sketch.method == Method::Adaptive {
-            lead(sketch.front, &placing, &self.charts[0]);
+            lead(sketch.front, &front.placing, &self.charts[0]);
         }
-        let mut targets = vec![target];
-        let mut rings = vec![ring];
+        let mut targets = vec![front];
         if let (Some(chart), Some(side)) = (self.charts.get(1), sketch.side) {
-            let front = targets[0].bounds();
-            let (target, ring, placing) = self.target(chart, side, sketch.size, Some(front), false)?;
+            let target = self.target(chart, side, sketch.size, Some(targets[0].region.bounds()), false)?;
             if sketch.method == Method::Adaptive {
-                lead(side, &placing, chart);
+                lead(side, &target.placing, chart);
             }
             targets.push(target);
-            rings.push(ring);
         }
         let guided = Guided { leads, scale: wood.max(leaf), standing: sketch.method == Method::Adaptive };
         let chart = &self.charts[0];
         let adaptive = sketch.method == Method::Adaptive;
-        let vertices = chart.cages.moved(&rings[0]);
+        let front = &targets[0];
+        let vertices = chart.cages.moved(&front.ring);
         let mut seen = match sketch.method {
-            Method::OneCage => chart.handles_by_root(&rings[0]),
+            Method::OneCage => chart.handles_by_root(&front.ring),
             _ => chart.handles(&vertices),
         };
         let weights: Vec<f32> = self.spread(chart);
+        // How much the sketch acts about each lobe, and how far lobes spread there.
+        let near: Vec<f32> = match &front.part {
+            Some(part) if adaptive => chart.seen.iter().map(|p| part.at(*p)).collect(),
+            _ => vec![1.0; chart.seen.len()],
+        };
+        let changed = if adaptive { self.changed(chart, front) } else { 0.0 };
+        let shares: Vec<f32> = near.iter().map(|near| changed * near).collect();
         if adaptive {
-            matched(chart, &rings[0], &mut seen);
-            self.fill((chart, leaf), &rings[0], &targets[0], &mut seen, &weights, Freedom::Plane);
+            matched(chart, &front.ring, &mut seen);
+            if front.part.is_some() {
+                seen.iter_mut().zip(&chart.seen).zip(&near).for_each(|((is, was), near)| *is = was.lerp(*is, *near));
+            }
+            self.fill((chart, leaf), &front.region, &mut seen, &weights, &shares, Freedom::Plane);
         }
-        let depth = self.depth(chart, &targets[0], targets.len(), leaf);
+        let depth = self.depth(chart, &front.region, targets.len(), leaf);
         let mut told: Vec<Vec3> = self
             .handles
             .iter()
             .zip(&seen)
             .zip(&chart.seen)
-            .map(|((handle, is), was)| chart.plane.lifted(handle.position, *is - *was) + depth(handle.position))
+            .zip(&near)
+            .map(|(((handle, is), was), near)| {
+                chart.plane.lifted(handle.position, *is - *was) + depth(handle.position) * *near
+            })
             .collect();
-        let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &targets[0]) } else { Vec::new() };
+        let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &front.region, &near) } else { Vec::new() };
         wilts.resize(self.plant.chains().len(), false);
-        if let (Some(chart), Some(ring), Some(target)) = (self.charts.get(1), rings.get(1), targets.get(1)) {
-            let vertices = chart.cages.moved(ring);
-            let by =
-                if sketch.method == Method::OneCage { chart.handles_by_root(ring) } else { chart.handles(&vertices) };
+        if let (Some(chart), Some(side)) = (self.charts.get(1), targets.get(1)) {
+            let vertices = chart.cages.moved(&side.ring);
+            let by = if sketch.method == Method::OneCage {
+                chart.handles_by_root(&side.ring)
+            } else {
+                chart.handles(&vertices)
+            };
             // Heights are the front's; the side says how deep the crown is there.
             let mut seen: Vec<Vec2> =
                 by.iter().zip(&self.handles).zip(&told).map(|((p, h), d)| Vec2::new(p.x, h.position.y + d.y)).collect();
             if adaptive {
                 let heights: Vec<f32> = seen.iter().map(|p| p.y).collect();
-                matched(chart, ring, &mut seen);
+                matched(chart, &side.ring, &mut seen);
                 seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
-                self.fill((chart, leaf), ring, target, &mut seen, &weights, Freedom::Level);
-                let outside = prune::pruned(self, chart, &vertices, target);
+                let everywhere = vec![1.0; seen.len()];
+                let shares = vec![self.changed(chart, side); seen.len()];
+                self.fill((chart, leaf), &side.region, &mut seen, &weights, &shares, Freedom::Level);
+                let outside = prune::pruned(self, chart, &vertices, &side.region, &everywhere);
                 wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
             }
             for ((told, handle), (is, was)) in told.iter_mut().zip(&self.handles).zip(seen.iter().zip(&chart.seen)) {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
             }
         }
-        let share = if adaptive { self.changed(&self.charts[0], &rings[0]) } else { 0.0 };
-        let shift = trimmed((self, &guided, leaf), &self.charts[0], &targets[0], &wilts, &mut told, share);
+        let shift = trimmed((self, &guided, leaf), chart, &front.region, &wilts, &mut told, &shares);
+        let (targets, rings): (Vec<Region>, Vec<Vec<Vec2>>) = targets.into_iter().map(|t| (t.region, t.ring)).unzip();
         let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
         let (sketcher, along) = (self.clone(), Along::default());
-        Ok(Sketched { sketcher, shift, wilts, told, share, along, guided, wood, leaf, targets, outlines })
+        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, wood, leaf, targets, outlines })
     }
 
     /// The crown that drawings of a view are fitted to.
@@ -159,7 +188,7 @@ impl Sketcher {
         Fitted { outline: &chart.outline, area: chart.area, foot, height: self.height }
     }
 
-    /// What is drawn in a view's plane, the root cage for it, and where the drawing stands.
+    /// What is drawn in a view's plane.
     fn target(
         &self,
         chart: &Chart,
@@ -167,7 +196,7 @@ impl Sketcher {
         size: SketchSize,
         front: Option<[Vec2; 2]>,
         round: bool,
-    ) -> Result<(Region, Vec<Vec2>, Placing), SketchError> {
+    ) -> Result<Target, SketchError> {
         let fitted = self.fitted(chart, round);
         let count = chart.root.len();
         if drawing.is_open() {
@@ -176,13 +205,13 @@ impl Sketcher {
             }
             let placing = placed(drawing, size, &fitted, false);
             let line = placing.line(&drawing.open);
-            let ring = replaced(&chart.outline, &line);
-            let region = Region::of(std::slice::from_ref(&ring), Fill::NonZero);
+            let made = replaced(&chart.outline, &line, count).ok_or(SketchError::Empty)?;
+            let region = Region::of(std::slice::from_ref(&made.ring), Fill::NonZero);
             if region.area() <= chart.area * 1e-3 {
                 return Err(SketchError::Empty);
             }
-            let ring = resampled(region.outline(), count);
-            return Ok((region, ring, placing));
+            let part = Some(Part::new(&made.part, &made.line, self.size));
+            return Ok(Target { region, ring: made.places, about: made.gone, part, placing });
         }
         let placing = match front {
             Some(front) => placed_beside(drawing, front, size, &fitted),
@@ -199,7 +228,7 @@ impl Sketcher {
         } else {
             region.outline().to_vec()
         };
-        Ok((region, resampled(&outline, count), placing))
+        Ok(Target { region, ring: resampled(&outline, count), about: count, part: None, placing })
     }
 
     /// How much each handle covers.
@@ -216,14 +245,13 @@ impl Sketcher {
     fn fill(
         &self,
         (chart, leaf): (&Chart, f32),
-        ring: &[Vec2],
         target: &Region,
         seen: &mut [Vec2],
         weights: &[f32],
+        shares: &[f32],
         freedom: Freedom,
     ) {
-        let share = self.changed(chart, ring);
-        if share <= 1e-6 {
+        if shares.iter().all(|share| *share <= 1e-6) {
             return;
         }
         let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
@@ -231,25 +259,27 @@ impl Sketcher {
         let mut spread = seen.to_vec();
         basin.fill(&mut spread, weights, freedom);
         let round = matches!(chart.plane, ViewPlane::Round { .. });
-        for (seen, to) in seen.iter_mut().zip(spread) {
+        for ((seen, to), share) in seen.iter_mut().zip(spread).zip(shares) {
             let to = if round { Vec2::new(to.x.max(0.0), to.y) } else { to };
-            *seen = seen.lerp(to, share);
+            *seen = seen.lerp(to, *share);
         }
     }
 
-    /// How much a sketch differs from the crown, 0..=1: what a sketch that is the crown's own outline leaves undone.
-    fn changed(&self, chart: &Chart, ring: &[Vec2]) -> f32 {
-        let way = ring.iter().zip(&chart.root).map(|(a, b)| a.distance(*b)).sum::<f32>() / ring.len().max(1) as f32;
+    /// How much a sketch differs from the crown where it acts, 0..=1: what a sketch that is the crown's own outline leaves
+    /// undone.
+    fn changed(&self, chart: &Chart, target: &Target) -> f32 {
+        let ways = target.ring.iter().zip(&chart.root).map(|(a, b)| a.distance(*b));
+        let way = ways.sum::<f32>() / target.about.max(1) as f32;
         math::smoothstep(0.0, CHANGED * self.size, way)
     }
 
-    /// How depth follows a single view: as much as the crown grows in it.
+    /// How depth follows a single view: as much as the crown grows in it, unless it is kept.
     fn depth(&self, chart: &Chart, target: &Region, views: usize, leaf: f32) -> impl Fn(Vec3) -> Vec3 + use<> {
         let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2 * leaf, 4.0 * leaf);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
-        let plane = chart.plane;
+        let (plane, grows) = (chart.plane, views == 1 && self.views.kind != ViewKind::FrontKept);
         move |p| match plane {
-            ViewPlane::From { right } if views == 1 => {
+            ViewPlane::From { right } if grows => {
                 let away = right.cross(Vec3::Y);
                 away * (away.dot(p - middle) * (scale - 1.0))
             }
@@ -283,7 +313,7 @@ impl Sketched {
     /// (2018, Fig. 11). Takes some twenty drawings of the tree; both ends stay as they are.
     #[must_use]
     pub fn following(mut self) -> Self {
-        self.along = Along::of(&self, &self.told, self.share);
+        self.along = Along::of(&self, &self.told, &self.shares);
         self
     }
 

@@ -17,6 +17,7 @@ mod frame;
 mod laplace;
 mod mean_value;
 mod outline;
+mod part;
 mod prune;
 mod raster;
 mod region;

@@ -4,7 +4,9 @@
 //! arc length (2018, 5.1; Nealen et al. 2005): so what is symmetric stays so, and the notch of a heart comes from the top
 //! of a ball. A crown whose own silhouette is drawn keeps it exactly.
 //!
-//! An open sketch replaces the part of the silhouette between the places nearest to its ends, on the side where it runs.
+//! An open sketch replaces the part of the silhouette between the places nearest to its ends, on the side where it runs: places
+//! of that part go onto it by arc length, all others stay. As a ring of its own, with landmarks of its own, it shifted
+//! places along the whole silhouette (a bump of 2 m on one side of a circle of 8 m by up to 1.15 m on the other).
 
 use glam::Vec2;
 
@@ -56,22 +58,23 @@ impl<'r> Ring<'r> {
         found.map(|(low, high)| (low.1, high.1))
     }
 
-    /// `count` places from the lowest landmark on, half of them up to the highest.
-    fn resampled(&self, x: f32, count: usize) -> Vec<Vec2> {
+    /// Arc lengths of `count` places from the lowest landmark on, half of them up to the highest.
+    fn places(&self, count: usize) -> impl Iterator<Item = f32> + use<> {
+        let low = self.points.iter().fold(f32::INFINITY, |m, p| m.min(p.x));
+        let high = self.points.iter().fold(f32::NEG_INFINITY, |m, p| m.max(p.x));
+        let x = (low + high) * 0.5;
         let (low, high) = self.landmarks(x).unwrap_or((0.0, self.length() * 0.5));
         let up = (high - low).rem_euclid(self.length().max(f32::MIN_POSITIVE));
         let half = count / 2;
         let down = self.length() - up;
-        (0..count)
-            .map(|i| {
-                let s = if i < half {
-                    up * i as f32 / half as f32
-                } else {
-                    up + down * (i - half) as f32 / (count - half) as f32
-                };
-                self.at(low + s)
-            })
-            .collect()
+        (0..count).map(move |i| {
+            let s = if i < half {
+                up * i as f32 / half as f32
+            } else {
+                up + down * (i - half) as f32 / (count - half) as f32
+            };
+            low + s
+        })
     }
 }
 
@@ -82,9 +85,8 @@ pub fn resampled(ring: &[Vec2], count: usize) -> Vec<Vec2> {
     if ring.len() < 2 {
         return vec![ring.first().copied().unwrap_or_default(); count];
     }
-    let low = ring.iter().fold(f32::INFINITY, |m, p| m.min(p.x));
-    let high = ring.iter().fold(f32::NEG_INFINITY, |m, p| m.max(p.x));
-    Ring::new(ring).resampled((low + high) * 0.5, count)
+    let ring = Ring::new(ring);
+    ring.places(count).map(|s| ring.at(s)).collect()
 }
 
 /// The convex hull of some points, counter-clockwise (Andrew's monotone chain).
@@ -111,8 +113,23 @@ pub(super) fn hull(points: &[Vec2]) -> Vec<Vec2> {
     ring
 }
 
-/// The ring that an open line makes of another.
-pub(super) fn replaced(ring: &[Vec2], line: &[Vec2]) -> Vec<Vec2> {
+/// What an open line makes of a ring.
+#[derive(Clone, Debug)]
+pub(super) struct Replaced {
+    /// The ring with the line in it.
+    pub(super) ring: Vec<Vec2>,
+    /// What becomes of the places of the old ring as [`resampled`] has it: those of the part that goes stand on the line by
+    /// arc length, all others where they were.
+    pub(super) places: Vec<Vec2>,
+    /// How many go.
+    pub(super) gone: usize,
+    /// The part that goes, and the line, which runs the same way.
+    pub(super) part: Vec<Vec2>,
+    pub(super) line: Vec<Vec2>,
+}
+
+/// Replaces the part of a ring that an open line runs along; `count` places of it are followed. None for an empty line.
+pub(super) fn replaced(ring: &[Vec2], line: &[Vec2], count: usize) -> Option<Replaced> {
     let whole = Ring::new(ring);
     let nearest = |p: Vec2| {
         let n = ring.len();
@@ -129,37 +146,77 @@ pub(super) fn replaced(ring: &[Vec2], line: &[Vec2]) -> Vec<Vec2> {
         }
         best.1
     };
-    let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return ring.to_vec() };
+    let (&first, &last) = (line.first()?, line.last()?);
     let length = whole.length().max(f32::MIN_POSITIVE);
     let (a, b) = (nearest(first), nearest(last));
+    let open = Open::new(line);
     // The part that goes: forwards from a to b, or from b to a. The one along which the line runs.
     let forwards = (b - a).rem_euclid(length);
     let off = |from: f32, span: f32, reversed: bool| {
         let steps = 32;
-        let own = line.len() - 1;
-        let at = |f: f32| {
-            let x = f * own as f32;
-            let i = (x as usize).min(own - 1);
-            line[i].lerp(line[i + 1], x - i as f32)
-        };
         (0..=steps)
             .map(|k| {
                 let f = k as f32 / steps as f32;
-                at(if reversed { 1.0 - f } else { f }).distance(whole.at(from + span * f))
+                open.at(if reversed { 1.0 - f } else { f }).distance(whole.at(from + span * f))
             })
             .sum::<f32>()
     };
-    let line: Vec<Vec2> = if off(a, forwards, false) <= off(b, length - forwards, true) {
-        line.to_vec()
-    } else {
-        line.iter().rev().copied().collect()
-    };
-    let (start, end) = (nearest(line[0]), nearest(line[line.len() - 1]));
-    let rest = (start - end).rem_euclid(length);
+    let reversed = off(a, forwards, false) > off(b, length - forwards, true);
+    let (start, span) = if reversed { (b, length - forwards) } else { (a, forwards) };
+    let line: Vec<Vec2> = if reversed { line.iter().rev().copied().collect() } else { line.to_vec() };
+    let open = Open::new(&line);
     let steps = ring.len().clamp(16, 4096);
-    let mut made = line;
-    made.extend((1..steps).map(|k| whole.at(end + rest * k as f32 / steps as f32)));
-    made
+    let along = |from: f32, span: f32| {
+        let whole = &whole;
+        (0..=steps).map(move |k| whole.at(from + span * k as f32 / steps as f32))
+    };
+    let mut made = line.clone();
+    made.extend(along(start + span, length - span).skip(1).take(steps - 1));
+    let mut gone = 0;
+    let places = whole.places(count).map(|s| {
+        let from = (s - start).rem_euclid(length);
+        if from < span {
+            gone += 1;
+            open.at(from / span)
+        } else {
+            whole.at(s)
+        }
+    });
+    let places = places.collect();
+    let part = along(start, span).collect();
+    Some(Replaced { ring: made, places, gone, part, line })
+}
+
+/// An open line by arc length.
+struct Open<'l> {
+    points: &'l [Vec2],
+    arc: Vec<f32>,
+}
+
+impl<'l> Open<'l> {
+    fn new(points: &'l [Vec2]) -> Self {
+        let mut length = 0.0_f64;
+        let steps = points.windows(2).map(|pair| f64::from(pair[0].distance(pair[1])));
+        let arc = std::iter::once(0.0).chain(steps.map(|step| {
+            length += step;
+            length as f32
+        }));
+        let arc = arc.collect();
+        Self { points, arc }
+    }
+
+    /// Where it is at a share of its length.
+    fn at(&self, f: f32) -> Vec2 {
+        let last = self.points.len() - 1;
+        let s = f * self.arc[last];
+        let i = self.arc.partition_point(|a| *a <= s).clamp(1, last.max(1)).min(last);
+        if i == 0 {
+            return self.points[0];
+        }
+        let span = self.arc[i] - self.arc[i - 1];
+        let f = if span > 0.0 { ((s - self.arc[i - 1]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        self.points[i - 1].lerp(self.points[i], f)
+    }
 }
 
 /// Discrete Fréchet distance of two polylines (Eiter and Mannila 1994): the shortest leash for two who walk along them and
@@ -221,11 +278,22 @@ mod tests {
         let ring = circle(100, 1.0);
         let bump = vec![Vec2::new(0.7, 0.7), Vec2::new(0.0, 2.0), Vec2::new(-0.7, 0.7)];
         for line in [bump.clone(), bump.iter().rev().copied().collect()] {
-            let made = replaced(&ring, &line);
+            let Replaced { ring: made, places, gone, .. } = replaced(&ring, &line, 64).unwrap();
             let top = made.iter().fold(f32::NEG_INFINITY, |m, p| m.max(p.y));
             let bottom = made.iter().fold(f32::INFINITY, |m, p| m.min(p.y));
             assert!((top - 2.0).abs() < 1e-5 && (bottom + 1.0).abs() < 1e-2);
             assert!(super::super::region::twice_signed_area(&made) > 5.0);
+            // A quarter goes, evenly along the line; all else stays to the last bit.
+            let was = resampled(&ring, 64);
+            let moved: Vec<usize> = (0..64).filter(|i| places[*i] != was[*i]).collect();
+            assert!(
+                moved.len() == gone && gone.abs_diff(16) <= 1 && moved.iter().all(|i| was[*i].y > 0.7),
+                "{moved:?}"
+            );
+            let steps: Vec<f32> = moved.windows(2).map(|m| places[m[0]].distance(places[m[1]])).collect();
+            let [least, most] = [f32::min, f32::max].map(|of| steps.iter().copied().reduce(of).unwrap());
+            // A step over the line's corner is a chord.
+            assert!(most < 1.01 * 2.95 / 15.0 && least > 0.4 * most, "{steps:?}");
         }
     }
 

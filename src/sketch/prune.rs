@@ -23,8 +23,15 @@ const MOST: f32 = 0.5;
 /// Cells along the sketch for the quick test.
 const CELLS: usize = 96;
 
-/// Which chains wilt when the cages of a view have these vertices.
-pub(super) fn pruned(sketcher: &Sketcher, chart: &Chart, vertices: &[Vec2], target: &Region) -> Vec<bool> {
+/// Which chains wilt when the cages of a view have these vertices; `near` is how much the sketch acts about each handle, and
+/// where it doesn't at all, no branch wilts by itself.
+pub(super) fn pruned(
+    sketcher: &Sketcher,
+    chart: &Chart,
+    vertices: &[Vec2],
+    target: &Region,
+    near: &[f32],
+) -> Vec<bool> {
     let plant = &sketcher.plant;
     let count = chart.cages.len();
     let shares: Vec<f32> = shares(chart, vertices, target);
@@ -43,6 +50,10 @@ pub(super) fn pruned(sketcher: &Sketcher, chart: &Chart, vertices: &[Vec2], targ
             state => state,
         };
     }
+    let mut acts = vec![false; plant.chains().len()];
+    for (handle, near) in sketcher.handles.iter().zip(near) {
+        acts[handle.chain.index()] |= *near > 0.0;
+    }
     let mut wilts = vec![false; plant.chains().len()];
     let (mut lost, mut all) = (0.0_f32, 0.0_f32);
     for id in plant.chain_ids() {
@@ -52,7 +63,8 @@ pub(super) fn pruned(sketcher: &Sketcher, chart: &Chart, vertices: &[Vec2], targ
                 let own = chart.cages.outer(id);
                 // A small lobe shares its parent's cage, and that one's inner lobe says nothing of it.
                 let of_its_own = own != chart.cages.outer(parent);
-                wilts[parent.index()] || (of_its_own && own != 0 && states[own as usize] == State::Pruned)
+                wilts[parent.index()]
+                    || (of_its_own && acts[id.index()] && own != 0 && states[own as usize] == State::Pruned)
             }
         };
     }

@@ -83,6 +83,53 @@ fn drawing_the_crown_s_own_silhouette_changes_nothing() {
 }
 
 #[test]
+fn an_open_line_on_one_side_moves_nothing_on_the_other() {
+    let plant = ball(4);
+    let outline = crown_outline(&plant, 0.0);
+    let middle = Vec2::Y * 4.3;
+    let end = |angle: f32| {
+        let (sin, cos) = crate::base::math::sin_cos(angle);
+        let away = |p: &Vec2| (*p - middle).normalize().distance(Vec2::new(cos, sin));
+        outline.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap() - middle
+    };
+    let [low, high] = [end(-0.6), end(0.6)];
+    let place = |p: Vec2| (p + middle) * 10.0 / plant.height();
+    let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
+    for out in [1.5_f32, -0.5] {
+        let line: Vec<String> = (0..=24)
+            .map(|k| {
+                let f = k as f32 / 24.0;
+                let p = place(low.lerp(high, f) + Vec2::X * (out * crate::base::math::sin(f * std::f32::consts::PI)));
+                format!("{} {}", 5.0 + p.x, 10.0 - p.y)
+            })
+            .collect();
+        let drawn = drawing(&format!("<path fill='none' stroke='#000' d='M{}'/>", line.join("L")));
+        let sketched = sketcher.draw(&sketch(&drawn)).unwrap().following();
+        let (was, is) = &sketched.outlines[0];
+        assert!(was.iter().zip(is).all(|(a, b)| a == b || a.x > 1.0));
+        for t in [0.5, 1.0] {
+            let made = sketched.key(t);
+            let [a, b] = [&plant, &made].map(Plant::pose);
+            let far = |(a, b): (&Vec3, &Vec3)| if a.x < -0.6 { a.distance(*b) } else { 0.0 };
+            let wood = a.positions().iter().zip(b.positions()).map(far).fold(0.0, f32::max);
+            let mut reach = [0.0_f32; 2];
+            for (was, is) in plant.leaves().iter().zip(made.leaves()) {
+                let places = [a.leaf(&plant, was).position, b.leaf(&made, is).position];
+                let off = far((&places[0], &places[1]));
+                assert!(off < 1e-3 && (places[0].x >= -0.6 || was.size == is.size), "{out} {t}: {off}");
+                reach = [0, 1].map(|k| if is.size > 0.1 { reach[k].max(places[k].x) } else { reach[k] });
+            }
+            assert!(wood < 1e-3, "{out} {t}: {wood}");
+            if t == 1.0 && out > 0.0 {
+                assert!(reach[1] > reach[0] + 0.5, "{reach:?}");
+            }
+        }
+        let near = likeness(&sketched.at(1.0), 0.0, &sketched.targets[0]);
+        assert!(near > if out > 0.0 { 0.88 } else { 0.8 }, "{out}: {near}");
+    }
+}
+
+#[test]
 fn at_the_start_nothing_has_moved_and_on_the_way_all_hangs_together() {
     let plant = ball(3);
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
@@ -256,6 +303,33 @@ fn a_tree_that_is_drawn_larger_has_thicker_wood_and_larger_leaves_on_the_way_as_
     for size in [SketchSize::Crown, SketchSize::Stretched] {
         let made = of(size).at(1.0);
         assert_eq!((thick(&made), leaf(&made)), (thick(&plant), leaf(&plant)));
+    }
+}
+
+#[test]
+fn depth_is_kept_where_it_is_told_to_be_and_else_grows_with_the_outline() {
+    let plant = Arc::new(ball(4));
+    let wide = drawing("<rect width='10' height='10'/>");
+    let times = |kind: ViewKind, drawn: &Drawing, size: SketchSize| {
+        let sketcher = bound(plant.clone(), SketchViews { kind, ..FRONT }).unwrap();
+        let sketched = sketcher.draw(&Sketch { size, ..sketch(drawn) }).unwrap();
+        if kind == ViewKind::FrontKept {
+            assert!(sketched.told.iter().all(|told| told.z == 0.0));
+        }
+        let deep = |plant: &Plant| {
+            let [low, high] = crown_silhouette(plant, std::f32::consts::FRAC_PI_2, 0.03).bounds();
+            high.x - low.x
+        };
+        let grown = (sketched.targets[0].area() / sketcher.charts[0].area).sqrt();
+        (deep(&sketched.at(1.0)) / deep(&plant), grown)
+    };
+    let twice = SketchSize::Metres(plant.height());
+    for size in [SketchSize::Stretched, twice] {
+        let (kept, root) = times(ViewKind::FrontKept, &wide, size);
+        let (grown, _) = times(ViewKind::Front, &wide, size);
+        assert!(root > 1.05 && grown > 1.0 + 0.6 * (root - 1.0), "{size:?}: {root} {grown}");
+        // Leaves get larger with a crown in metres.
+        assert!(kept < 1.04 || (size == twice && kept < 0.8 * grown), "{size:?}: {kept} {grown}");
     }
 }
 

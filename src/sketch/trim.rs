@@ -26,18 +26,18 @@ const DEEP: (f32, f32) = (0.04, 0.22);
 /// Farthest that a lobe moves in a round, over the crown's size.
 const FARTHEST: f32 = 0.05;
 
-/// Improves what handles are told in a view, `share` of the way; gives back how points move. Leaves get `leaf` times as
-/// large.
+/// Improves what handles are told in a view, each by its share of the way; gives back how points move. Leaves get `leaf`
+/// times as large.
 pub(super) fn trimmed(
     (sketcher, guided, leaf): (&Sketcher, &Guided, f32),
     chart: &Chart,
     target: &Region,
     wilts: &[bool],
     told: &mut Vec<Vec3>,
-    share: f32,
+    shares: &[f32],
 ) -> Vec<Vec3> {
     let mut shift = sketcher.spines.moved(&sketcher.positions, told, guided);
-    if share <= 0.0 || sketcher.leaves.is_empty() {
+    if shares.iter().all(|share| *share <= 0.0) || sketcher.leaves.is_empty() {
         return shift;
     }
     let bounds = target.bounds();
@@ -49,9 +49,10 @@ pub(super) fn trimmed(
     let mut best = likeness(&covered, &inside);
     let mut next = told.clone();
     for _ in 0..ROUNDS {
-        for ((told, handle), (point, f)) in next.iter_mut().zip(&sketcher.handles).zip(&sketcher.on) {
+        let handles = next.iter_mut().zip(&sketcher.handles).zip(&sketcher.on).zip(shares);
+        for (((told, handle), (point, f)), share) in handles {
             let place = handle.position + between(&shift, *point, *f);
-            *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, share);
+            *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, *share);
         }
         let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
         let now = cover((sketcher, leaf), chart, grid, wilts, &moved);

@@ -33,6 +33,8 @@ impl SketchParams {
 /// What becomes of a crown's depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum SketchDepth {
+    /// It grows as the outline's area does, by the root.
+    Grown,
     /// It stays.
     Kept,
     /// The outline is revolved about the crown's axis.
