@@ -191,7 +191,7 @@ impl<'p> Outline<'p> {
                     gap => gap,
                 };
                 let (before, after) = (gap(found[(k + total - 1) % total], i), gap(i, found[(k + 1) % total]));
-                let region = |from: isize, to: isize| (from..=to).map(move |off| off);
+                let region = |from: isize, to: isize| from..=to;
                 let sides = [(-(before as isize), 0), (0, after as isize)];
                 let bend = sides.map(|(from, to)| Spread::of(region(from, to).map(|off| at(i, off))).least());
                 let whole = Spread::of(region(sides[0].0, sides[1].1).map(|off| at(i, off)));
