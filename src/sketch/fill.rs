@@ -6,6 +6,10 @@
 //! swim along, first on a coarse grid, then on a fine one: what is void fills from what is beside it, lobes that are
 //! neighbours stay so, and the result moves smoothly with the sketch. It fills the inside too, which the outline's segments
 //! don't see, and takes the same time whatever the number of cages.
+//!
+//! What is lost by it: hierarchy, since handles move and no cage passes it on to finer ones, so that a lobe keeps together
+//! only as far as the flow is smooth; and locality, since a gap anywhere moves lobes all over the sketch a little. Open
+//! sketches bring that back for the part that they replace (`sketch/part.rs`).
 
 use glam::Vec2;
 

@@ -4,6 +4,16 @@
 //! [`LEAST`] of its area left prunes it with all cages below; nearly all of it left ends the test; else its children are
 //! tested. Cages clear of the outline are judged by its distance, so that only those that cross it are clipped.
 //!
+//! What the paper leaves open:
+//!
+//! - Cages are tested as the root moves them, before lobes spread (`sketch/fill.rs`): spreading moves handles, not cages, and
+//!   keeps them inside, so after it nothing would be outside. A lobe that spreading would have brought in wilts all the same.
+//! - The root is not tested. It has become the sketch's own outline, so nearly all of it is inside, and by the second test
+//!   nothing would ever be pruned.
+//! - A chain is judged by its outer lobe. Where it bears others, its inner lobe alone may lie outside, but the chain can't
+//!   wilt without what it bears, whose own lobes are inside or pruned by themselves; its own leaves are brought in
+//!   with its handles. Where it bears none, both lobes are one.
+//!
 //! Stems never wilt, and where a sketch would take most of a crown, nothing does: it is then far from the tree, and a
 //! bare pole is not what was meant.
 
