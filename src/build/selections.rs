@@ -76,12 +76,8 @@ pub(super) fn selected(plan: &Plan, made: &Blends) -> Result<Selected, Vec<Diagn
 /// The branches that run into others in the trees of a blend that no selection decides about.
 fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<ChainId>)>, Option<Note>) {
     let params = &plan.blends[blend];
-    let of_blend = |variant: &Variant| match variant {
-        Variant::Sketched { of, .. } => (**of).clone(),
-        plain => plain.clone(),
-    };
-    let mut trees: Vec<Variant> = plan.variants.iter().map(of_blend).collect();
-    trees.retain(|variant| matches!(variant, Variant::Blend { blend: of, .. } if *of == blend));
+    let is_of_blend = |variant: &&Variant| matches!(variant, Variant::Blend { blend: of, .. } if *of == blend);
+    let trees: Vec<Variant> = plan.variants.iter().map(unsketched).filter(is_of_blend).cloned().collect();
     let first = trees.first().and_then(|tree| blends::blend_of(plan, tree, made));
     let (Some(filter), Some((family, _))) = (&params.filter, first) else { return Default::default() };
     let habits = Habits::of(family, filter);
@@ -102,6 +98,14 @@ fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<Chain
     let note = message.map(|message| Note { about: format!("variants[{}]", params.entry), message });
     let goes = |found: Vec<Collision>| found.iter().map(|c| c.goes).collect();
     (trees.into_iter().zip(found.into_iter().map(goes)).collect(), note)
+}
+
+/// A variant before it follows a sketch.
+fn unsketched(variant: &Variant) -> &Variant {
+    match variant {
+        Variant::Sketched { of, .. } => of,
+        plain => plain,
+    }
 }
 
 /// What is said of branches that are removed from trees.

@@ -383,5 +383,13 @@ mod tests {
         let left_out = all.iter().filter(|n| !outer.contains(n)).map(|&n| space.from_root[n as usize]).max().unwrap();
         assert!(least >= left_out && least > 3, "{least} {left_out}");
         assert_eq!(outer.len(), (all.len() as f32 * 0.3).ceil() as usize);
+        // The closed part of the trunk lies hops below its bole, but is no place for a tip.
+        let sources = structure.sources(&space.nodes, GuideStart::Kept, &guide, 0.45);
+        let near = |k| {
+            let endpoints = Endpoints::Surface { k, t: 1.0, count: 9, sampling: Sampling::Poisson };
+            candidates(&endpoints, &Solids::new(), &space, (&structure, &sources), Seed::new(1)).0
+        };
+        assert!(sources.iter().filter(|source| source.closed).count() > 3);
+        assert!((1..4).all(|k| near(k).iter().all(|&node| !structure.holds(node))));
     }
 }
