@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::cages::Cages;
 use super::crown::Crown;
 use super::frame::ViewPlane;
+use super::lobe::LobeSurface;
 use super::mean_value::mean_value;
 use super::outline::resampled;
 use super::raster::{Grid, Mask};
@@ -61,7 +62,7 @@ pub(super) struct Chart {
     pub(super) cages: Cages,
     /// Where handles are seen.
     pub(super) seen: Vec<Vec2>,
-    /// The cage of each handle, and its coordinates there.
+    /// The cage of each handle, and how it follows that one's vertices.
     cage: Vec<u32>,
     first: Vec<u32>,
     weights: Vec<f32>,
@@ -134,8 +135,8 @@ impl Sketcher {
             .zip(outlines)
             .map(|(plane, outline)| {
                 let root = resampled(&outline, count);
-                let own: Vec<Vec<Vec2>> =
-                    crown.own.iter().map(|own| own.iter().map(|p| plane.seen(*p)).collect()).collect();
+                let deep = |p: &Vec3| plane.seen(*p).extend(plane.depth(*p));
+                let own: Vec<Vec<Vec3>> = crown.own.iter().map(|own| own.iter().map(deep).collect()).collect();
                 let cages = Cages::bind(&plant, &groups, &own, &root, crown.size);
                 Chart::new(plane, outline, root, cages, &plant, &handles, &crown)
             })
@@ -195,8 +196,17 @@ impl Chart {
                 if tip { cages.inner(h.chain) } else { cages.outer(h.chain) }
             })
             .collect();
-        let of: Vec<Vec<f32>> = seen.par_iter().zip(&cage).map(|(p, c)| cages.coordinates(*c, *p)).collect();
         let in_root: Vec<f32> = seen.par_iter().flat_map_iter(|p| mean_value(&[&root], *p)).collect();
+        let mut holds = vec![false; cages.len()];
+        cage.iter().for_each(|c| holds[*c as usize] = true);
+        let surfaces: Vec<Option<LobeSurface>> =
+            (0..cages.len()).into_par_iter().map(|c| if holds[c] { cages.surface(c as u32) } else { None }).collect();
+        // In a lobe by its surface, in the crown itself by its silhouette.
+        let coordinates = |i: usize| match &surfaces[cage[i] as usize] {
+            Some(surface) => surface.weights(seen[i].extend(plane.depth(handles[i].position))),
+            None => in_root[i * root.len()..][..root.len()].to_vec(),
+        };
+        let of: Vec<Vec<f32>> = (0..seen.len()).into_par_iter().map(coordinates).collect();
         let near = |p: &Vec2| root.iter().map(|v| v.distance_squared(*p)).fold(f32::INFINITY, f32::min).sqrt();
         let of_rim = |p: &Vec2| 1.0 - math::smoothstep(crown.size * RIM.0, crown.size * RIM.1, near(p));
         let rim: Vec<f32> = seen.par_iter().map(of_rim).collect();

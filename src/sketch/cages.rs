@@ -4,12 +4,17 @@
 //! The root is the crown's silhouette. Below it stands the cage of each group outer lobe, of each outer lobe where a group
 //! has several chains, and of the inner lobe of each chain that bears others; the pattern tree's groups say which. A
 //! lobe's cage is drawn round it by its support in [`SIDES`] directions, so a cage holds those of its children, and has the
-//! same number of vertices everywhere: bound once, a frame is a run over flat arrays.
+//! same number of vertices everywhere: bound once, a frame is a run over flat arrays. How deep a lobe is along the view goes
+//! with its cage, for its surface (`sketch/lobe.rs`).
 //!
 //! A lobe smaller than [`SMALLEST`] of the crown has its parent's cage: at that scale a cage adds nothing but time.
 
-use glam::Vec2;
+use std::ops::Range;
 
+use glam::{Vec2, Vec3};
+
+use super::adapt;
+use super::lobe::LobeSurface;
 use super::mean_value::mean_value;
 use crate::base::math;
 use crate::plant::{ChainId, Plant};
@@ -32,6 +37,14 @@ struct Cage {
     parent: u32,
     /// Coordinates of its vertices in the parent, vertex after vertex.
     weights: u32,
+    /// From where to where its lobe lies along the view.
+    depth: [f32; 2],
+}
+
+impl Cage {
+    fn vertices(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
 }
 
 /// The cages of a crown, parents before children; the root is 0.
@@ -41,18 +54,20 @@ pub(super) struct Cages {
     /// Vertices of the crown as it is.
     rest: Vec<Vec2>,
     weights: Vec<f32>,
+    /// For each cage those that it is the parent of.
+    children: Vec<Vec<u32>>,
     /// For each chain the cage of its outer lobe, and of its inner one.
     outer: Vec<u32>,
     inner: Vec<u32>,
 }
 
-/// Support of some points in the cages' directions.
-type Support = [f32; SIDES];
-const EMPTY: Support = [f32::NEG_INFINITY; SIDES];
+/// Support of some points in the cages' directions, then along the view and against it.
+type Support = [f32; SIDES + 2];
+const EMPTY: Support = [f32::NEG_INFINITY; SIDES + 2];
 
 impl Cages {
-    /// Binds the lobes of a plant. `own` has for each chain what its inner lobe spans, in the view's plane.
-    pub(super) fn bind(plant: &Plant, groups: &[Group], own: &[Vec<Vec2>], root: &[Vec2], size: f32) -> Self {
+    /// Binds the lobes of a plant. `own` has for each chain what its inner lobe spans: in the view's plane, with depth as z.
+    pub(super) fn bind(plant: &Plant, groups: &[Group], own: &[Vec<Vec3>], root: &[Vec2], size: f32) -> Self {
         let directions = directions();
         let mut inner = vec![EMPTY; plant.chains().len()];
         for (support, points) in inner.iter_mut().zip(own) {
@@ -67,9 +82,10 @@ impl Cages {
         }
         let count = plant.chains().len();
         let mut made = Self {
-            cages: vec![Cage { first: 0, count: root.len() as u32, parent: 0, weights: 0 }],
+            cages: vec![Cage { first: 0, count: root.len() as u32, parent: 0, weights: 0, depth: [0.0; 2] }],
             rest: root.to_vec(),
             weights: Vec::new(),
+            children: Vec::new(),
             outer: vec![0; count],
             inner: vec![0; count],
         };
@@ -89,6 +105,10 @@ impl Cages {
                     if bears[chain.index()] { made.add(own, &inner[chain.index()], size, &directions) } else { own };
             }
         }
+        made.children = vec![Vec::new(); made.cages.len()];
+        for (cage, of) in made.cages.iter().enumerate().skip(1) {
+            made.children[of.parent as usize].push(cage as u32);
+        }
         made
     }
 
@@ -100,9 +120,9 @@ impl Cages {
         }
         let above = self.cages[parent as usize];
         let ring: Vec<Vec2> = vertices(lobe, size * AROUND, directions);
-        let cage =
-            Cage { first: self.rest.len() as u32, count: SIDES as u32, parent, weights: self.weights.len() as u32 };
-        let rest = &self.rest[above.first as usize..][..above.count as usize];
+        let (first, weights) = (self.rest.len() as u32, self.weights.len() as u32);
+        let cage = Cage { first, count: SIDES as u32, parent, weights, depth: [-lobe[SIDES + 1], lobe[SIDES]] };
+        let rest = &self.rest[above.vertices()];
         let weights: Vec<f32> = ring.iter().flat_map(|v| mean_value(&[rest], *v)).collect();
         self.weights.extend(weights);
         self.rest.extend(ring);
@@ -132,33 +152,36 @@ impl Cages {
 
     /// The vertices of a cage among those of all.
     pub(super) fn ring<'v>(&self, cage: u32, vertices: &'v [Vec2]) -> &'v [Vec2] {
-        let cage = self.cages[cage as usize];
-        &vertices[cage.first as usize..][..cage.count as usize]
+        &vertices[self.cages[cage as usize].vertices()]
     }
 
-    /// Coordinates of a point in a cage.
-    pub(super) fn coordinates(&self, cage: u32, p: Vec2) -> Vec<f32> {
-        mean_value(&[self.ring(cage, &self.rest)], p)
+    /// The surface of a cage's lobe; the crown has none, since it is as odd as its silhouette.
+    pub(super) fn surface(&self, cage: u32) -> Option<LobeSurface> {
+        (cage > 0).then(|| LobeSurface::over(self.ring(cage, &self.rest), self.cages[cage as usize].depth))
     }
 
-    /// The vertices of all cages when the root becomes `root`, which has as many vertices as it had (5.3, step 1).
-    pub(super) fn moved(&self, root: &[Vec2]) -> Vec<Vec2> {
-        // What a vertex moves by is what its parent's vertices move by: nothing where they stay.
-        let mut shift: Vec<Vec2> = vec![Vec2::ZERO; self.rest.len()];
-        for ((shift, to), from) in shift.iter_mut().zip(root).zip(&self.rest) {
-            *shift = *to - *from;
-        }
-        for cage in &self.cages[1..] {
-            let above = self.cages[cage.parent as usize];
-            let (done, rest) = shift.split_at_mut(cage.first as usize);
-            let parent = &done[above.first as usize..][..above.count as usize];
-            let weights = &self.weights[cage.weights as usize..][..cage.count as usize * parent.len()];
-            for (vertex, weights) in rest.iter_mut().zip(weights.chunks_exact(parent.len())) {
-                *vertex = sum(weights, parent);
+    /// The vertices of all cages when the root becomes `root`, which has as many vertices as it had: each follows its parent
+    /// (5.3, step 1), and where `adapt` says how far, 0..=1, and how near counts as covered, metres, children then spread
+    /// over what of their parent none of them covers (5.4.1).
+    pub(super) fn moved(&self, root: &[Vec2], adapt: Option<(f32, f32)>) -> Vec<Vec2> {
+        let mut places = self.rest.clone();
+        places[..root.len()].copy_from_slice(root);
+        for (cage, children) in self.cages.iter().zip(&self.children).filter(|(_, children)| !children.is_empty()) {
+            // What a vertex moves by is what its parent's vertices move by: nothing where they stay.
+            let ring = places[cage.vertices()].to_vec();
+            let shift: Vec<Vec2> = ring.iter().zip(&self.rest[cage.vertices()]).map(|(to, from)| *to - *from).collect();
+            let rings: Vec<Range<usize>> = children.iter().map(|c| self.cages[*c as usize].vertices()).collect();
+            for (child, vertices) in children.iter().zip(&rings) {
+                let weights = &self.weights[self.cages[*child as usize].weights as usize..];
+                for (vertex, weights) in places[vertices.clone()].iter_mut().zip(weights.chunks_exact(shift.len())) {
+                    *vertex += sum(weights, &shift);
+                }
+            }
+            if let Some((share, near)) = adapt {
+                adapt::cover(&ring, &rings, &mut places, share, near);
             }
         }
-        shift.iter_mut().zip(&self.rest).for_each(|(s, r)| *s += *r);
-        shift
+        places
     }
 
     /// The vertices of all cages as they are.
@@ -184,10 +207,12 @@ fn directions() -> [Vec2; SIDES] {
     })
 }
 
-fn widen(support: &mut Support, p: Vec2, directions: &[Vec2; SIDES]) {
+fn widen(support: &mut Support, p: Vec3, directions: &[Vec2; SIDES]) {
     for (h, u) in support.iter_mut().zip(directions) {
-        *h = h.max(u.dot(p));
+        *h = h.max(u.dot(p.truncate()));
     }
+    support[SIDES] = support[SIDES].max(p.z);
+    support[SIDES + 1] = support[SIDES + 1].max(-p.z);
 }
 
 fn merge(support: &mut Support, other: &Support) {
@@ -216,10 +241,8 @@ mod tests {
     fn bound(seed: u64) -> Cages {
         let plant = random_plant(Seed::new(seed), 60, Oddity::Wild);
         let posed = plant.pose();
-        let flat = |p: &glam::Vec3| Vec2::new(p.x, p.y);
-        let own: Vec<Vec<Vec2>> =
-            plant.chain_ids().map(|id| posed.chain(&plant, id).iter().map(flat).collect()).collect();
-        let all: Vec<Vec2> = own.iter().flatten().copied().collect();
+        let own: Vec<Vec<Vec3>> = plant.chain_ids().map(|id| posed.chain(&plant, id).to_vec()).collect();
+        let all: Vec<Vec2> = own.iter().flatten().map(|p| p.truncate()).collect();
         let (low, high) = all.iter().fold((all[0], all[0]), |(l, h), p| (l.min(*p), h.max(*p)));
         let (low, high) = (low - 1.0, high + 1.0);
         let root = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)];
@@ -231,9 +254,9 @@ mod tests {
         for seed in 0..10 {
             let cages = bound(seed);
             let root = cages.ring(0, cages.rest()).to_vec();
-            assert!(cages.moved(&root) == cages.rest());
+            assert!(cages.moved(&root, None) == cages.rest());
             let far = |p: &Vec2| *p * 2.0 + Vec2::new(3.0, -1.0);
-            let moved = cages.moved(&root.iter().map(far).collect::<Vec<_>>());
+            let moved = cages.moved(&root.iter().map(far).collect::<Vec<_>>(), None);
             let size = (root[2] - root[0]).length();
             for (was, is) in cages.rest().iter().zip(&moved) {
                 assert!(far(was).distance(*is) < size * 1e-4, "{seed}");
@@ -247,7 +270,7 @@ mod tests {
         let mut support = EMPTY;
         let points: Vec<Vec2> =
             (0..20).map(|i| Vec2::new(Seed::new(1).at(i).unit(), Seed::new(2).at(i).unit())).collect();
-        points.iter().for_each(|p| widen(&mut support, *p, &directions));
+        points.iter().for_each(|p| widen(&mut support, p.extend(0.0), &directions));
         let ring = vertices(&support, 0.01, &directions);
         for p in points {
             for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {

@@ -28,6 +28,8 @@ use crate::plant::{Chain, ChainId, Curve, Leaf, Plant, PlantBuilder, STATIONS, f
 
 /// Mean way of a silhouette's places, over the crown's size, from which lobes spread freely.
 const CHANGED: f32 = 0.03;
+/// How near to its parent's outline a cage covers it, over the crown's size: the paper's 10 pixels where a crown is 500 across.
+const COVERED: f32 = 0.02;
 /// Cells along the longest edge on which lobes spread, without detail and for all of it.
 const CELLS: (f32, f32) = (40.0, 64.0);
 
@@ -47,8 +49,10 @@ pub struct Sketch<'d> {
 /// How lobes follow a sketch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// By the multiscale cage tree, spread over what is drawn, pruned outside of it.
+    /// By the multiscale cage tree whose cages adapt, spread over what is drawn, pruned outside of it.
     Adaptive,
+    /// By the cage tree whose cages adapt (5.4.1), and nothing else.
+    AdaptiveCages,
     /// By the cage tree alone: the paper's baseline (5.3).
     Baseline,
     /// By one cage, the crown's silhouette: what the paper compares with (Fig. 12).
@@ -118,7 +122,8 @@ impl Sketcher {
         let chart = &self.charts[0];
         let adaptive = sketch.method == Method::Adaptive;
         let front = &targets[0];
-        let vertices = chart.cages.moved(&front.ring);
+        let changed = self.changed(chart, front);
+        let vertices = self.moved(chart, &front.ring, sketch.method, changed);
         let mut seen = match sketch.method {
             Method::OneCage => chart.handles_by_root(&front.ring),
             _ => chart.handles(&vertices),
@@ -129,8 +134,7 @@ impl Sketcher {
             Some(part) if adaptive => chart.seen.iter().map(|p| part.at(*p)).collect(),
             _ => vec![1.0; chart.seen.len()],
         };
-        let changed = if adaptive { self.changed(chart, front) } else { 0.0 };
-        let shares: Vec<f32> = near.iter().map(|near| changed * near).collect();
+        let shares: Vec<f32> = near.iter().map(|near| if adaptive { changed * near } else { 0.0 }).collect();
         if adaptive {
             matched(chart, &front.ring, &mut seen);
             if front.part.is_some() {
@@ -152,7 +156,8 @@ impl Sketcher {
         let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &front.region, &near) } else { Vec::new() };
         wilts.resize(self.plant.chains().len(), false);
         if let (Some(chart), Some(side)) = (self.charts.get(1), targets.get(1)) {
-            let vertices = chart.cages.moved(&side.ring);
+            let changed = self.changed(chart, side);
+            let vertices = self.moved(chart, &side.ring, sketch.method, changed);
             let by = if sketch.method == Method::OneCage {
                 chart.handles_by_root(&side.ring)
             } else {
@@ -166,7 +171,7 @@ impl Sketcher {
                 matched(chart, &side.ring, &mut seen);
                 seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
                 let everywhere = vec![1.0; seen.len()];
-                let shares = vec![self.changed(chart, side); seen.len()];
+                let shares = vec![changed; seen.len()];
                 self.fill((chart, leaf), &side.region, &mut seen, &weights, &shares, Freedom::Level);
                 let outside = prune::pruned(self, chart, &vertices, &side.region, &everywhere);
                 wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
@@ -229,6 +234,12 @@ impl Sketcher {
             region.outline().to_vec()
         };
         Ok(Target { region, ring: resampled(&outline, count), about: count, part: None, placing })
+    }
+
+    /// The vertices of a view's cages under a root, which `changed` as much.
+    fn moved(&self, chart: &Chart, root: &[Vec2], method: Method, changed: f32) -> Vec<Vec2> {
+        let adapts = matches!(method, Method::Adaptive | Method::AdaptiveCages) && changed > 0.0;
+        chart.cages.moved(root, adapts.then_some((changed, COVERED * self.size)))
     }
 
     /// How much each handle covers.

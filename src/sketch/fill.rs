@@ -1,11 +1,11 @@
-//! Self-adaptive cages: lobes move to fill what a sketch leaves uncovered (2018, 5.4.1).
+//! Filling: lobes flow into what of a sketch cages that adapt (`sketch/adapt.rs`) leave uncovered. Past the paper, whose cages see
+//! outlines only.
 //!
-//! The paper pulls, cage by cage and greedily, those that lie beside an uncovered segment of their parent over it. Here all
-//! lobes flow at once: what they cover is a density over the cells of the sketch, capped where a cell is covered, and it
-//! diffuses (as in Gastner and Newman's cartograms, 2004) with walls at the sketch's outline and at its holes. Lobes
-//! swim along, first on a coarse grid, then on a fine one: what is void fills from what is beside it, lobes that are
-//! neighbours stay so, and the result moves smoothly with the sketch. It fills the inside too, which the outline's segments
-//! don't see, and takes the same time whatever the number of cages.
+//! What lobes cover is a density over the cells of the sketch, capped where a cell is covered, and it diffuses (as in
+//! Gastner and Newman's cartograms, 2004) with walls at the sketch's outline and at its holes. Lobes swim along, first
+//! on a coarse grid, then on a fine one: what is void fills from what is beside it, lobes that are neighbours stay so, and
+//! the result moves smoothly with the sketch. It fills the inside too, which the outline's segments don't see, and takes
+//! the same time whatever the number of cages. Where cages cover the sketch by themselves there is no flow ([`OPEN`]).
 //!
 //! What is lost by it: hierarchy, since handles move and no cage passes it on to finer ones, so that a lobe keeps together
 //! only as far as the flow is smooth; and locality, since a gap anywhere moves lobes all over the sketch a little. Open

@@ -37,6 +37,14 @@ impl ViewPlane {
         }
     }
 
+    /// How far towards the eye a point lies, metres: along the view's own direction, nothing where the view goes all round.
+    pub(super) fn depth(&self, p: Vec3) -> f32 {
+        match self {
+            Self::From { right } => right.cross(Vec3::Y).dot(p),
+            Self::Round { .. } => 0.0,
+        }
+    }
+
     /// How a point moves in space that is seen to move by `shift`.
     pub(super) fn lifted(&self, p: Vec3, shift: Vec2) -> Vec3 {
         match self {

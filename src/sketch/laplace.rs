@@ -1,11 +1,14 @@
-//! Laplacian deformation of a branch (2018, Eq. 1; Nealen et al. 2005): the displacement whose Laplacian is least while some
-//! places move as they are told.
+//! Laplacian deformation (2018, Eq. 1; Nealen et al. 2005): the displacement whose Laplacian is least while some places move as
+//! they are told.
 //!
-//! `Σ |L(v') - σ|² + Σ |v'_c - c|²` over a polyline, with `L` by arc length, is solved once for each branch: displacements of
-//! its points are sums of those of its base and handles, by weights that are found here. With its base and tip alone
-//! that is the straight line from one displacement to the other; with more handles a smooth curve through them.
+//! `Σ |L(v') - σ|² + Σ |v'_c - c|²` is linear, so displacements are sums of those that are told, by weights that are found once
+//! for each shape:
 //!
-//! The normal equations have five diagonals: time and memory are linear in points.
+//! - [`weights`] along a branch, with `L` by arc length, told at its base and handles. With base and tip alone that is
+//!   the straight line from one displacement to the other; with more handles a smooth curve through them. The normal
+//!   equations have five diagonals: time and memory are linear in points.
+//! - [`extended`] for anything of a few dozen vertices, by rows of `L`: surfaces of lobes (`sketch/lobe.rs`) and cages that adapt
+//!   (`sketch/adapt.rs`). What is told there holds to the last digit.
 
 /// Weight of a constraint against the Laplacian at one point.
 const HELD: f64 = 1e4;
@@ -89,9 +92,70 @@ fn solve(bands: &mut [[f64; 3]], right: &mut [f64], columns: usize) {
     }
 }
 
+/// Pivots are at least this share of the largest: a vertex that no row ties to what is held stays where it is.
+const SINGULAR: f64 = 1e-12;
+
+/// For each of `count` vertices its weights of the displacements of the `held` ones: `held.len()` a vertex. `rows` are the rows
+/// of the Laplacian, `count` each, scaled by the roots of how much they count. Cubic in what is free.
+pub(super) fn extended(rows: &[f64], count: usize, held: &[usize]) -> Vec<f64> {
+    let columns = held.len();
+    let free: Vec<usize> = (0..count).filter(|i| !held.contains(i)).collect();
+    let n = free.len();
+    // Normal equations of what is free, with right sides by what is held.
+    let mut normal = vec![0.0; n * n];
+    let mut right = vec![0.0; n * columns];
+    for row in rows.chunks_exact(count.max(1)) {
+        for (a, &i) in free.iter().enumerate().filter(|(_, i)| row[**i] != 0.0) {
+            for (b, &j) in free.iter().enumerate() {
+                normal[a * n + b] += row[i] * row[j];
+            }
+            for (k, &j) in held.iter().enumerate() {
+                right[a * columns + k] -= row[i] * row[j];
+            }
+        }
+    }
+    let least = (0..n).map(|i| normal[i * n + i]).fold(f64::MIN_POSITIVE, f64::max) * SINGULAR;
+    for i in 0..n {
+        let pivot = normal[i * n + i].max(least);
+        for below in i + 1..n {
+            let factor = normal[below * n + i] / pivot;
+            (i..n).for_each(|c| normal[below * n + c] -= factor * normal[i * n + c]);
+            (0..columns).for_each(|c| right[below * columns + c] -= factor * right[i * columns + c]);
+        }
+    }
+    for i in (0..n).rev() {
+        let pivot = normal[i * n + i].max(least);
+        for c in 0..columns {
+            let known: f64 = (i + 1..n).map(|j| normal[i * n + j] * right[j * columns + c]).sum();
+            right[i * columns + c] = (right[i * columns + c] - known) / pivot;
+        }
+    }
+    let mut weights = vec![0.0; count * columns];
+    held.iter().enumerate().for_each(|(k, &i)| weights[i * columns + k] = 1.0);
+    for (a, &i) in free.iter().enumerate() {
+        weights[i * columns..][..columns].copy_from_slice(&right[a * columns..][..columns]);
+    }
+    weights
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_held_stays_and_the_rest_of_a_line_follows_straight() {
+        // Second differences of six places, the second and the fourth held.
+        let mut rows = vec![0.0; 4 * 6];
+        (0..4).for_each(|i| [1.0, -2.0, 1.0].into_iter().enumerate().for_each(|(k, w)| rows[i * 6 + i + k] = w));
+        let found = extended(&rows, 6, &[1, 3]);
+        for (i, w) in found.chunks_exact(2).enumerate() {
+            let f = (i as f64 - 1.0) / 2.0;
+            assert!((w[0] - (1.0 - f)).abs() < 1e-9 && (w[1] - f).abs() < 1e-9, "{i}: {w:?}");
+        }
+        // Nothing said of anything: all that is free stays.
+        assert_eq!(extended(&[], 3, &[1]), [0.0, 1.0, 0.0]);
+        assert!(extended(&[], 0, &[]).is_empty());
+    }
 
     #[test]
     fn base_and_tip_alone_share_by_arc_length() {

@@ -6,6 +6,7 @@
 //! side at once, outlines that are revolved, a setting for detail, lobes that fill all of a sketch, with its
 //! holes, and drawn trunks that stems stand on.
 
+mod adapt;
 mod along;
 mod bound;
 mod cages;
@@ -15,7 +16,9 @@ mod fill;
 mod fit;
 mod frame;
 mod laplace;
+mod lobe;
 mod mean_value;
+mod mean_value_mesh;
 mod outline;
 mod part;
 mod prune;

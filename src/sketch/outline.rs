@@ -11,14 +11,14 @@
 use glam::Vec2;
 
 /// The places of a closed ring by arc length.
-struct Ring<'r> {
+pub(super) struct Ring<'r> {
     points: &'r [Vec2],
     /// Arc length up to each point, and of the whole at the end.
     arc: Vec<f32>,
 }
 
 impl<'r> Ring<'r> {
-    fn new(points: &'r [Vec2]) -> Self {
+    pub(super) fn new(points: &'r [Vec2]) -> Self {
         let mut arc = vec![0.0];
         let mut length = 0.0_f64;
         for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
@@ -28,11 +28,13 @@ impl<'r> Ring<'r> {
         Self { points, arc }
     }
 
-    fn length(&self) -> f32 {
+    /// Its length; no walk along it is longer.
+    pub(super) fn length(&self) -> f32 {
         self.arc[self.arc.len() - 1]
     }
 
-    fn at(&self, s: f32) -> Vec2 {
+    /// Where it is after a length, on and on round it.
+    pub(super) fn at(&self, s: f32) -> Vec2 {
         let s = s.rem_euclid(self.length().max(f32::MIN_POSITIVE));
         let n = self.points.len();
         let i = self.arc[1..n].partition_point(|a| *a <= s);
