@@ -21,6 +21,8 @@ use crate::relate::{PatternParams, groups};
 
 /// Chains longer than this share of the crown's size have handles between base and tip as well.
 const LONG: f32 = 0.1;
+/// How far from a crown's middle a stem stands that its outline is revolved about, over the crown's reach.
+const BELOW: f32 = 0.5;
 /// How near to the silhouette lobes are matched with it alone, and from where not at all, over the crown's size.
 const RIM: (f32, f32) = (0.05, 0.3);
 
@@ -44,7 +46,8 @@ pub enum ViewKind {
     FrontKept,
     /// The front, and the side at a right angle, from the azimuth plus 90 degrees.
     FrontAndSide,
-    /// All round: the outline's halves are revolved about the crown's axis.
+    /// All round: the outline's halves are revolved about the stem's foot where a lone stem stands below its crown, so that
+    /// it stays its axis, else about the crown's middle.
     Revolved,
     /// The same about the foot of the thickest stem, which is the axis of an outline that is drawn with its trunk.
     RevolvedAboutFoot,
@@ -111,7 +114,8 @@ impl Sketcher {
         let posed = plant.pose();
         let crown = Crown::of(&plant, &posed).ok_or(SketchError::NoCrown)?;
         let foot = thickest_stem(&plant).map_or(Vec3::ZERO, |id| plant.chain(id).origin);
-        let above = if views.kind == ViewKind::RevolvedAboutFoot { foot } else { crown.middle };
+        let about_foot = views.kind == ViewKind::RevolvedAboutFoot || stands_below(&plant, &crown, foot);
+        let above = if about_foot { foot } else { crown.middle };
         let axis = Vec3::new(above.x, 0.0, above.z);
         let front = ViewPlane::from_azimuth(views.azimuth);
         let planes = match views.kind {
@@ -245,6 +249,14 @@ pub(super) fn thickest_stem(plant: &Plant) -> Option<ChainId> {
     let stems = plant.chain_ids().filter(|id| plant.chain(*id).parent.is_none());
     let thick = |id: &ChainId| plant.radii(*id).first().copied().unwrap_or(0.0);
     stems.max_by(|a, b| thick(a).total_cmp(&thick(b)).then(b.cmp(a)))
+}
+
+/// Whether a crown hangs over the foot of a lone stem: nearer to its middle than [`BELOW`] of its reach.
+fn stands_below(plant: &Plant, crown: &Crown, foot: Vec3) -> bool {
+    let lone = plant.chains().iter().filter(|c| c.parent.is_none()).count() == 1;
+    let level = |p: Vec3| (p - crown.middle).with_y(0.0).length();
+    let reach = crown.discs.iter().map(|(p, _)| level(*p)).fold(0.0, f32::max);
+    lone && level(foot) <= BELOW * reach
 }
 
 /// The handles of a plant, chain after chain, along each.

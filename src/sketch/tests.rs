@@ -409,3 +409,32 @@ fn the_rim_gives_way_until_leaves_cover_what_is_drawn() {
         assert!(near > least, "{near}");
     }
 }
+
+#[test]
+fn outlines_are_revolved_about_the_stem_below_a_crown_and_else_about_the_crown() {
+    let axis = |plant: Plant| {
+        let views = SketchViews { kind: ViewKind::Revolved, ..FRONT };
+        let sketcher = bound(Arc::new(plant), views).unwrap();
+        match sketcher.charts[0].plane {
+            super::frame::ViewPlane::Round { axis } => axis.with_y(0.0),
+            plane => unreachable!("{plane:?}"),
+        }
+    };
+    let moved = |by: f32, stems: usize| {
+        let mut builder = PlantBuilder::from_plant(ball(2));
+        (1..stems).for_each(|_| {
+            builder.stem(Vec3::X * by, &[Vec3::ZERO, Vec3::Y], &[0.02, 0.01]);
+        });
+        // Leaves to one side move the crown's middle by half of that.
+        let plant = builder.finish().unwrap();
+        let mut builder = PlantBuilder::from_plant(plant.clone());
+        for leaf in plant.leaves().iter().take(40) {
+            builder.leaf(Leaf { offset: Vec3::X * by, ..*leaf });
+        }
+        builder.finish().unwrap()
+    };
+    assert!(axis(moved(0.5, 1)).length() < 1e-6);
+    for (far, stems) in [(9.0, 1), (0.5, 2)] {
+        assert!(axis(moved(far, stems)).length() > 0.05, "{far} {stems}");
+    }
+}
