@@ -312,8 +312,9 @@ try {
     const most = all.reduce((best, q, i) => (q[0] > all[best][0] ? i : best), 0), middle = all.reduce((s, q) => [s[0] + q[0] / 200, s[1] + q[1] / 200], [0, 0]);
     return Array.from({ length: 51 }, (_, k) => { const q = all[(most + k - 25 + 200) % 200], out = 1 + .4 * Math.sin(k / 50 * Math.PI); return [middle[0] + (q[0] - middle[0]) * out, middle[1] + (q[1] - middle[1]) * out]; });
   });
+  const bump = await p.locator('.canvas').getAttribute('data-drawn');
   await stroke(t => bent[Math.round(t * 50)]);
-  await looked('sketch');
+  await p.waitForFunction(bump => { const now = document.querySelector('.canvas').dataset.drawn; return now !== bump && now.startsWith('fine'); }, bump);
   check(!/Z$/.test(await p.locator('path.drawn').getAttribute('d')), 'an open line stays open');
   await shot(p, '10-sketch-line');
   await p.getByLabel('Name').fill('bump');
