@@ -268,10 +268,70 @@ try {
   check(true, 'the drawn crown is an SVG beside the preset, and an entry of it');
   await until('the sketched tree is built', async () => { const s = await state(address); return s.idle && !s.sets[0].errors.length && s.sets[0].variants.length >= 8; });
 
+  // From above: the silhouette follows the view, a plan is drawn, and a line over a part of the crown.
+  const silhouette = () => p.locator('path.outline').getAttribute('d');
+  const stroke = async (at, from = 0, to = 1) => {
+    await p.mouse.move(...at(from));
+    await p.mouse.down();
+    for (let i = 1; i <= 36; i++) { await p.mouse.move(...at(from + (to - from) * i / 36)); await wait(20); }
+    await p.mouse.up();
+  };
+  const looked = what => p.waitForFunction(what => { const c = document.querySelector('.canvas'); return c.dataset.drawn?.startsWith(`fine ${what}`) && c.dataset.from; }, what);
+  await p.getByRole('button', { name: 'Clear' }).click();
+  await looked('source');
+  const front = await silhouette();
+  await p.getByRole('button', { name: 'Above' }).click();
+  await p.waitForFunction(() => document.querySelector('.canvas').dataset.from === '0 90' && document.querySelector('path.outline').getAttribute('d'));
+  const plan = await silhouette();
+  check(plan !== front, 'the silhouette is that of the view');
+  await shot(p, '10-sketch-above');
+  await stroke(t => [paper.x + paper.width * .5 + paper.height * .3 * Math.sin(t * 2 * Math.PI), paper.y + paper.height * (.5 - .16 * Math.cos(t * 2 * Math.PI))]);
+  await looked('sketch');
+  await shot(p, '10-sketch-plan');
+  await p.getByRole('button', { name: 'Front' }).click();
+  await p.waitForFunction(() => document.querySelector('.canvas').dataset.from === '0 0' && document.querySelector('.canvas').dataset.drawn.startsWith('fine sketch'));
+  check(await p.locator('path.drawn').getAttribute('d') === '', 'from elsewhere the tree is shown without the line');
+  await shot(p, '10-sketch-plan-front');
+  await p.getByLabel('Name').fill('plan');
+  await p.getByRole('button', { name: 'Save beside' }).click();
+  await until('the plan is there', async () => /Sketch\(of: "broad", crown: "sketches\/plan.svg", elevation: 90.0, size: Metres/.test(readFileSync(preset, 'utf8')));
+  await p.getByRole('button', { name: 'Clear' }).click();
+  check(await p.getByRole('button', { name: 'Umbrella' }).isVisible() && !await p.getByRole('button', { name: 'Bump' }).isVisible(), 'closed shapes to start from');
+  await p.getByRole('button', { name: 'Open line' }).click();
+  check(await p.locator('[aria-pressed=true]', { hasText: 'Open line' }).count() === 1 && !await p.getByRole('button', { name: 'Umbrella' }).isVisible(), 'it is told that a line is drawn');
+  await p.getByRole('button', { name: 'Bump' }).click();
+  await looked('sketch');
+  check(!/Z$/.test(await p.locator('path.drawn').getAttribute('d')), 'a bump without a pointer');
+  await p.getByLabel('Azimuth').fill('40');
+  await p.getByLabel('Elevation').fill('30');
+  await p.waitForFunction(() => document.querySelector('.canvas').dataset.from === '40 30' && document.querySelector('path.outline').getAttribute('d'));
+  // From place to place of the silhouette on the right, well outside of it between.
+  const bent = await p.evaluate(() => {
+    const line = document.querySelector('path.outline'), to = line.getScreenCTM(), length = line.getTotalLength();
+    const all = Array.from({ length: 200 }, (_, i) => { const q = line.getPointAtLength(i / 200 * length).matrixTransform(to); return [q.x, q.y]; });
+    const most = all.reduce((best, q, i) => (q[0] > all[best][0] ? i : best), 0), middle = all.reduce((s, q) => [s[0] + q[0] / 200, s[1] + q[1] / 200], [0, 0]);
+    return Array.from({ length: 51 }, (_, k) => { const q = all[(most + k - 25 + 200) % 200], out = 1 + .4 * Math.sin(k / 50 * Math.PI); return [middle[0] + (q[0] - middle[0]) * out, middle[1] + (q[1] - middle[1]) * out]; });
+  });
+  const bump = await p.locator('.canvas').getAttribute('data-drawn');
+  await stroke(t => bent[Math.round(t * 50)]);
+  await p.waitForFunction(bump => { const now = document.querySelector('.canvas').dataset.drawn; return now !== bump && now.startsWith('fine'); }, bump);
+  check(!/Z$/.test(await p.locator('path.drawn').getAttribute('d')), 'an open line stays open');
+  await shot(p, '10-sketch-line');
+  await p.getByLabel('Name').fill('bump');
+  await p.getByRole('button', { name: 'Save beside' }).click();
+  await until('the line is there', async () => /sketches\/bump.svg", view: 40.0, elevation: 30.0, size: Metres/.test(readFileSync(preset, 'utf8')));
+  const told = await p.locator('.side [role=status]').textContent();
+  const done = await until('trees from above are built', async () => { const s = await state(address); return s.idle && !s.sets[0].errors.length && s.sets[0].variants.length >= 10 && s; });
+  const leaves = Number(/([\d,]+) leaves/.exec(told)[1].replace(',', ''));
+  check(done.sets[0].variants.at(-1).leaves === leaves, `the built tree has the leaves that the page told: ${leaves}`);
+  await p.getByRole('button', { name: 'Closed shape' }).click();
+  await p.getByRole('button', { name: 'Front' }).click();
+  await looked('sketch');
+
   // Live: a broken preset, and a mended one.
   await p.evaluate(() => { location.hash = '#/gallery'; });
-  await p.waitForFunction(() => document.querySelectorAll('.card').length === 8);
-  check(/in the shape of egg/.test(await p.locator('.card').last().locator('.recipe').textContent()), 'a sketched tree is told from its source by the sketch');
+  await p.waitForFunction(() => document.querySelectorAll('.card').length === 10);
+  check(/in the shape of egg/.test(await p.locator('.card').nth(7).locator('.recipe').textContent()), 'a sketched tree is told from its source by the sketch');
   const latency = [];
   for (let i = 0; i < 5; i++) {
     for (const next of [PAIR.replace('density', 'densty'), PAIR]) {
@@ -287,7 +347,7 @@ try {
           await wait(200);
           await shot(p, '11-error');
           check(await p.locator('.error mark').first().textContent() === 'densty', 'the error shows its line and marks the word');
-          check(await p.locator('.card').count() === 8, 'the last good set stays');
+          check(await p.locator('.card').count() === 10, 'the last good set stays');
         }
       } else await p.waitForFunction(() => !document.querySelector('.error'));
       await until('quiet', async () => (await state(address)).idle);

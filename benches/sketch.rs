@@ -13,7 +13,7 @@ fn main() {
 
 /// Branches and leaves of the rows.
 const ROWS: [(usize, usize); 5] = [(5031, 3830), (1800, 1702), (3917, 3787), (3976, 3852), (1774, 1766)];
-const FRONT: SketchViews = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.7 };
+const FRONT: SketchViews = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.7 };
 const HEART: &[u8] = include_bytes!("../presets/sketches/heart.svg");
 
 /// A ball of twigs on limbs, of so many branches and leaves.

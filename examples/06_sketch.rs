@@ -22,13 +22,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let heart = Drawing::read(HEART.as_bytes())?;
 
     // Binding a plant to its cages is done once; a drawing is then followed while it is drawn.
-    let views = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
+    let views = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.5 };
     let sketcher = Arc::new(Sketcher::bind(Arc::new(oak), views)?);
     let sketch = Sketch { front: &heart, side: None, size: SketchSize::Crown, method: Method::Adaptive };
     let sketched = sketcher.draw(&sketch)?;
     for frame in 0..=4 {
         let t = frame as f32 / 4.0;
-        let crown = crown_silhouette(&sketched.at(t), 0.0, 0.04);
+        let crown = crown_silhouette(&sketched.at(t), 0.0, 0.0, 0.04);
         println!("at {t:.2}: {:.0} % of the heart", 100.0 * overlap(&crown, &sketched.targets[0]));
     }
     Ok(())

@@ -124,6 +124,10 @@ fn project() -> (tempfile::TempDir, Vec<(String, String, String)>) {
         };
         ask(file, &content, field, old, new);
     }
+    let standing = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'><circle cx='4' cy='3' r='3'/>\
+        <rect id='trunk' x='3' y='5' width='2' height='4'/></svg>";
+    let above = "Sketch(of: \"a\", crown: \"FILE\", elevation: 60.0)";
+    ask("trunk.svg", standing, "variants[0].crown", "Source(\"a\")", above);
     (project, asked)
 }
 

@@ -570,4 +570,17 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     let entry = "count: 3),\n        Sketch(of: \"b\", crown: \"sketches/spike.svg\", size: Metres(4.50)),";
     assert_eq!(page.text(), PAIR.replace("count: 3),", entry));
     page.until("the sketched tree is built", |state| variants(state).len() == 5);
+    // A line over a part, drawn from the side and half above.
+    let stroke = json!({"of": "b", "points": [[0.1, 2.2], [0.7, 2.9], [0.9, 2.2], [0.6, 1.6]], "open": true,
+        "view": 90.0, "elevation": 45.0});
+    let (status, facts, picture) = draft(json!({}), json!({"sketch": stroke}));
+    assert!(status == 200 && image::load_from_memory(&picture).is_ok(), "{facts:?}");
+    let mut line = stroke;
+    line["preset"] = json!("pair.ron");
+    line["name"] = json!("line");
+    assert_eq!(page.post("/api/sketch", &line).json()["added"], true);
+    assert!(page.text().contains("crown: \"sketches/line.svg\", view: 90.0, elevation: 45.0, size: Metres("));
+    page.until("the tree with the line is built", |state| variants(state).len() == 6);
+    line["elevation"] = json!(100.0);
+    assert_eq!(page.post("/api/sketch", &line).status, 422);
 }

@@ -52,6 +52,7 @@ fn drag() {
             edits: std::collections::BTreeMap::new(),
             show: Show::Mix(of),
             turn: 26.0,
+            elevation: 0.0,
             width: 640,
             height: 560,
             care: Care::Quick,

@@ -23,7 +23,7 @@ use crate::{Figure, data, root, seconds};
 
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
 const SHAPES: [&str; 8] = ["heart", "egg", "droplet", "spade", "cloud", "triangle", "oval", "baobab"];
-const FRONT: SketchViews = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.7 };
+const FRONT: SketchViews = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.7 };
 /// Gaps that are closed on either side, over the crown's size, where silhouettes are compared.
 const CLOSE: f32 = 0.03;
 
@@ -73,7 +73,7 @@ fn drawn(sketcher: &Arc<Sketcher>, front: &Drawing, method: Method) -> Sketched 
 
 /// What the crown's silhouette and what is drawn have in common, over what either covers.
 fn likeness_of(sketched: &Sketched, azimuth: f32) -> f32 {
-    overlap(&crown_silhouette(&sketched.at(1.0), azimuth, CLOSE), &sketched.targets[0])
+    overlap(&crown_silhouette(&sketched.at(1.0), azimuth, 0.0, CLOSE), &sketched.targets[0])
 }
 
 struct Row {
@@ -106,7 +106,7 @@ fn likeness() {
                         baseline: by(Method::Baseline),
                         cages: by(Method::AdaptiveCages),
                         one_cage: by(Method::OneCage),
-                        raw: overlap(&crown_silhouette(&sketched.at(1.0), 0.0, 0.004), &sketched.targets[0]),
+                        raw: overlap(&crown_silhouette(&sketched.at(1.0), 0.0, 0.0, 0.004), &sketched.targets[0]),
                         continuity: [0.25, 0.5, 0.75, 1.0].into_iter().map(whole).fold(1.0, f32::min),
                         strains: sketched.strains(),
                         wilting: sketched.wilting(),
@@ -184,7 +184,7 @@ fn views() {
     let sketch = Sketch { front: &heart, side: Some(&oval), size: SketchSize::Crown, method: Method::Adaptive };
     let sketched = both.draw(&sketch).expect("it can be drawn");
     let made = sketched.at(1.0);
-    let like = |k: usize| overlap(&crown_silhouette(&made, quarter * k as f32, CLOSE), &sketched.targets[k]);
+    let like = |k: usize| overlap(&crown_silhouette(&made, quarter * k as f32, 0.0, CLOSE), &sketched.targets[k]);
     let how = "heart from the front and oval from the side at once, the worse of both; lime";
     Figure::new("sketch.front_and_side", f64::from(like(0).min(like(1))), "share", how).goal(">= 0.8").print();
     let round = bound(&plant, SketchViews { kind: ViewKind::Revolved, ..FRONT });
@@ -193,7 +193,7 @@ fn views() {
         let sketched = drawn(&round, &drawing, Method::Adaptive);
         let made = sketched.at(1.0);
         let like = (0..8).map(|k| {
-            let found = crown_silhouette(&made, quarter * 0.5 * k as f32, CLOSE);
+            let found = crown_silhouette(&made, quarter * 0.5 * k as f32, 0.0, CLOSE);
             let [low, high] = found.bounds();
             let centred = found.moved(Vec2::ONE, Vec2::new(-(low.x + high.x) * 0.5, 0.0));
             overlap(&centred, &sketched.targets[0])
@@ -235,7 +235,7 @@ fn along_the_way() {
         let patterns = PatternParams::default();
         let family = pattern_family(plant.clone(), end, &MATCHING, &patterns).expect("they match").pair_leaves(1000).0;
         let pace = Pace::of(&family);
-        let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0), PLACES);
+        let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0, 0.0), PLACES);
         let (from, to) = (places(&plant), places(&sketched.at(1.0)));
         let size = plant.height();
         let steps = 20;
@@ -303,7 +303,7 @@ fn identity() {
     let mut worst = 0.0_f32;
     let all = plants();
     for (_, plant) in &all {
-        let outline = crown_outline(plant, 0.0);
+        let outline = crown_outline(plant, 0.0, 0.0);
         let path: Vec<String> = outline.iter().map(|p| format!("{} {}", p.x, -p.y)).collect();
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 10 10\"><path d=\"M{}Z\"/></svg>",

@@ -73,6 +73,15 @@ impl View {
         let z = Vec3::new(sin, 0.0, cos);
         Self::new(Frame { x: Vec3::Y.cross(z), y: Vec3::Y, z }, centre, half_width, half_height)
     }
+
+    /// The same from an elevation (radians, π/2 looks straight down, with the azimuth at the lower edge).
+    #[must_use]
+    pub fn raised(azimuth: f32, elevation: f32, centre: Vec3, half_width: f32, half_height: f32) -> Self {
+        let level = Self::level(azimuth, centre, half_width, half_height);
+        let (sin, cos) = crate::base::math::sin_cos(elevation);
+        let z = level.frame.z * cos + Vec3::Y * sin;
+        Self { frame: Frame { y: z.cross(level.frame.x), z, ..level.frame }, ..level }
+    }
 }
 
 /// A mesh and what it wears.

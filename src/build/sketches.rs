@@ -85,6 +85,11 @@ impl Drawn {
                 };
                 wrong(error.to_string(), help)
             })?;
+            if params.elevation != 0.0 && drawing.trunk.area() > 0.0 {
+                let hint =
+                    "leave `elevation` out, or the trunk: give a dot where it is seen to stand the id `foot` instead";
+                return Err(wrong("has a trunk, which needs a level view".to_owned(), hint));
+            }
             if closed && drawing.is_open() {
                 let hint = "close it; only a crown seen from the front alone may be an open line";
                 return Err(wrong("is an open line".to_owned(), hint));
@@ -112,7 +117,8 @@ impl Drawn {
             SketchDepth::Grown => ViewKind::Front,
             SketchDepth::Kept => ViewKind::FrontKept,
         };
-        let views = SketchViews { azimuth: self.params.view, kind, detail: self.params.detail };
+        let SketchParams { view: azimuth, elevation, detail, .. } = self.params;
+        let views = SketchViews { azimuth, elevation, kind, detail };
         let sketcher = Arc::new(Sketcher::bind(Arc::new(plant.clone()), views).ok()?);
         let size = match self.params.size {
             SketchScale::Crown => SketchSize::Crown,

@@ -41,7 +41,7 @@ pub enum Focus<'a> {
     Source(&'a str),
 }
 
-/// What is kept by the sources that it is made of.
+/// What is kept by the sources that it is made of, and the view that these are drawn on from.
 type Kept<T> = Mutex<Vec<(Vec<usize>, Arc<T>)>>;
 
 /// See the head of this file.
@@ -191,17 +191,25 @@ impl Studio {
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 
-    /// A source whose crown follows a drawing, as a `Sketch` with the size `Metres(height)` is.
+    /// A source whose crown follows a drawing from an azimuth and an elevation (radians, as in [`SketchViews`]), as a
+    /// `Sketch` with that view and the size `Metres(height)` is.
     ///
     /// # Errors
     ///
-    /// When the drawing can't be read or the source has no crown.
-    pub fn sketched(&self, source: usize, svg: &[u8], height: f32) -> Result<Plant, Vec<Diagnostic>> {
+    /// When the drawing can't be read, has a trunk in a raised view, or the source has no crown.
+    pub fn sketched(
+        &self,
+        source: usize,
+        svg: &[u8],
+        [azimuth, elevation]: [f32; 2],
+        height: f32,
+    ) -> Result<Plant, Vec<Diagnostic>> {
         let wrong = |message: String| vec![Diagnostic::new("", message)];
         let Some(plant) = self.source(source) else { return Err(wrong("there is no such source".to_owned())) };
         let drawing = Drawing::read(svg).map_err(|error| wrong(format!("the drawing {error}")))?;
-        let sketcher = kept(&self.sketchers, &[source], || {
-            let views = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
+        let view = [azimuth, elevation].map(|angle| angle.to_bits() as usize);
+        let sketcher = kept(&self.sketchers, &[source, view[0], view[1]], || {
+            let views = SketchViews { azimuth, elevation, kind: ViewKind::Front, detail: 0.5 };
             Sketcher::bind(plant, views).map_err(|error| wrong(error.to_string()))
         })?;
         let sketch = Sketch { front: &drawing, side: None, size: SketchSize::Metres(height), method: Method::Adaptive };
@@ -267,18 +275,26 @@ mod tests {
         std::fs::write(folder.path().join("oak.ron"), oak).unwrap();
         let preset = folder.path().join("a.ron");
         let text = "(sources: {\"a\": Grow(species: \"oak.ron\", seed: 1), \"b\": Grow(species: \"oak.ron\", seed: 2)}, \
-            variants: [Source(\"b\"), Mix(of: {\"a\": 3, \"b\": 1}), Sketch(of: \"a\", crown: \"c.svg\", size: Metres(5.0))])";
+            variants: [Source(\"b\"), Mix(of: {\"a\": 3, \"b\": 1}), Sketch(of: \"a\", crown: \"c.svg\", size: Metres(5.0)), \
+            Sketch(of: \"a\", crown: \"d.svg\", view: 40.0, elevation: 35.5, size: Metres(7.25))])";
         std::fs::write(&preset, text).unwrap();
         let svg = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-2 -5 4 5'><path d='M-2 -1L2 -1L0 -5Z'/>\
             <path id='trunk' d='M-.1 0L.1 0L.1 -1L-.1 -1Z'/></svg>";
         std::fs::write(folder.path().join("c.svg"), svg).unwrap();
+        let line = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-3 -6 6 7.25'><circle id='foot' r='.1'/>\
+            <path fill='none' stroke='#000' d='M0 -5L2 -5L3 -3L1 -2'/></svg>";
+        std::fs::write(folder.path().join("d.svg"), line).unwrap();
         let loaded = load_preset(&preset).unwrap_or_else(|found| panic!("{found:?}"));
         let cache = Arc::new(Cache::default());
         let studio = Studio::open(&loaded, Focus::All, cache.clone()).unwrap();
         let of = |place| (*studio.variant(place).unwrap().unwrap()).clone();
         assert_eq!(*studio.source(1).unwrap(), of(0));
         assert!(studio.mix(&[0, 1], &[0.75, 0.25]).unwrap() == of(1));
-        assert!(studio.sketched(0, svg, 5.0).unwrap() == of(2));
+        assert!(studio.sketched(0, svg, [0.0; 2], 5.0).unwrap() == of(2));
+        let from = [40.0_f32, 35.5].map(f32::to_radians);
+        let raised = studio.sketched(0, line, from, 7.25).unwrap();
+        assert!(raised == of(3) && raised != studio.sketched(0, line, [0.0; 2], 7.25).unwrap());
+        assert!(studio.sketched(0, svg, from, 5.0).is_err());
         assert!(studio.variant(9).unwrap().is_none());
         assert!(studio.mix(&[0], &[1.0]).is_err() && studio.mix(&[0, 1], &[0.0, 0.0]).is_err());
         assert!(studio.mix(&[0, 7], &[1.0, 1.0]).is_err());

@@ -14,7 +14,7 @@ const CROWN: Field = Field {
     kind: Kind::Text("an SVG file"),
     default: Default::Required,
     about: "the crown from the front: the union of all that it draws. What has the id `trunk` is the trunk, on whose middle \
-            line the tree's stem then stands, foot on foot. A single open line replaces the part of the silhouette that it runs along, over a canvas that is the tree's height",
+            line the tree's stem then stands, foot on foot. A single open line replaces the part of the silhouette that it runs along, over a canvas that is the tree's height (seen from above: from the lowest to the highest that is seen of the tree)",
 };
 
 const SIDE: Field = Field {
@@ -36,6 +36,15 @@ const VIEW: Field = Field {
     kind: Kind::Number { low: -360.0, high: 360.0, unit: "degrees" },
     default: Default::Is("0.0"),
     about: "where the front is: 0 looks from +z, 90 from +x; `turn` of light counts from +x",
+};
+
+const ELEVATION: Field = Field {
+    name: "elevation",
+    kind: Kind::Number { low: -90.0, high: 90.0, unit: "degrees" },
+    default: Default::Is("0.0"),
+    about: "how high the front looks from: 0 is level, 90 straight down on a plan of the crown, where `view` lies at the lower \
+            edge. Depth is along that direction, so what a plan is larger by under `Grown` the tree is higher by. Needs a `crown` without \
+            a trunk and without a `side`; what has the id `foot` marks where the tree's foot is seen",
 };
 
 const SIZE: Field =
@@ -63,6 +72,7 @@ pub(super) static SKETCH: Record = Record {
         SIDE,
         DEPTH,
         VIEW,
+        ELEVATION,
         SIZE,
         DETAIL,
         Field {
@@ -79,7 +89,7 @@ pub(super) static SKETCH: Record = Record {
 pub(super) static SKETCHED: Record = Record {
     title: "Sketch of every variant",
     about: "`sketch: (crown: \"heart.svg\")`.",
-    fields: &[CROWN, SIDE, DEPTH, VIEW, SIZE, DETAIL],
+    fields: &[CROWN, SIDE, DEPTH, VIEW, ELEVATION, SIZE, DETAIL],
 };
 
 /// The field of an entry that gives several variants.
@@ -113,7 +123,8 @@ static SIZES: Choice = Choice {
         KindOf {
             name: "Crown",
             form: Form::Plain,
-            about: "as much area as the crown has, at its foot; with a trunk the tree's height",
+            about: "as much area as the crown has as it is seen, at its foot, from straight above about its middle; with a trunk the tree's \
+                    height; where an id `foot` marks it, with the mark on the tree's foot",
         },
         KindOf {
             name: "Stretched",
@@ -123,7 +134,7 @@ static SIZES: Choice = Choice {
         KindOf {
             name: "Metres",
             form: Form::One(&METRES),
-            about: "a height in metres, of trunk and crown as far as they are drawn",
+            about: "a height in metres, of trunk and crown as far as they are drawn; of an open line that of its canvas",
         },
     ],
 };
@@ -137,7 +148,7 @@ static METRES: Record = Record {
         default: Default::Required,
         about: "of all that is drawn; a crown without a trunk stays at the height where the tree's begins, and the tree is as much \
                 higher. Wood gets as much thicker as the tree gets higher, leaves as much larger as the crown; for leaves \
-                of their own size, give the source that `height`",
+                of their own size, give the source that `height`. An open line is placed by it only: the tree stays as large as it is",
     }],
 };
 
@@ -162,12 +173,21 @@ pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     if fields.has("side") && depth == Some(SketchDepth::Revolved) {
         fields.fault("depth", "a revolved outline has no side of its own", "leave `side` or `depth` out");
     }
+    let elevation = fields.number("elevation").to_radians();
+    let upright = match depth {
+        _ if fields.has("side") => Some(("a view from the side", "`side`")),
+        Some(SketchDepth::Revolved) => Some(("a revolved outline", "`depth`")),
+        _ => None,
+    };
+    if let Some((what, other)) = upright.filter(|_| elevation != 0.0) {
+        fields.fault("elevation", format!("{what} needs a level front"), format!("leave `elevation` or {other} out"));
+    }
     let (view, detail) = (fields.number("view").to_radians(), fields.number("detail"));
     let field = fields.path().to_string();
     if crown.is_empty() || (fields.has("side") && side.is_empty()) {
         return None;
     }
-    Some(SketchParams { field, crown, side, depth: depth?, view, size: size?, detail })
+    Some(SketchParams { field, crown, side, depth: depth?, view, elevation, size: size?, detail })
 }
 
 /// The sketch of every variant of an entry; none where it asks for none.

@@ -12,12 +12,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::drafts::{Change, crown_svg};
+use super::drafts::{Change, Stroke, stroke_svg};
 use crate::base::{Diagnostic, Key};
 use crate::build::replace::replace;
 use crate::build::{Limits, Loaded, load_edited};
 use crate::export::Manifest;
-use crate::preset::plan::SourceRecipe;
+use crate::preset::plan::{SketchScale, SourceRecipe};
 use crate::preset::{Edit, KnobsOf, edited, knobs, value_of};
 
 /// Why nothing was written.
@@ -81,7 +81,6 @@ pub(super) struct Decide {
 
 /// A drawn crown that is kept.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct Drawn {
     /// The preset's file.
     pub(super) preset: String,
@@ -89,8 +88,9 @@ pub(super) struct Drawn {
     pub(super) of: String,
     /// Name of the SVG, without folder and extension.
     pub(super) name: String,
-    /// Metres from the foot, x to the right, y up.
-    pub(super) points: Vec<[f32; 2]>,
+    /// What is drawn.
+    #[serde(flatten)]
+    pub(super) stroke: Stroke,
     /// Whether an SVG of that name may be replaced.
     #[serde(default)]
     pub(super) replace: bool,
@@ -265,7 +265,8 @@ pub(super) fn decide(
     Ok(json!({ "told": told }))
 }
 
-/// Writes a drawn crown as `sketches/NAME.svg`, and an entry of the preset that follows it where there is none yet.
+/// Writes what is drawn as `sketches/NAME.svg`, and an entry of the preset that follows it from where it was drawn, as large
+/// as it was drawn; entries that follow a drawing of that name already are brought to that view and size.
 ///
 /// # Errors
 ///
@@ -281,7 +282,7 @@ pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Draw
     if loaded.plan.sources.iter().all(|source| source.name != asked.of) {
         return Err(wrong("there is no such source"));
     }
-    let (svg, height) = crown_svg(&asked.points).ok_or_else(|| wrong("draw a closed outline above the ground"))?;
+    let (svg, height) = stroke_svg(&asked.stroke).map_err(wrong)?;
     let sketches = folder.join("sketches");
     fs::create_dir_all(&sketches).map_err(|e| Refused::Wrong(format!("can't make the folder sketches: {e}")))?;
     // A link named `sketches` may lead elsewhere.
@@ -294,9 +295,29 @@ pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Draw
     let own = own_file(loaded);
     let all = files(folder, loaded);
     let preset = all.get(&own).ok_or(Refused::NoFile)?;
+    let (size, [view, elevation]) = (format!("Metres({height:.2})"), asked.stroke.direction());
+    let angles = [("view", view, asked.stroke.view), ("elevation", elevation, asked.stroke.elevation)];
+    let mut edits = Vec::new();
+    for sketch in loaded.plan.sketches.iter().filter(|sketch| sketch.crown == relative) {
+        let path = |name: &str| format!("{}.{name}", sketch.field);
+        for ((name, told, degrees), is) in angles.into_iter().zip([sketch.view, sketch.elevation]) {
+            match told {
+                _ if told == is => {}
+                0.0 => edits.push(Edit::Remove { path: path(name) }),
+                _ => edits.push(Edit::Set { path: path(name), value: format!("{degrees:?}") }),
+            }
+        }
+        if sketch.size != SketchScale::Metres(height) {
+            edits.push(Edit::Set { path: path("size"), value: size.clone() });
+        }
+    }
     let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
-    let item = format!("Sketch(of: {:?}, crown: {relative:?}, size: Metres({:.2}))", asked.of, height);
-    let edits = if named { vec![] } else { vec![Edit::Append { path: "variants".to_owned(), value: item }] };
+    if !named {
+        let told = angles.iter().filter(|angle| angle.1 != 0.0).map(|(name, _, told)| format!("{name}: {told:?}, "));
+        let value =
+            format!("Sketch(of: {:?}, crown: {relative:?}, {}size: {size})", asked.of, told.collect::<String>());
+        edits.push(Edit::Append { path: "variants".to_owned(), value });
+    }
     let _turn = turn();
     let edited = Edited::new(loaded, limits, (&own, preset), &edits, Some((relative.clone(), svg.clone())))?;
     // In this order a build that comes in between finds no name without a file.
@@ -402,7 +423,7 @@ mod tests {
             preset: "p.ron".into(),
             of: "a".into(),
             name: name.into(),
-            points: vec![[-1.0, 1.0], [1.0, 1.0], [0.0, 4.0]],
+            stroke: Stroke { points: vec![[-1.0, 1.0], [1.0, 1.0], [0.0, 4.0]], ..Stroke::default() },
             replace,
         };
         for name in ["", "../x", "a b", "x/y", &"n".repeat(65)] {
@@ -416,10 +437,22 @@ mod tests {
         assert!(draw(&real, &loaded, &limits, &drawn("spike", false)).is_err());
         assert_eq!(draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap()["added"], false);
         assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
+        // Drawn anew from elsewhere, the entry goes along, and comes back.
+        let line =
+            Stroke { points: vec![[-1.0, 3.0], [0.0, 4.0], [1.0, 3.0]], open: true, view: 35.5, elevation: 40.0 };
+        let above = Drawn { stroke: line, ..drawn("spike", true) };
+        assert_eq!(draw(&real, &loaded, &limits, &above).unwrap()["added"], false);
+        let raised = fs::read_to_string(real.join("p.ron")).unwrap();
+        let entry = entry.replace("Metres(4.00))", "Metres(5.00), view: 35.5, elevation: 40.0)");
+        assert_eq!(raised, TEXT.replace("count: 3)]", &entry));
+        let loaded = load_preset(&real.join("p.ron")).unwrap();
+        draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap();
+        assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
         // A preset that somebody breaks meanwhile keeps its drawing.
         let sketch = fs::read(real.join("sketches/spike.svg")).unwrap();
         fs::write(real.join("p.ron"), "(").unwrap();
-        let other = Drawn { points: vec![[-2.0, 1.0], [2.0, 1.0], [0.0, 5.0]], ..drawn("spike", true) };
+        let points = vec![[-2.0, 1.0], [2.0, 1.0], [0.0, 5.0]];
+        let other = Drawn { stroke: Stroke { points, ..Stroke::default() }, ..drawn("spike", true) };
         assert!(draw(&real, &loaded, &limits, &other).is_err());
         assert_eq!(fs::read(real.join("sketches/spike.svg")).unwrap(), sketch);
     }

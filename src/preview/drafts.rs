@@ -46,9 +46,12 @@ pub struct Draft {
     pub edits: BTreeMap<String, Vec<Change>>,
     /// Which tree.
     pub show: Show,
-    /// Degrees.
+    /// Degrees that the picture looks from: 0 from +z, 90 from +x.
     #[serde(default)]
     pub turn: f32,
+    /// From how high, degrees: 0 is level, 90 straight down.
+    #[serde(default)]
+    pub elevation: f32,
     /// Pixels.
     pub width: u32,
     /// Pixels.
@@ -105,9 +108,35 @@ pub enum Show {
     Sketch {
         /// The source.
         of: String,
-        /// The closed outline in metres from the foot, x to the right, y up.
-        points: Vec<[f32; 2]>,
+        /// What is drawn.
+        #[serde(flatten)]
+        stroke: Stroke,
     },
+}
+
+/// What is drawn over a tree.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct Stroke {
+    /// A closed outline of the crown, or a line that replaces a part of it: metres in the plane of the view, x to the
+    /// right, y up in the picture, from where the foot is seen.
+    pub points: Vec<[f32; 2]>,
+    /// Whether it is such a line.
+    #[serde(default)]
+    pub open: bool,
+    /// Azimuth that it is drawn from, degrees: 0 looks from +z.
+    #[serde(default)]
+    pub view: f32,
+    /// Elevation that it is drawn from, degrees: 0 is level, 90 straight down.
+    #[serde(default)]
+    pub elevation: f32,
+}
+
+impl Stroke {
+    /// Azimuth and elevation, radians.
+    #[must_use]
+    pub fn direction(&self) -> [f32; 2] {
+        [self.view, self.elevation].map(f32::to_radians)
+    }
 }
 
 /// What a picture shows, for who draws over it.
@@ -121,11 +150,11 @@ pub struct Facts {
     pub height: f32,
     /// Metres of a pixel.
     pub metres: f32,
-    /// Height above the foot of the picture's middle, metres.
+    /// How far up in the picture its middle is from where the foot is seen, metres.
     pub middle: f32,
     /// What it took.
     pub milliseconds: f64,
-    /// The silhouette of a source, where that was asked for: metres, x to the right, y up.
+    /// The silhouette of a source from where the picture looks, drawn with care: metres, x to the right, y up.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outline: Vec<[f32; 2]>,
     /// What a build would tell of the source, or of all sources where a variant is shown; the first of many.
@@ -182,15 +211,13 @@ impl Workshop {
         let index =
             |name: &str| studio.source_index(name).ok_or_else(|| wrong(&format!("there is no source \"{name}\"")));
         let mut outline = Vec::new();
+        let [azimuth, elevation] = [draft.turn, draft.elevation.clamp(-90.0, 90.0)].map(f32::to_radians);
         let plant: Arc<Plant> = match &draft.show {
             Show::Variant(place) => studio.variant(*place)?.ok_or_else(|| wrong("there is no such variant"))?,
             Show::Source(name) => {
                 let plant = studio.source(index(name)?).ok_or_else(|| wrong("there is no such source"))?;
                 if draft.care == Care::Fine {
-                    // Millimetres of a few hundred places are more than is seen.
-                    let round = |v: f32| (v * 1e3).round() / 1e3;
-                    let ring: Vec<Vec2> = resampled(&crown_outline(&plant, 0.0), OUTLINE);
-                    outline = ring.into_iter().map(|p| [round(p.x), round(p.y)]).collect();
+                    outline = silhouette(&plant, azimuth, elevation);
                 }
                 plant
             }
@@ -199,13 +226,17 @@ impl Workshop {
                 let weights: Vec<f32> = of.iter().map(|(_, weight)| *weight).collect();
                 Arc::new(studio.mix(&indices, &weights)?)
             }
-            Show::Sketch { of, points } => {
-                let (svg, height) = crown_svg(points).ok_or_else(|| wrong("draw a closed outline above the ground"))?;
-                Arc::new(studio.sketched(index(of)?, svg.as_bytes(), height)?)
+            Show::Sketch { of, stroke } => {
+                if draft.care == Care::Fine {
+                    let plant = studio.source(index(of)?);
+                    outline = plant.map(|plant| silhouette(&plant, azimuth, elevation)).unwrap_or_default();
+                }
+                let (svg, height) = stroke_svg(stroke).map_err(wrong)?;
+                Arc::new(studio.sketched(index(of)?, svg.as_bytes(), stroke.direction(), height)?)
             }
         };
         let tree = mesh(&plant, &studio.plan().mesh, &open.cuts, draft.care);
-        let framing = Framing::around(&tree, draft.turn.to_radians(), draft.width, draft.height);
+        let framing = Framing::around(&tree, azimuth, elevation, draft.width, draft.height);
         let framing = match &draft.show {
             // The frame stays where it is while a point moves or a crown is drawn.
             Show::Mix(_) => within(framing, open.extent, 1.12),
@@ -297,6 +328,13 @@ fn notes(studio: &Studio, show: &Show) -> Vec<String> {
     told.take(MOST_NOTES).collect()
 }
 
+/// The silhouette of a crown in millimetres: of a few hundred places that is more than is seen.
+fn silhouette(plant: &Plant, azimuth: f32, elevation: f32) -> Vec<[f32; 2]> {
+    let round = |v: f32| (v * 1e3).round() / 1e3;
+    let ring = resampled(&crown_outline(plant, azimuth, elevation), OUTLINE);
+    ring.into_iter().map(|p| [round(p.x), round(p.y)]).collect()
+}
+
 /// A frame that shows at least some height and reach, with air around.
 fn within(framing: Framing, (top, reach): (f32, f32), air: f32) -> Framing {
     Framing { top: top * air, reach: reach * air, foot: 0.0, ..framing }
@@ -319,41 +357,74 @@ fn mesh(plant: &Plant, params: &MeshParams, cuts: &[CardCut], care: Care) -> Tre
     TreeMesh { bark, leaf }
 }
 
-/// A drawn crown as SVG, in metres, with a trunk that stands on the origin, and the height of all that it draws; none
-/// for fewer than three points, too many, or points that are nowhere.
-#[must_use]
-pub fn crown_svg(points: &[[f32; 2]]) -> Option<(String, f32)> {
+/// What is drawn as SVG in metres, and the height that a `Metres` in the preset places it by. A closed outline in a level
+/// view gets a trunk that stands on the origin, all else a mark where the foot is seen: that is where it then lies again.
+///
+/// # Errors
+///
+/// One sentence: fewer than three points, too many, points that are nowhere, or no such shape.
+pub fn stroke_svg(stroke: &Stroke) -> Result<(String, f32), &'static str> {
+    let Stroke { points, open, view, elevation } = stroke;
+    let level = *elevation == 0.0;
+    let shape = match (open, level) {
+        (true, _) => "draw a line along the crown, whose ends lie apart",
+        (false, true) => "draw a closed outline above the ground",
+        (false, false) => "draw a closed outline",
+    };
     let sound = |p: &[f32; 2]| p.iter().all(|v| v.is_finite() && v.abs() <= FARTHEST);
     if points.len() < 3 || points.len() > MOST_POINTS || !points.iter().all(sound) {
-        return None;
+        return Err(shape);
     }
-    // Nothing is drawn below the ground.
-    let points: Vec<[f32; 2]> = points.iter().map(|p| [p[0], p[1].max(0.0)]).collect();
-    let (mut left, mut right, mut low, mut high) = (0.0_f32, 0.0_f32, f32::INFINITY, 0.0_f32);
-    for [x, y] in &points {
-        (left, right, low, high) = (left.min(*x), right.max(*x), low.min(*y), high.max(*y));
+    if !(view.abs() <= 360.0 && elevation.abs() <= 90.0) {
+        return Err("look from -360 to 360 degrees, and from -90 to 90 degrees high");
     }
-    if high - low < 0.05 {
-        return None;
+    // In a level view nothing is drawn below the ground; seen from above, what lies near is low in the picture.
+    let ground = if level { 0.0 } else { f32::NEG_INFINITY };
+    let points: Vec<Vec2> = points.iter().map(|p| Vec2::new(p[0], p[1].max(ground))).collect();
+    let (low, high) = points.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    if !open && high.y - low.y < 0.05 {
+        return Err(shape);
+    }
+    let length: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    // What nearly closes is read as closed.
+    if *open && (length < 0.05 || points[0].distance(points[points.len() - 1]) < length * 0.2) {
+        return Err(shape);
     }
     let number = |v: f32| {
         let text = format!("{:.3}", v + 0.0);
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     };
-    let path: Vec<String> = points.iter().map(|[x, y]| format!("{} {}", number(*x), number(-y))).collect();
-    let half = (high * 0.01).max(0.01);
-    let trunk_top = low.max(half);
-    let (w, t) = (number(half), number(-trunk_top));
+    // The preset tells hundredths.
+    let hundredths = |v: f32| (v * 100.0).round() / 100.0;
+    let path: Vec<String> = points.iter().map(|p| format!("{} {}", number(p.x), number(-p.y))).collect();
+    let path = path.join("L");
+    // The foot is always on the canvas.
+    let (left, right, bottom, top) =
+        (low.x.min(0.0) - 0.5, high.x.max(0.0) + 0.5, low.y.min(0.0), high.y.max(0.0) + 0.5);
+    let bottom = if level && !open { 0.0 } else { bottom - 0.5 };
+    let tall = hundredths(top - bottom);
+    let half = (high.y.max(high.y - low.y) * 0.01).max(0.01);
+    let mark = number(half);
+    let view = format!("{} {} {} {}", number(left), number(-bottom - tall), number(right - left), number(tall));
+    let (comment, crown, stands, height) = if *open {
+        let wide = number(half);
+        let line =
+            format!("<path id=\"crown\" fill=\"none\" stroke=\"#4a7a4e\" stroke-width=\"{wide}\" d=\"M{path}\"/>");
+        ("Metres; the tree's foot is at 0 0.", line, None, tall)
+    } else {
+        let area = format!("<path id=\"crown\" fill=\"#4a7a4e\" d=\"M{path}Z\"/>");
+        let trunk_top = number(-low.y.max(half));
+        let trunk = format!(
+            "<path id=\"trunk\" fill=\"#6b5138\" d=\"M-{mark} 0L{mark} 0L{mark} {trunk_top}L-{mark} {trunk_top}Z\"/>"
+        );
+        let comment = if level { "Metres; the tree stands at 0 0." } else { "Metres; the tree's foot is at 0 0." };
+        (comment, area, level.then_some(trunk), if level { high.y } else { high.y - low.y })
+    };
+    let stands = stands.unwrap_or_else(|| format!("<circle id=\"foot\" fill=\"#6b5138\" r=\"{mark}\"/>"));
     let svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{} {} {} {}\">\n  <!-- Metres; the tree stands at 0 0. -->\n  \
-         <path id=\"crown\" fill=\"#4a7a4e\" d=\"M{}Z\"/>\n  <path id=\"trunk\" fill=\"#6b5138\" d=\"M-{w} 0L{w} 0L{w} {t}L-{w} {t}Z\"/>\n</svg>\n",
-        number(left - 0.5),
-        number(-high - 0.5),
-        number(right - left + 1.0),
-        number(high + 1.0),
-        path.join("L"),
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{view}\">\n  <!-- {comment} -->\n  {crown}\n  {stands}\n</svg>\n"
     );
-    Some((svg, high))
+    Ok((svg, hundredths(height)))
 }
 
 #[cfg(test)]
@@ -363,8 +434,8 @@ mod tests {
 
     #[test]
     fn a_drawn_crown_is_an_svg_that_says_the_same_in_metres() {
-        let points = [[-2.0, 1.0], [2.5, 1.0], [0.0, 6.0]];
-        let (svg, height) = crown_svg(&points).unwrap();
+        let points = vec![[-2.0, 1.0], [2.5, 1.0], [0.0, 6.0]];
+        let (svg, height) = stroke_svg(&Stroke { points, ..Stroke::default() }).unwrap();
         assert_eq!(height, 6.0);
         let drawing = Drawing::read(svg.as_bytes()).unwrap();
         let [low, high] = drawing.crown.bounds();
@@ -377,17 +448,51 @@ mod tests {
         let many = vec![[0.0, 1.0]; MOST_POINTS + 1];
         let flat = vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
         for points in [Vec::new(), flat, vec![[f32::NAN, 1.0]; 4], vec![[1e9, 1.0]; 4], many] {
-            assert!(crown_svg(&points).is_none());
+            for (open, elevation) in [(false, 0.0), (true, 0.0), (false, 40.0)] {
+                let flat = points.len() == 3 && open;
+                let stroke = Stroke { points: points.clone(), open, elevation, ..Stroke::default() };
+                assert!(stroke_svg(&stroke).is_err() || flat);
+            }
+        }
+        let ring = vec![[-1.0, 2.0], [1.0, 2.0], [0.0, 4.0], [-1.0, 2.1]];
+        assert!(stroke_svg(&Stroke { points: ring.clone(), open: true, ..Stroke::default() }).is_err());
+        assert!(stroke_svg(&Stroke { points: ring, elevation: 91.0, ..Stroke::default() }).is_err());
+    }
+
+    #[test]
+    fn what_is_drawn_from_above_or_as_a_line_marks_the_foot_and_says_the_same_in_metres() {
+        let points = vec![[-2.0, -1.0], [2.5, -1.5], [0.5, 3.237]];
+        for (open, elevation) in [(true, 0.0), (true, 30.0), (false, 30.0), (false, 90.0)] {
+            let stroke = Stroke { points: points.clone(), open, elevation, ..Stroke::default() };
+            let (svg, height) = stroke_svg(&stroke).unwrap();
+            let drawing = Drawing::read(svg.as_bytes()).unwrap();
+            let foot = drawing.foot.unwrap();
+            assert!(drawing.is_open() == open && drawing.trunk.area() == 0.0);
+            let ground = if elevation == 0.0 { 0.0 } else { f32::NEG_INFINITY };
+            if open {
+                assert!((drawing.canvas[1].y - drawing.canvas[0].y - height).abs() < 1e-4);
+                for (p, drawn) in points.iter().zip(&drawing.open) {
+                    assert!((*drawn - foot).distance(Vec2::new(p[0], p[1].max(ground))) < 0.002);
+                }
+            } else {
+                let [low, high] = drawing.crown.bounds();
+                assert!((low - foot).distance(Vec2::new(-2.0, -1.5)) < 0.002 && (high.y - low.y - height).abs() < 0.01);
+            }
         }
     }
 
     #[test]
     fn requests_are_read_as_the_page_writes_them() {
         let text = r#"{"preset": "a.ron", "edits": {"s.ron": [{"path": "height", "value": "7.0"}, {"path": "x"}]},
-            "show": {"mix": [["a", 0.5], ["b", 0.5]]}, "turn": 30, "width": 300, "height": 400, "care": "quick"}"#;
+            "show": {"mix": [["a", 0.5], ["b", 0.5]]}, "turn": 30, "elevation": 20, "width": 300, "height": 400, "care": "quick"}"#;
         let draft: Draft = serde_json::from_str(text).unwrap();
         assert!(matches!(&draft.show, Show::Mix(of) if of.len() == 2) && draft.care == Care::Quick);
         assert_eq!(draft.edits["s.ron"][1].edit(), Edit::Remove { path: "x".into() });
+        let text = r#"{"preset": "a.ron", "show": {"sketch": {"of": "a", "points": [[0, 1]], "open": true, "elevation": 30}},
+            "width": 300, "height": 400}"#;
+        let draft: Draft = serde_json::from_str(text).unwrap();
+        let drawn = Stroke { points: vec![[0.0, 1.0]], open: true, view: 0.0, elevation: 30.0 };
+        assert!(matches!(&draft.show, Show::Sketch { of, stroke } if of == "a" && *stroke == drawn));
         for wrong in ["{}", r#"{"preset": "a", "show": {"file": "/etc/passwd"}, "width": 1, "height": 1}"#] {
             assert!(serde_json::from_str::<Draft>(wrong).is_err());
         }

@@ -151,7 +151,7 @@ impl Hub {
         )?;
         let (reach, top, foot) = extent(&manifest);
         let azimuth = (shot.turn as f32).to_radians();
-        let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, shot.width, shot.height) };
+        let framing = Framing { reach, top, foot, ..Framing::around(&tree, azimuth, 0.0, shot.width, shot.height) };
         let png = turntable::png(&turntable::draw(&tree, &wear, &framing, if shot.height > 500 { 2 } else { 3 }));
         kept(&self.drawn, &name, MOST_DRAWN, Vec::len, || Some(png))
     }

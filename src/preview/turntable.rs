@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::scene::Wear;
 use crate::bake::{Light, Shading, Surface, Target, View, rasterize, srgb_byte};
+use crate::base::math;
 use crate::export::{self, PngKind};
 use crate::mesh::TreeMesh;
 
@@ -18,6 +19,8 @@ pub(super) const EDGES: (u32, u32) = (32, 1024);
 pub(super) struct Framing {
     /// Where from: radians, 0 from +Z, towards +X.
     pub(super) azimuth: f32,
+    /// From how high: radians, 0 is level, a quarter turn straight down.
+    pub(super) elevation: f32,
     /// Pixels; [`EDGES`] bound it.
     pub(super) width: u32,
     /// Pixels; [`EDGES`] bound it.
@@ -31,9 +34,9 @@ pub(super) struct Framing {
 }
 
 impl Framing {
-    /// A frame that shows all of a tree from wherever it is turned to.
+    /// A frame that shows all of a tree from wherever it is turned to; from above, of one that is round.
     #[must_use]
-    pub(super) fn around(tree: &TreeMesh, azimuth: f32, width: u32, height: u32) -> Self {
+    pub(super) fn around(tree: &TreeMesh, azimuth: f32, elevation: f32, width: u32, height: u32) -> Self {
         let (mut reach, mut top, mut foot) = (0.1_f32, 0.1_f32, 0.0_f32);
         for p in tree.bark.positions.iter().chain(&tree.leaf.positions).filter(|p| p.is_finite()) {
             reach = reach.max((p.x * p.x + p.z * p.z).sqrt());
@@ -41,17 +44,23 @@ impl Framing {
             foot = foot.min(p.y);
         }
         let edge = |e: u32| e.clamp(EDGES.0, EDGES.1);
-        Self { azimuth, width: edge(width), height: edge(height), reach: reach.min(1e5), top: top.min(1e5), foot }
+        let (width, height) = (edge(width), edge(height));
+        Self { azimuth, elevation, width, height, reach: reach.min(1e5), top: top.min(1e5), foot }
     }
 
-    /// Metres of a pixel, and the height of the picture's middle above the tree's foot.
+    /// Metres of a pixel, and how far up in the picture its middle is from where the tree's foot is seen, metres.
     #[must_use]
     pub(super) fn scale(&self) -> (f32, f32) {
-        let tall = (self.top - self.foot).max(0.1) * 1.06;
+        // What is seen of an upright ellipsoid; level, its height.
+        let (sin, cos) = math::sin_cos(self.elevation);
+        let (upright, deep) = ((self.top - self.foot) * 0.5 * cos, self.reach * sin);
+        let half = if sin == 0.0 { upright } else { (upright * upright + deep * deep).sqrt() };
+        let low = (self.top + self.foot) * 0.5 * cos - half;
+        let tall = (half * 2.0).max(0.1) * 1.06;
         let wide = self.reach.max(0.05) * 2.0 * 1.04;
         let metres = (tall / self.height as f32).max(wide / self.width as f32);
         // The foot stands a little above the lower edge, wherever the width decides.
-        let middle = self.foot - tall * 0.03 + metres * self.height as f32 * 0.5;
+        let middle = low - tall * 0.03 + metres * self.height as f32 * 0.5;
         (metres, middle)
     }
 }
@@ -61,7 +70,8 @@ impl Framing {
 pub(super) fn draw(tree: &TreeMesh, wear: &Wear, framing: &Framing, samples: u32) -> Target {
     let (metres, middle) = framing.scale();
     let (half_width, half_height) = (metres * framing.width as f32 * 0.5, metres * framing.height as f32 * 0.5);
-    let view = View::level(framing.azimuth, Vec3::Y * middle, half_width, half_height);
+    let mut view = View::raised(framing.azimuth, framing.elevation, Vec3::ZERO, half_width, half_height);
+    view.centre = view.frame.y * middle;
     let surfaces = Surface::of_tree(tree, &wear.bark, &wear.leaf);
     rasterize(&surfaces, &view, framing.width, framing.height, samples, &Shading::Lit(Light::DAY))
 }
@@ -97,7 +107,7 @@ mod tests {
     fn a_tree_is_drawn_whole_on_transparent_ground_from_every_side() {
         let wear = Wear { leaf: vec![blank()], bark: vec![blank()] };
         for (width, height) in [(100, 100), (300, 64), (64, 300)] {
-            let framing = Framing::around(&post(), 0.0, width, height);
+            let framing = Framing::around(&post(), 0.0, 0.0, width, height);
             let target = draw(&post(), &wear, &framing, 1);
             let (metres, _) = framing.scale();
             let shown: f32 = target.coverage.iter().sum::<f32>() * metres * metres;
@@ -108,7 +118,7 @@ mod tests {
             assert_eq!(image.dimensions(), (width, height));
             assert!(image.get_pixel(0, 0).0[3] == 0 && image.get_pixel(width / 2, height / 2).0[3] == 255);
         }
-        let bounded = Framing::around(&post(), 0.0, 1, u32::MAX);
+        let bounded = Framing::around(&post(), 0.0, 0.0, 1, u32::MAX);
         assert_eq!((bounded.width, bounded.height), EDGES);
     }
 }

@@ -31,6 +31,9 @@ const RIM: (f32, f32) = (0.05, 0.3);
 pub struct SketchViews {
     /// Azimuth of the front in radians; 0 looks from +z, so that +x is to the right.
     pub azimuth: f32,
+    /// Elevation of the front in radians, -π/2..=π/2; 0 is level, π/2 looks straight down on a plan of the crown, azimuth at
+    /// its lower edge. Other than 0 only where the front is the only view. See 2018, 5.1.
+    pub elevation: f32,
     /// How many views there are.
     pub kind: ViewKind,
     /// How much of a sketch's detail is kept, 0..=1: from 24 to 168 places along its outline.
@@ -109,19 +112,32 @@ impl Sketcher {
     ///
     /// # Errors
     ///
-    /// When it has no crown that has an extent.
+    /// When it has no crown that has an extent, and when a view is raised that has to be level.
     pub fn bind(plant: Arc<Plant>, views: SketchViews) -> Result<Self, SketchError> {
+        let raised = match views.kind {
+            ViewKind::Front | ViewKind::FrontKept => None,
+            ViewKind::FrontAndSide => Some("a view from the side"),
+            ViewKind::Revolved | ViewKind::RevolvedAboutFoot => Some("an outline that is revolved"),
+        };
+        if let Some(what) = raised.filter(|_| views.elevation != 0.0) {
+            return Err(SketchError::Raised { what });
+        }
+        let elevation = if views.elevation.is_finite() {
+            views.elevation.clamp(-std::f32::consts::FRAC_PI_2, std::f32::consts::FRAC_PI_2)
+        } else {
+            0.0
+        };
         let posed = plant.pose();
         let crown = Crown::of(&plant, &posed).ok_or(SketchError::NoCrown)?;
         let foot = thickest_stem(&plant).map_or(Vec3::ZERO, |id| plant.chain(id).origin);
         let about_foot = views.kind == ViewKind::RevolvedAboutFoot || stands_below(&plant, &crown, foot);
         let above = if about_foot { foot } else { crown.middle };
         let axis = Vec3::new(above.x, 0.0, above.z);
-        let front = ViewPlane::from_azimuth(views.azimuth);
+        let front = ViewPlane::of(views.azimuth, elevation);
         let planes = match views.kind {
             ViewKind::Front | ViewKind::FrontKept => vec![front],
             ViewKind::FrontAndSide => {
-                vec![front, ViewPlane::from_azimuth(views.azimuth + std::f32::consts::FRAC_PI_2)]
+                vec![front, ViewPlane::of(views.azimuth + std::f32::consts::FRAC_PI_2, 0.0)]
             }
             ViewKind::Revolved | ViewKind::RevolvedAboutFoot => vec![ViewPlane::Round { axis }],
         };

@@ -136,15 +136,16 @@ fn grid_over(seen: &[(Vec2, f32)], size: f32, cells: usize) -> Grid {
     Grid::over([low, high], cells, size * CLOSE * 3.0)
 }
 
-/// The silhouette of a plant's crown from an azimuth (radians, 0 looks from +z): the region that it covers, with gaps
-/// narrower than `2 * close` of its size closed. `x` is to the right, `y` up, metres. Empty for a plant without extent.
+/// The silhouette of a plant's crown from an azimuth and an elevation (radians; azimuth 0 looks from +z, elevation 0 is
+/// level, π/2 straight down): the region that it covers, with gaps narrower than `2 * close` of its size closed. `x` is to
+/// the right, `y` up in the picture, metres from where the origin is seen. Empty for a plant without extent.
 ///
 /// This is what a sketch is compared with; time is linear in leaves and in the 320 cells along its longest edge squared.
 #[must_use]
-pub fn crown_silhouette(plant: &Plant, azimuth: f32, close: f32) -> Region {
+pub fn crown_silhouette(plant: &Plant, azimuth: f32, elevation: f32, close: f32) -> Region {
     let posed = plant.pose();
     let Some(crown) = Crown::of(plant, &posed) else { return Region::default() };
-    let plane = ViewPlane::from_azimuth(azimuth);
+    let plane = ViewPlane::of(azimuth, elevation);
     let seen = crown.seen(&plane);
     let grid = grid_over(&seen, crown.size, CELLS * 2);
     let (_, depth) = Mask::of_discs(&seen, grid, crown.size * close);
@@ -153,9 +154,9 @@ pub fn crown_silhouette(plant: &Plant, azimuth: f32, close: f32) -> Region {
 
 /// The outline that sketches are matched with: see [`crown_silhouette`]; one ring, counter-clockwise.
 #[must_use]
-pub fn crown_outline(plant: &Plant, azimuth: f32) -> Vec<Vec2> {
+pub fn crown_outline(plant: &Plant, azimuth: f32, elevation: f32) -> Vec<Vec2> {
     let posed = plant.pose();
-    Crown::of(plant, &posed).map_or_else(Vec::new, |crown| crown.silhouette(&ViewPlane::from_azimuth(azimuth)))
+    Crown::of(plant, &posed).map_or_else(Vec::new, |crown| crown.silhouette(&ViewPlane::of(azimuth, elevation)))
 }
 
 /// Area of what two regions have in common over that of what either covers, 0..=1.

@@ -98,9 +98,12 @@ impl Sketcher {
     ///
     /// # Errors
     ///
-    /// When an open line is drawn where closed shapes are needed, or nothing is.
+    /// When an open line is drawn where closed shapes are needed, a trunk where the view is not level, or nothing is.
     pub fn draw(self: &Arc<Self>, sketch: &Sketch<'_>) -> Result<Sketched, SketchError> {
         let round = self.views.kind.is_round();
+        if sketch.front.trunk.area() > 0.0 && self.charts[0].plane.steepness() != 0.0 {
+            return Err(SketchError::Raised { what: "a trunk" });
+        }
         let front = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
         let [wood, leaf] = grown(sketch.front, sketch.size, &self.fitted(&self.charts[0], round), round);
         let mut leads = Leads::NONE;
@@ -150,7 +153,8 @@ impl Sketcher {
             .zip(&chart.seen)
             .zip(&near)
             .map(|(((handle, is), was), near)| {
-                chart.plane.lifted(handle.position, *is - *was) + depth(handle.position) * *near
+                let way = chart.plane.lifted(handle.position, *is - *was) + depth(handle.position) * *near;
+                chart.plane.grounded(handle.position, way, self.floor(leaf))
             })
             .collect();
         let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &front.region, &near) } else { Vec::new() };
@@ -189,8 +193,22 @@ impl Sketcher {
 
     /// The crown that drawings of a view are fitted to.
     fn fitted<'c>(&self, chart: &'c Chart, round: bool) -> Fitted<'c> {
-        let foot = Vec2::new(if round { 0.0 } else { chart.plane.seen(self.foot).x }, self.foot.y);
-        Fitted { outline: &chart.outline, area: chart.area, foot, height: self.height }
+        let seen = chart.plane.seen(self.foot);
+        let foot = Vec2::new(if round { 0.0 } else { seen.x }, seen.y);
+        let steepness = chart.plane.steepness().abs();
+        let (low, height) = if steepness == 0.0 {
+            (foot.y, self.height)
+        } else {
+            let seen = self.positions.iter().map(|p| chart.plane.seen(*p).y);
+            let (low, high) = seen.fold((foot.y, foot.y), |(low, high), y| (low.min(y), high.max(y)));
+            (low, high - low)
+        };
+        Fitted { outline: &chart.outline, area: chart.area, foot, low, height, steepness }
+    }
+
+    /// The lowest that lobes are brought in raised views, metres: their leaves, `leaf` times as large, end on the ground.
+    pub(super) fn floor(&self, leaf: f32) -> f32 {
+        self.foot.y + self.reach * leaf
     }
 
     /// What is drawn in a view's plane.
@@ -288,11 +306,13 @@ impl Sketcher {
     fn depth(&self, chart: &Chart, target: &Region, views: usize, leaf: f32) -> impl Fn(Vec3) -> Vec3 + use<> {
         let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2 * leaf, 4.0 * leaf);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
+        // What gets higher by it stays on the ground.
+        let from = middle.with_y(self.foot.y);
         let (plane, grows) = (chart.plane, views == 1 && self.views.kind != ViewKind::FrontKept);
         move |p| match plane {
-            ViewPlane::From { right } if grows => {
-                let away = right.cross(Vec3::Y);
-                away * (away.dot(p - middle) * (scale - 1.0))
+            ViewPlane::From { right, up } if grows => {
+                let away = right.cross(up);
+                away * (away.dot(p - from) * (scale - 1.0))
             }
             _ => Vec3::ZERO,
         }
@@ -356,8 +376,14 @@ impl Sketched {
     /// The tree when points have moved, and what wilts has done so for a time.
     pub(super) fn made(&self, moved: &(dyn Fn(usize) -> Vec3 + Sync), t: f32, finished: bool) -> Plant {
         let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
-        let places: Vec<Vec3> =
-            positions.par_iter().enumerate().with_min_len(4096).map(|(i, p)| *p + moved(i)).collect();
+        // What bends between lobes of a raised view stays above the ground as they do.
+        let floor =
+            if self.sketcher.charts[0].plane.steepness() == 0.0 { f32::NEG_INFINITY } else { self.sketcher.foot.y };
+        let place = |(i, p): (usize, &Vec3)| {
+            let place = *p + moved(i);
+            if place.y < floor { place.with_y(place.y.max(floor.min(p.y))) } else { place }
+        };
+        let places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
         let left = (1.0 - t).max(1e-4);
         let [wood, leafy] = [self.wood, self.leaf].map(|scale| 1.0 + (scale - 1.0) * t);
         let mut bears = vec![false; plant.chains().len()];

@@ -1,4 +1,8 @@
 //! Where a sketch stands and how large it is: from its canvas to metres in the plane of a view.
+//!
+//! A crown that is drawn alone stands where the crown's foot is in a level view, and has its middle on the crown's middle in
+//! a plan, which has no foot; between, the part of both boxes that comes to lie on each other rises with the sine of the
+//! elevation. A marked foot, as a trunk, places it exactly.
 
 use glam::Vec2;
 
@@ -9,11 +13,14 @@ use super::svg::Drawing;
 /// How large a sketch is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SketchSize {
-    /// As much area as the crown has, at the crown's foot; with a trunk, the height of the tree.
+    /// As much area as the crown has as it is seen, at the crown's foot, or about its middle where it is seen from straight
+    /// above; with a trunk, the height of the tree.
     Crown,
-    /// The box of the crown, whatever that does to the sketch's proportions.
+    /// The box of the crown as it is seen, whatever that does to the sketch's proportions.
     Stretched,
-    /// This height in metres of all that is drawn: with a trunk on the ground, without one at the crown's foot.
+    /// This height in metres, in the plane of the view, of all that is drawn: with a trunk on the ground, without one where
+    /// `Crown` has it. Of an open line it is the height of the canvas: the line is placed by it, and the tree stays as large
+    /// as it is.
     Metres(f32),
 }
 
@@ -26,8 +33,12 @@ pub(super) struct Fitted<'c> {
     pub(super) area: f32,
     /// Where the tree's foot is seen.
     pub(super) foot: Vec2,
-    /// Height of the tree, metres.
+    /// The lowest that is seen of the tree; the foot's in a level view.
+    pub(super) low: f32,
+    /// Height of the tree from there as it is seen, metres.
     pub(super) height: f32,
+    /// How far the view is from level to straight up or down, 0..=1.
+    pub(super) steepness: f32,
 }
 
 /// A scale and a shift that bring a drawing into a plane.
@@ -52,15 +63,21 @@ pub(super) fn placed(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, ro
     let [low, high] = ends(crown.outline);
     let height = crown.height.max(1e-3);
     if drawing.is_open() {
-        // The canvas is a picture of the tree: from the ground to its top, the foot in the middle, or at the trunk's.
+        // The canvas is a picture of the tree as it is seen, from its lowest to its highest; the foot is in the middle, at
+        // the trunk's, or where it is marked.
         let [from, to] = drawing.canvas;
         let tall = match size {
             SketchSize::Metres(metres) => metres,
             _ => height,
         };
         let scale = tall / (to.y - from.y).max(1e-6);
-        let middle = midline(&drawing.trunk).first().map_or((from.x + to.x) * 0.5, |foot| foot.x);
-        let shift = crown.foot - Vec2::new(middle, from.y) * scale;
+        let shift = match (midline(&drawing.trunk).first(), drawing.foot) {
+            (None, Some(foot)) => crown.foot - foot * scale,
+            (trunk, _) => {
+                let middle = trunk.map_or((from.x + to.x) * 0.5, |foot| foot.x);
+                Vec2::new(crown.foot.x, crown.low) - Vec2::new(middle, from.y) * scale
+            }
+        };
         return Placing { scale: Vec2::splat(scale), shift };
     }
     let [drawn_low, drawn_high] = drawing.crown.bounds();
@@ -81,13 +98,18 @@ pub(super) fn placed(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, ro
             Vec2::splat((crown.area / area.max(1e-12)).sqrt())
         }
     };
+    if let Some(mark) = drawing.foot.filter(|_| !trunk && !round && size != SketchSize::Stretched) {
+        return Placing { scale, shift: crown.foot - mark * scale };
+    }
     let centre = if round { 0.0 } else { (low.x + high.x) * 0.5 };
     let by_trunk = trunk && size != SketchSize::Stretched;
     // The trunk stands on the foot; a crown alone hangs where the crown did, and a stretched one as high up as that.
     let from = if trunk { foot } else { (drawn_low.x + drawn_high.x) * 0.5 };
     let to = if trunk && !round { crown.foot.x } else { centre };
-    let floor = if by_trunk { crown.foot.y } else { low.y };
-    let from_y = if by_trunk { bottom } else { drawn_low.y };
+    // Of a crown alone the lower edge lies on the crown's, or the middle on its middle.
+    let risen = 0.5 * crown.steepness;
+    let floor = if by_trunk { crown.foot.y } else { low.y + (high.y - low.y) * risen };
+    let from_y = if by_trunk { bottom } else { drawn_low.y + (drawn_high.y - drawn_low.y) * risen };
     Placing { scale, shift: Vec2::new(to - from * scale.x, floor - from_y * scale.y) }
 }
 
@@ -103,23 +125,23 @@ pub(super) fn placed_beside(drawing: &Drawing, front: [Vec2; 2], size: SketchSiz
     let up = (front[1].y - front[0].y).max(1e-4) / drawn.y;
     let across = if size == SketchSize::Stretched { (high.x - low.x).max(1e-4) / drawn.x } else { up };
     // A trunk stands on the foot, from this side too.
-    let trunk = midline(&drawing.trunk).first().map(|p| p.x);
+    let trunk = midline(&drawing.trunk).first().copied().or(drawing.foot).map(|p| p.x);
     let (from, to) =
         trunk.map_or(((drawn_low.x + drawn_high.x) * 0.5, (low.x + high.x) * 0.5), |foot| (foot, crown.foot.x));
     Placing { scale: Vec2::new(across, up), shift: Vec2::new(to - from * across, front[0].y - drawn_low.y * up) }
 }
 
 /// How much larger a sketch makes a tree than the same sketch would that is as large as its crown: its height, and its
-/// crown. Both are 1 unless a size in metres is told.
+/// crown. Both are 1 unless a size in metres is told, and where a line replaces a part of the crown only. What is seen of
+/// heights is lost with the elevation: from straight above a tree gets as much higher as its crown gets larger.
 pub(super) fn grown(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, round: bool) -> [f32; 2] {
-    let SketchSize::Metres(metres) = size else { return [1.0; 2] };
-    let both = if drawing.is_open() {
-        [metres / crown.height.max(1e-3); 2]
-    } else {
-        let [own, usual] = [size, SketchSize::Crown].map(|size| placed(drawing, size, crown, round));
-        let top = |placing: &Placing| drawing.crown.bounds()[1].y * placing.scale.y + placing.shift.y - crown.foot.y;
-        [top(&own) / top(&usual), own.scale.y / usual.scale.y]
-    };
+    if !matches!(size, SketchSize::Metres(_)) || drawing.is_open() {
+        return [1.0; 2];
+    }
+    let [own, usual] = [size, SketchSize::Crown].map(|size| placed(drawing, size, crown, round));
+    let top = |placing: &Placing| drawing.crown.bounds()[1].y * placing.scale.y + placing.shift.y - crown.low;
+    let (higher, larger) = (top(&own) / top(&usual), own.scale.y / usual.scale.y);
+    let both = [higher + (larger - higher) * crown.steepness, larger];
     both.map(|share| if share.is_finite() { share.clamp(1e-3, 1e3) } else { 1.0 })
 }
 
@@ -141,7 +163,11 @@ mod tests {
     const CROWN: [Vec2; 4] = [Vec2::new(-2.0, 3.0), Vec2::new(4.0, 3.0), Vec2::new(4.0, 9.0), Vec2::new(-2.0, 9.0)];
 
     fn fitted(size: SketchSize, body: &str) -> [Vec2; 2] {
-        let crown = Fitted { outline: &CROWN, area: 36.0, foot: Vec2::ZERO, height: 10.0 };
+        fitted_from(0.0, size, body)
+    }
+
+    fn fitted_from(steepness: f32, size: SketchSize, body: &str) -> [Vec2; 2] {
+        let crown = Fitted { outline: &CROWN, area: 36.0, foot: Vec2::ZERO, low: 0.0, height: 10.0, steepness };
         let drawing = drawing(body);
         placed(&drawing, size, &crown, false).region(&drawing.crown).bounds()
     }
@@ -162,5 +188,41 @@ mod tests {
         let body = "<rect x='2' width='6' height='6'/><rect id='trunk' x='4' y='6' width='2' height='4'/>";
         let [low, high] = fitted(SketchSize::Crown, body);
         assert!(low.distance(Vec2::new(-3.0, 4.0)) < 1e-3 && high.distance(Vec2::new(3.0, 10.0)) < 1e-3);
+    }
+
+    #[test]
+    fn a_plan_lies_on_the_crown_s_middle_and_what_is_between_between() {
+        let wide = "<rect x='1' y='1' width='8' height='2'/>";
+        for (steepness, low) in [(0.0, 3.0), (0.5, 3.75), (1.0, 4.5)] {
+            let [a, b] = fitted_from(steepness, SketchSize::Crown, wide);
+            assert!(a.distance(Vec2::new(-5.0, low)) < 1e-3 && b.distance(Vec2::new(7.0, low + 3.0)) < 1e-3);
+            let [a, b] = fitted_from(steepness, SketchSize::Stretched, wide);
+            assert!(a.distance(CROWN[0]) < 1e-3 && b.distance(CROWN[2]) < 1e-3);
+        }
+        let [low, high] = fitted_from(1.0, SketchSize::Metres(4.0), wide);
+        assert!(low.distance(Vec2::new(-7.0, 4.0)) < 1e-3 && high.distance(Vec2::new(9.0, 8.0)) < 1e-3);
+    }
+
+    #[test]
+    fn a_marked_foot_stands_where_the_foot_is_seen() {
+        let body = "<rect x='1' y='1' width='8' height='2'/><circle id='foot' cx='2' cy='4' r='0.3'/>";
+        for steepness in [0.0, 0.6, 1.0] {
+            let [low, high] = fitted_from(steepness, SketchSize::Metres(4.0), body);
+            assert!(low.distance(Vec2::new(-2.0, 2.0)) < 1e-3 && high.distance(Vec2::new(14.0, 6.0)) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_line_in_metres_is_placed_in_metres_and_the_tree_stays_as_large_as_it_is() {
+        let crown = Fitted { outline: &CROWN, area: 36.0, foot: Vec2::X, low: -1.0, height: 10.0, steepness: 0.5 };
+        let line = "<path fill='none' stroke='#000' d='M2 2Q5 0 8 2'/>";
+        for (mark, at) in
+            [("", Vec2::new(-5.0, 15.0)), ("<circle id='foot' cx='4' cy='6' r='1'/>", Vec2::new(-3.0, 8.0))]
+        {
+            let drawing = drawing(&format!("{line}{mark}"));
+            let placing = placed(&drawing, SketchSize::Metres(20.0), &crown, false);
+            assert!(placing.line(&drawing.open)[0].distance(at) < 1e-3, "{mark}");
+            assert_eq!(grown(&drawing, SketchSize::Metres(20.0), &crown, false), [1.0; 2]);
+        }
     }
 }

@@ -137,7 +137,8 @@ impl Leads {
             *p += (foot - first) * ((top.y - p.y) / (top.y - first.y));
         }
         match *plane {
-            ViewPlane::From { right } => {
+            // Level: only such views have trunks.
+            ViewPlane::From { right, .. } => {
                 let lean = lean(points.iter().rev(), TOP * (top.y - foot.y));
                 self.0.push(Line { right, points, lean });
             }
@@ -248,7 +249,7 @@ mod tests {
         let placing = Placing { scale: Vec2::ONE, shift: Vec2::new(0.0, 9.0) };
         let mut leads = Leads::default();
         // The foot is a metre below and half a metre left of where the drawing has it.
-        leads.add(&drawing, &placing, &ViewPlane::from_azimuth(0.0), Vec2::new(3.0, -2.0));
+        leads.add(&drawing, &placing, &ViewPlane::of(0.0, 0.0), Vec2::new(3.0, -2.0));
         for (y, x) in [(-2.0, 3.0), (1.5, 3.25), (5.0, 3.5)] {
             let place = Vec3::new(1.0, y, 7.0);
             assert!((place + leads.onto(place)).distance(Vec3::new(x, y, 7.0)) < 0.02, "{y}");

@@ -7,6 +7,8 @@
 //!   Otherwise the file is an *open sketch*, which replaces the part of the crown that it runs along.
 //! - What has the id `trunk`, or lies in a group of that id, is no part of the crown (`trunk-2` and the like are too).
 //!   An open line there is as wide as its stroke.
+//! - What has the id `foot`, a dot say, marks with its middle where the tree's foot is seen, and is no part of the crown. It
+//!   places a drawing where no trunk does: a plan has none.
 //!
 //! Coordinates are the SVG's canvas with y turned up. Pictures and texts are not read, nor is anything beside the given
 //! bytes. Limits: [`MOST_SVG`] bytes, [`MOST_POINTS`] points; more is an error, so that no file takes unbounded time.
@@ -53,6 +55,12 @@ pub enum SketchError {
     /// An open line where only closed shapes make sense.
     #[error("is an open line, which shapes one view only")]
     Open,
+    /// What stands upright or is seen from several sides, drawn in a view that is not level.
+    #[error("has {what}, which needs a level view: leave the elevation at 0")]
+    Raised {
+        /// What needs one.
+        what: &'static str,
+    },
     /// A plant without points that could be shaped.
     #[error("the plant has no crown that could be shaped")]
     NoCrown,
@@ -67,6 +75,8 @@ pub struct Drawing {
     pub trunk: Region,
     /// The open sketch: a line that replaces a part of the crown's silhouette. Empty for a closed sketch.
     pub open: Vec<Vec2>,
+    /// Where the tree's foot is seen, where that is marked.
+    pub foot: Option<Vec2>,
     /// Lower left and upper right corner of the canvas.
     pub canvas: [Vec2; 2],
     /// What was closed, untangled or left out.
@@ -92,6 +102,12 @@ impl Drawing {
         while let Some((group, trunk, depth)) = work.pop() {
             for node in group.children() {
                 match node {
+                    usvg::Node::Group(group) if is_called(group.id(), "foot") => {
+                        reading.foot = reading.foot.or(middle(group.abs_bounding_box()));
+                    }
+                    usvg::Node::Path(path) if is_called(path.id(), "foot") => {
+                        reading.foot = reading.foot.or(middle(path.abs_bounding_box()));
+                    }
                     usvg::Node::Group(group) if depth < DEEPEST => {
                         work.push((group, trunk || is_trunk(group.id()), depth + 1));
                     }
@@ -113,8 +129,19 @@ impl Drawing {
 }
 
 fn is_trunk(id: &str) -> bool {
-    id.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("trunk"))
-        && id[5..].chars().next().is_none_or(|c| !c.is_alphabetic())
+    is_called(id, "trunk")
+}
+
+/// Whether an id is a name, or begins with it: `trunk`, `Trunk-2`.
+fn is_called(id: &str, name: &str) -> bool {
+    let Some((start, rest)) = id.split_at_checked(name.len()) else { return false };
+    start.eq_ignore_ascii_case(name) && rest.chars().next().is_none_or(|c| !c.is_alphabetic())
+}
+
+/// The middle of a box on the canvas, y up.
+fn middle(of: usvg::Rect) -> Option<Vec2> {
+    let middle = Vec2::new(of.x() + of.width() * 0.5, -(of.y() + of.height() * 0.5));
+    (middle.is_finite() && middle.abs().max_element() < FARTHEST).then_some(middle)
 }
 
 #[derive(Default)]
@@ -123,6 +150,8 @@ struct Reading {
     trunk: Vec<Region>,
     /// Lines whose ends don't meet, and the area of their strokes.
     open: Vec<(Vec<Vec2>, Region, bool)>,
+    /// Where the foot is marked.
+    foot: Option<Vec2>,
     points: usize,
     skipped: usize,
     tangled: usize,
@@ -225,7 +254,7 @@ impl Reading {
                     .into(),
             );
         }
-        Ok(Drawing { crown, trunk, open, canvas, notes })
+        Ok(Drawing { crown, trunk, open, foot: self.foot, canvas, notes })
     }
 }
 
@@ -332,6 +361,14 @@ mod tests {
             read("<circle cx='5' cy='3' r='3'/><g id='trunk'><rect x='4' y='6' width='2' height='4'/></g>").unwrap();
         assert!((drawn.trunk.area() - 8.0).abs() < 1e-3 && (drawn.crown.area() - 28.0).abs() < 0.3);
         assert!(!is_trunk("trunks") && is_trunk("Trunk-2") && is_trunk("trunk"));
+    }
+
+    #[test]
+    fn a_marked_foot_is_its_middle_and_no_crown() {
+        let drawn = read("<rect width='4' height='4'/><g id='Foot'><circle cx='6' cy='3' r='1'/></g>").unwrap();
+        assert!(drawn.foot.unwrap().distance(Vec2::new(6.0, -3.0)) < 1e-4 && (drawn.crown.area() - 16.0).abs() < 1e-3);
+        assert_eq!(read("<rect id='footing' width='4' height='4'/>").unwrap().foot, None);
+        assert_eq!(read("<circle id='foot' cx='6' cy='3' r='1'/>").unwrap_err(), SketchError::Empty);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Promises of sketching as a whole: on plants of any kind, with drawings of any kind.
 
+mod raised;
+
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -39,7 +41,7 @@ fn ball(leaves_a_twig: u64) -> Plant {
 
 const HEART: &str = "<path d='M5 9L1 5C-1 2 3 -1 5 2.5C7 -1 11 2 9 5Z'/>";
 const TRIANGLE: &str = "<path d='M0 10L5 0L10 10Z'/>";
-const FRONT: SketchViews = SketchViews { azimuth: 0.0, kind: ViewKind::Front, detail: 0.5 };
+const FRONT: SketchViews = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.5 };
 
 fn bound(plant: Arc<Plant>, views: SketchViews) -> Result<Arc<Sketcher>, SketchError> {
     Sketcher::bind(plant, views).map(Arc::new)
@@ -51,7 +53,7 @@ fn sketch(front: &Drawing) -> Sketch<'_> {
 
 /// How far the silhouette from an azimuth is the target.
 fn likeness(plant: &Plant, azimuth: f32, target: &Region) -> f32 {
-    overlap(&crown_silhouette(plant, azimuth, 0.03), target)
+    overlap(&crown_silhouette(plant, azimuth, 0.0, 0.03), target)
 }
 
 #[test]
@@ -70,7 +72,7 @@ fn a_ball_takes_the_shape_of_a_heart_and_of_a_triangle_better_than_by_one_cage()
 #[test]
 fn drawing_the_crown_s_own_silhouette_changes_nothing() {
     let plant = ball(4);
-    let outline = crown_outline(&plant, 0.0);
+    let outline = crown_outline(&plant, 0.0, 0.0);
     let path: Vec<String> =
         outline.iter().map(|p| format!("{} {}", p.x * 100.0 + 500.0, 1000.0 - p.y * 100.0)).collect();
     let drawn = drawing(&format!("<path d='M{}Z'/>", path.join("L")));
@@ -85,7 +87,7 @@ fn drawing_the_crown_s_own_silhouette_changes_nothing() {
 #[test]
 fn an_open_line_on_one_side_moves_nothing_on_the_other() {
     let plant = ball(4);
-    let outline = crown_outline(&plant, 0.0);
+    let outline = crown_outline(&plant, 0.0, 0.0);
     let middle = Vec2::Y * 4.3;
     let end = |angle: f32| {
         let (sin, cos) = crate::base::math::sin_cos(angle);
@@ -157,7 +159,7 @@ fn in_betweens_that_follow_are_nearer_to_the_interpolated_silhouette() {
     let straight = sketcher.draw(&sketch(&drawn)).unwrap();
     let following = straight.clone().following();
     assert!(following.at(0.0) == plant && following.at(1.0) == straight.at(1.0));
-    let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0), 240);
+    let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0, 0.0), 240);
     let (from, to) = (places(&plant), places(&straight.at(1.0)));
     let (mut near, mut far) = (0.0, 0.0);
     for k in 1..8 {
@@ -318,7 +320,7 @@ fn depth_is_kept_where_it_is_told_to_be_and_else_grows_with_the_outline() {
             assert!(sketched.told.iter().all(|told| told.z == 0.0));
         }
         let deep = |plant: &Plant| {
-            let [low, high] = crown_silhouette(plant, std::f32::consts::FRAC_PI_2, 0.03).bounds();
+            let [low, high] = crown_silhouette(plant, std::f32::consts::FRAC_PI_2, 0.0, 0.03).bounds();
             high.x - low.x
         };
         let grown = (sketched.targets[0].area() / sketcher.charts[0].area).sqrt();
@@ -352,7 +354,7 @@ fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let made = sketched.at(1.0);
     for k in 0..4 {
         let target = sketched.targets[0].moved(Vec2::ONE, Vec2::ZERO);
-        let found = crown_silhouette(&made, k as f32 * 0.8, 0.03);
+        let found = crown_silhouette(&made, k as f32 * 0.8, 0.0, 0.03);
         let [low, high] = found.bounds();
         let centred = found.moved(Vec2::ONE, Vec2::new(-(low.x + high.x) * 0.5, 0.0));
         let like = overlap(&centred, &target);

@@ -82,7 +82,7 @@ pub(super) fn give_way(
     let (is, wanted) = (covered.at(grid, seen), drawn.at(grid, seen));
     let free = 1.0 - math::smoothstep(DEEP.0 * sketcher.size, DEEP.1 * sketcher.size, wanted.max(0.0));
     let way = drawn.inwards(grid, seen) * ((is - wanted) * GAIN * free * share).clamp(-most, most);
-    chart.plane.lifted(place, way)
+    chart.plane.grounded(place, chart.plane.lifted(place, way), sketcher.floor(1.0))
 }
 
 /// The shift of a place between points.

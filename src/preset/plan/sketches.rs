@@ -16,6 +16,9 @@ pub struct SketchParams {
     pub depth: SketchDepth,
     /// Azimuth of the front, radians; 0 looks from +z.
     pub view: f32,
+    /// Elevation of the front, radians, -π/2..=π/2; 0 is level, π/2 looks straight down.
+    #[serde(skip_serializing_if = "is_level")]
+    pub elevation: f32,
     /// How large it is.
     pub size: SketchScale,
     /// How much detail is kept, 0..=1.
@@ -28,6 +31,10 @@ impl SketchParams {
     pub fn told(&self) -> Self {
         Self { field: String::new(), ..self.clone() }
     }
+}
+
+fn is_level(elevation: &f32) -> bool {
+    *elevation == 0.0
 }
 
 /// What becomes of a crown's depth.
