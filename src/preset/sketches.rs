@@ -112,7 +112,8 @@ static DEPTHS: Choice = Choice {
         KindOf {
             name: "Revolved",
             form: Form::Plain,
-            about: "the outline is revolved about the crown's axis, or about a drawn trunk, which stands upright",
+            about: "the outline is revolved about a drawn trunk, which stands upright, else about the stem below the \
+                    crown; about the crown's middle where it hangs far beside its stem, or has several",
         },
     ],
 };

@@ -60,7 +60,7 @@ impl ViewPlane {
     /// How far towards the eye a point lies, metres: along the view's own direction, nothing where the view goes all round.
     pub(super) fn depth(&self, p: Vec3) -> f32 {
         match self {
-            Self::From { right } => right.cross(Vec3::Y).dot(p),
+            Self::From { right, up } => right.cross(*up).dot(p),
             Self::Round { .. } => 0.0,
         }
     }
