@@ -55,24 +55,25 @@ impl Run {
     /// A bit for each place that is covered; places are clamped to `0..=last`.
     #[inline]
     fn covered(self, last: (i64, i64), covers: impl Fn(i64, i64) -> bool) -> u64 {
-        let Self { mut x, mut y, dx, dy, count } = self;
+        let Self { dx, dy, count, .. } = self;
         let far = i64::from(count.saturating_sub(1));
-        let inside = |v: i64, last: i64| (0..=last).contains(&v);
-        let mut bits = 0;
-        // Bits come in from above and are moved down at the end: moving each to its place costs more.
-        let mut next = |covers: bool| bits = bits >> 1 | u64::from(covers) << 63;
-        if inside(x, last.0) && inside(y, last.1) && inside(x + dx * far, last.0) && inside(y + dy * far, last.1) {
+        let end = (self.x + dx * far, self.y + dy * far);
+        let inside = |(x, y): (i64, i64)| (0..=last.0).contains(&x) && (0..=last.1).contains(&y);
+        // From the last to the first, which then is the lowest bit: moving each to its place costs more.
+        let (mut bits, (mut x, mut y)) = (0, end);
+        let mut next = |covers: bool| bits = bits << 1 | u64::from(covers);
+        if inside((self.x, self.y)) && inside(end) {
             for _ in 0..count {
                 next(covers(x, y));
-                (x, y) = (x + dx, y + dy);
+                (x, y) = (x - dx, y - dy);
             }
         } else {
             for _ in 0..count {
                 next(covers(x.clamp(0, last.0), y.clamp(0, last.1)));
-                (x, y) = (x + dx, y + dy);
+                (x, y) = (x - dx, y - dy);
             }
         }
-        bits >> (64 - count.clamp(1, 64))
+        bits
     }
 }
 
@@ -123,15 +124,19 @@ impl Level {
     #[inline]
     fn covers_between(&self, x: f32, y: f32) -> bool {
         let (x, y) = self.clamped(x, y);
-        let (x0, y0) = (x as usize, y as usize);
+        let (x0, y0) = (x as i32 as usize, y as i32 as usize);
         match self.between().get(y0 * self.width as usize + x0) {
             Some(0) => return false,
             Some(&u16::MAX) => return true,
             _ => {}
         }
+        self.covers_among((x0, y0), (x - x0 as f32, y - y0 as f32))
+    }
+
+    /// The same where the four differ, whose upper left is told, and how far from it.
+    fn covers_among(&self, (x0, y0): (usize, usize), (fx, fy): (f32, f32)) -> bool {
         let (x1, y1) = ((x0 + 1).min(self.width as usize - 1), (y0 + 1).min(self.height as usize - 1));
         let alpha = |x: usize, y: usize| f32::from(self.alpha[y * self.width as usize + x]);
-        let (fx, fy) = (x - x0 as f32, y - y0 as f32);
         let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
         let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
         upper + (lower - upper) * fy >= f32::from(self.threshold)

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::samples::{Grid, Point, Side, corner_points, edge, row_from};
+use super::samples::{Grid, Point, Side, edge, row_from};
 use crate::mesh::Mesh;
 
 /// How far the fourth corner may lie from where a parallelogram has it: units, since each is rounded, and parts of a picture.
@@ -13,29 +13,28 @@ const OFF_PICTURE: f32 = 1e-5;
 const OFF_DEPTH: f32 = 1e-3;
 const ROUNDED: f32 = 4e-6;
 
-/// The corners, one after the other around it, of two triangles (a, b, c) and (a, c, d) that are a parallelogram in space and
-/// in their picture.
+/// The corners, one after the other around it, of two triangles (a, b, c) and (a, c, d).
 #[inline]
-pub(super) fn parallelogram(mesh: &Mesh, points: &[Point], triangles: [[u32; 3]; 2]) -> Option<[Point; 4]> {
-    let [[a, b, c], [again, same, d]] = triangles;
-    if again != a || same != c {
-        return None;
-    }
-    let corners = [a, b, c, d];
-    let p = corner_points(points, corners)?;
+pub(super) fn joined([[a, b, c], [again, same, d]]: [[u32; 3]; 2]) -> Option<[u32; 4]> {
+    (again == a && same == c).then_some([a, b, c, d])
+}
+
+/// Whether four corners are those of a parallelogram in space and in their picture.
+#[inline]
+pub(super) fn is_parallelogram(mesh: &Mesh, corners: [u32; 4], p: [Point; 4]) -> bool {
     // Points are within 2^26 units, so that no sum overflows.
     let off = |[a, b, c, d]: [i32; 4]| (a - b + c - d).abs();
     if off(p.map(|p| p.x)) > OFF || off(p.map(|p| p.y)) > OFF {
-        return None;
+        return false;
     }
     let z = p.map(|p| p.depth);
     let most = OFF_DEPTH * ((z[0] - z[2]).abs() + (z[1] - z[3]).abs()) + ROUNDED * z[0].abs().max(z[1].abs());
     if (z[0] - z[1] + z[2] - z[3]).abs() > most {
-        return None;
+        return false;
     }
-    let uv = |i: u32| mesh.uvs.get(i as usize);
-    let off = *uv(a)? - *uv(b)? + *uv(c)? - *uv(d)?;
-    (off.abs().max_element() <= OFF_PICTURE).then_some(p)
+    let uv = |k: usize| mesh.uvs.get(corners[k] as usize).copied();
+    let (Some(a), Some(b), Some(c), Some(d)) = (uv(0), uv(1), uv(2), uv(3)) else { return false };
+    (a - b + c - d).abs().max_element() <= OFF_PICTURE
 }
 
 /// As [`scan_box`](super::samples::scan_box), of the two triangles; false, and nothing is called, where rounding has left
@@ -83,6 +82,7 @@ mod tests {
     use glam::{Vec2, Vec3};
 
     use super::*;
+    use crate::bake::samples::corner_points;
     use crate::bake::{Cutout, Maps, Picture, Repeat, Shading, Shape, Silhouette, Surface, View, rasterize};
     use crate::base::{Frame, Seed};
 
@@ -166,7 +166,10 @@ mod tests {
             |mesh: &Mesh| crate::bake::samples::project(mesh, &View::new(Frame::WORLD, Vec3::ZERO, 1.5, 1.5), grid);
         let pair = [[0, 1, 2], [0, 2, 3]];
         let whole = strewn(1, (0.5, 0.6));
-        let is = |mesh: &Mesh, pair: [[u32; 3]; 2]| parallelogram(mesh, &points(mesh), pair).is_some();
+        let is = |mesh: &Mesh, pair: [[u32; 3]; 2]| {
+            let found = joined(pair).and_then(|corners| Some((corners, corner_points(&points(mesh), corners)?)));
+            found.is_some_and(|(corners, p)| is_parallelogram(mesh, corners, p))
+        };
         assert!(is(&whole, pair));
         assert!(!is(&whole, [[0, 1, 2], [2, 3, 0]]) && !is(&whole, [[0, 1, 2], [0, 2, 99]]));
         for k in 0..4 {

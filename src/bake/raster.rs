@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use super::cutout::Level;
 use super::draft::Draft;
 use super::picture::{Picture, Repeat};
-use super::quads::parallelogram;
+use super::quads::{is_parallelogram, joined};
 use super::recipe::{Palette, Recipe};
 use super::samples::{
     Extent, Grid, Plane, Point, SMALL, Small, corner_points, extent, holds_any, is_back, mixed, project, scan_box,
@@ -453,9 +453,13 @@ impl<'a> Scene<'a> {
         triangles: [[u32; 3]; 2],
         buffer: &mut [Sample],
     ) -> bool {
-        let Some(p) = parallelogram(surface.mesh, points, triangles) else { return false };
+        let Some(corners) = joined(triangles) else { return false };
+        let Some(p) = corner_points(points, corners) else { return false };
         let Some(extent) = extent(p, self.grid) else { return true };
         let Some(small) = Small::new(p, extent) else { return false };
+        if !is_parallelogram(surface.mesh, corners, p) {
+            return false;
+        }
         self.fill_small(&small, surface, (name, triangles[0], [p[0], p[1], p[2]]), 0, buffer);
         true
     }

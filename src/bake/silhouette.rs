@@ -12,7 +12,7 @@ use glam::{DVec2, Vec2};
 use super::Cutout;
 use super::cutout::{Level, Run, TEXEL};
 use super::picture::Repeat;
-use super::quads::{parallelogram, scan_quad};
+use super::quads::{is_parallelogram, joined, scan_quad};
 use super::raster::View;
 use super::samples::{
     Extent, Grid, Plane, Point, SUBSAMPLE, corner_points, edge, extent, is_back, project_into, scan_box,
@@ -22,7 +22,7 @@ use crate::mesh::Mesh;
 /// Most samples along an edge.
 const LARGEST: usize = 8192;
 /// Most rows of a triangle's box that is looked at as a whole.
-const FEW: usize = 8;
+const FEW: usize = 32;
 
 /// How many of the first bits of a byte are set, for each number of them from one to eight.
 const FIRST: [[u8; 8]; 256] = {
@@ -134,21 +134,26 @@ impl Silhouette {
             while let [corners, others @ ..] = rest {
                 rest = others;
                 let pair = others.first().filter(|_| !shape.closed).map(|second| [*corners, *second]);
-                match pair.and_then(|pair| parallelogram(shape.mesh, &points, pair)) {
-                    Some(p) if drawn.add_pair(shape, *corners, p, grid) => rest = &others[1..],
-                    _ => drawn.add(shape, *corners, &points, grid),
+                if pair.is_some_and(|pair| drawn.add_pair(shape, pair, &points, grid)) {
+                    rest = &others[1..];
+                } else {
+                    drawn.add(shape, *corners, &points, grid);
                 }
             }
         }
         drawn
     }
 
-    /// Some samples, counted row by row.
+    /// Some samples, counted row by row, in order.
     pub(crate) fn of(columns: usize, rows: usize, covered: impl Iterator<Item = usize>) -> Self {
         let words = columns.div_ceil(64);
         let mut bits = vec![0_u64; words * rows];
+        let (mut row, mut first) = (0, 0);
         for i in covered {
-            let (row, column) = (i / columns, i % columns);
+            while i >= first + columns {
+                (row, first) = (row + 1, first + columns);
+            }
+            let column = i - first;
             bits[row * words + column / 64] |= 1 << (column % 64);
         }
         Self { columns, rows, words, bits }
@@ -234,10 +239,17 @@ impl Silhouette {
         scan_box(p, grid, extent.1.0..extent.1.1 + 1, |row, left, right| run.add(row, left, right));
     }
 
-    /// Two triangles that are a parallelogram, the first of them with these corners; false where it is to be drawn as those.
-    fn add_pair(&mut self, shape: &Shape<'_>, corners: [u32; 3], p: [Point; 4], grid: Grid) -> bool {
+    /// Two triangles that are a parallelogram, or that show nothing new; false where they are to be drawn one by one. Most are
+    /// behind others, and told so before anything else is asked of them.
+    #[inline]
+    fn add_pair(&mut self, shape: &Shape<'_>, pair: [[u32; 3]; 2], points: &[Point], grid: Grid) -> bool {
+        let Some(corners) = joined(pair) else { return false };
+        let Some(p) = corner_points(points, corners) else { return false };
         let Some(extent) = extent(p, grid).filter(|&extent| self.is_open(extent)) else { return true };
-        let mut run = self.runs(shape, (corners, [p[0], p[1], p[2]]), extent);
+        if !is_parallelogram(shape.mesh, corners, p) {
+            return false;
+        }
+        let mut run = self.runs(shape, (pair[0], [p[0], p[1], p[2]]), extent);
         scan_quad(p, grid, extent.1.0..extent.1.1 + 1, |row, left, right| run.add(row, left, right))
     }
 
@@ -274,20 +286,24 @@ impl Runs<'_, '_> {
     #[inline]
     fn add(&mut self, row: usize, left: usize, right: usize) {
         let (first, last) = (left / 64, (right - 1) / 64);
-        let line = &mut self.bits[row * self.words + first..=row * self.words + last];
         let mut run = u64::MAX << (left % 64);
-        for (word, bits) in (first..).zip(line) {
+        for word in first..=last {
             if word == last {
                 run &= u64::MAX >> (63 - (right - 1) % 64);
             }
-            let open = run & !*bits;
+            let open = run & !self.bits[row * self.words + word];
             if open != 0 {
-                let (corners, p) = self.triangle;
-                let cut = self.cut.get_or_insert_with(|| Cut::new(self.shape, corners, p, self.from));
-                *bits |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
+                self.show(row, word, open);
             }
             run = u64::MAX;
         }
+    }
+
+    /// Draws what is still clear of a word.
+    fn show(&mut self, row: usize, word: usize, open: u64) {
+        let (corners, p) = self.triangle;
+        let cut = self.cut.get_or_insert_with(|| Cut::new(self.shape, corners, p, self.from));
+        self.bits[row * self.words + word] |= cut.as_ref().map_or(open, |cut| cut.covered(word * 64, row, open));
     }
 }
 

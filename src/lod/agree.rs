@@ -104,28 +104,21 @@ impl Outlines {
         outline(tree, cutouts, view, (columns / ROUGH, rows / ROUGH))
     }
 
-    /// Every third of the views, for searches, whose drawings [`ratio_of_some`](Self::ratio_of_some) compares.
-    pub(super) fn some(&self, draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync)) -> Vec<Silhouette> {
-        self.views.par_iter().skip(1).step_by(SOME).map(|view| draw(self, view)).collect()
-    }
-
-    /// All views, of which [`some`](Self::some) are drawn already.
-    pub(super) fn others(
-        &self,
-        some: Vec<Silhouette>,
-        draw: &(dyn Fn(&Self, &View) -> Silhouette + Sync),
-    ) -> Vec<Silhouette> {
-        let is_some = |i: usize| i % SOME == 1;
-        let others: Vec<&View> = self.views.iter().enumerate().filter(|v| !is_some(v.0)).map(|v| v.1).collect();
-        let mut others = others.into_par_iter().map(|view| draw(self, view)).collect::<Vec<_>>().into_iter();
-        let mut some = some.into_iter();
-        (0..self.views.len()).filter_map(|i| if is_some(i) { some.next() } else { others.next() }).collect()
-    }
-
     /// Covered area over the full tree's, mean of every third view.
-    pub(super) fn ratio_of_some(&self, drawn: &[Silhouette]) -> f32 {
-        let ratio = |(a, b): (&Silhouette, &Silhouette)| ratio(a, b);
-        self.drawn.iter().skip(1).step_by(SOME).zip(drawn).map(ratio).sum::<f32>() / drawn.len().max(1) as f32
+    pub(super) fn ratio_of_some(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
+        self.mean_of_some(|view, full| over(full.count(), self.one(view, tree, cutouts).count()))
+    }
+
+    /// The same, drawn roughly.
+    pub(super) fn rough_ratio_of_some(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
+        let samples = (ROUGH * ROUGH) as u64;
+        self.mean_of_some(|view, full| over(full.count(), self.rough(view, tree, cutouts).count() * samples))
+    }
+
+    fn mean_of_some(&self, of: impl Fn(&View, &Silhouette) -> f32 + Sync) -> f32 {
+        let some = self.views.par_iter().zip(&self.drawn).skip(1).step_by(SOME);
+        let all: Vec<f32> = some.map(|(view, full)| of(view, full)).collect();
+        all.iter().sum::<f32>() / all.len().max(1) as f32
     }
 
     /// One view.

@@ -47,8 +47,8 @@ impl<T> Texels<'_, T> {
     fn between(&self, at: Vec2, of: impl Fn(&T) -> f32) -> f32 {
         let last = Vec2::new((self.size.0 - 1) as f32, (self.size.1 - 1) as f32);
         let at = (at - 0.5).clamp(Vec2::ZERO, last);
-        let (x, y) = (at.x as usize, at.y as usize);
-        let f = at - Vec2::new(x as f32, y as f32);
+        let corner = at.as_ivec2();
+        let (x, y, f) = (corner.x as usize, corner.y as usize, at - corner.as_vec2());
         let right = usize::from(x + 1 < self.size.0);
         let below = if y + 1 < self.size.1 { self.wide } else { 0 };
         let corner = (self.first.1 + y) * self.wide + self.first.0 + x;
@@ -144,15 +144,19 @@ impl Facing {
                 half * Vec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y)
             };
             let seen: Vec<Vec2> = (0..(columns + 1) * (rows + 1)).map(|i| found(at(i))).collect();
-            for (i, place) in made.places.iter_mut().enumerate() {
-                let (x, y) = (i % made.columns, i / made.columns);
-                let part = |v: usize| ((v % fine) as f32 + 0.5) / fine as f32;
-                let first = y / fine * (columns + 1) + x / fine;
-                let upper = seen[first].lerp(seen[first + 1], part(x));
-                let lower = seen[first + columns + 1].lerp(seen[first + columns + 2], part(x));
-                let seen = upper.lerp(lower, part(y));
-                if seen.abs().cmple(extent).all() {
-                    place[k] = within(seen);
+            let part = |v: usize| (v as f32 + 0.5) / fine as f32;
+            for (y, line) in made.places.chunks_exact_mut(made.columns).enumerate() {
+                let (first, down) = (y / fine * (columns + 1), part(y % fine));
+                for (cell, places) in line.chunks_exact_mut(fine).enumerate() {
+                    let first = first + cell;
+                    let (upper, lower) = ([seen[first], seen[first + 1]], &seen[first + columns + 1..][..2]);
+                    for (x, place) in places.iter_mut().enumerate() {
+                        let (upper, lower) = (upper[0].lerp(upper[1], part(x)), lower[0].lerp(lower[1], part(x)));
+                        let seen = upper.lerp(lower, down);
+                        if seen.abs().cmple(extent).all() {
+                            place[k] = within(seen);
+                        }
+                    }
                 }
             }
         }
@@ -175,6 +179,13 @@ impl Facing {
         all.filter(|((place, _), _)| place.x >= 0.0).map(|((place, (_, share)), axes)| (place, share, axes))
     }
 
+    /// What is `of` the places that a pixel looks at, by the shares of the frames.
+    #[inline]
+    fn mixed(&self, places: &[Vec2; 3], of: impl Fn(Vec2) -> f32) -> f32 {
+        let looks = places.iter().zip(&self.frames).filter(|(place, _)| place.x >= 0.0);
+        looks.map(|(place, (_, share))| of(*place) * share).sum()
+    }
+
     /// Some of its pixels, counted row by row; places of the others are forgotten.
     pub(super) fn some(mut self, pixels: Vec<u32>) -> Glimpse {
         let places = std::mem::take(&mut self.places);
@@ -184,8 +195,10 @@ impl Facing {
     /// The picture's alpha.
     pub(super) fn alpha(&self, all: &[u8], wide: usize) -> Vec<u8> {
         let sheet = self.texels(all, wide);
-        let own = |(place, share, _): (Vec2, f32, Frame)| sheet.between(place, |a| f32::from(*a)) * share;
-        self.places.iter().map(|&places| (self.looks(places).map(own).sum::<f32>() + 0.5) as u8).collect()
+        self.places
+            .iter()
+            .map(|places| (self.mixed(places, |place| sheet.between(place, |a| f32::from(*a))) + 0.5) as u8)
+            .collect()
     }
 
     /// Its colours and alpha; frames count by their alpha.
@@ -264,8 +277,7 @@ impl Glimpse {
     /// Which of the pixels are solid, of a sheet of so many texels a row whose alpha is 0..=1.
     pub(super) fn solid(&self, all: &[f32], wide: usize) -> Silhouette {
         let (facing, sheet) = (&self.facing, self.facing.texels(all, wide));
-        let own = |(place, share, _): (Vec2, f32, Frame)| sheet.between(place, |a| *a) * share;
-        let is_solid = |&places: &[Vec2; 3]| facing.looks(places).map(own).sum::<f32>() >= 0.5;
+        let is_solid = |places: &[Vec2; 3]| facing.mixed(places, |place| sheet.between(place, |a| *a)) >= 0.5;
         let solid = self.pixels.iter().zip(&self.places).filter(|(_, places)| is_solid(places));
         Silhouette::of(facing.columns, facing.rows, solid.map(|(i, _)| *i as usize))
     }

@@ -137,8 +137,7 @@ pub(super) fn thinned_as_seen(
     let (rounds, most) = if scene.wood.bare > 0.0 { GROWN_WOOD } else { GROWN_LEAVES };
     let mut before: Option<(f32, f32)> = None;
     for _ in 0..rounds {
-        let rough = outlines.some(&|outlines, view| outlines.one(view, &made, worn));
-        let covered = outlines.ratio_of_some(&rough);
+        let covered = outlines.ratio_of_some(&made, worn);
         if (covered - 1.0).abs() <= 0.008 {
             break;
         }

@@ -422,21 +422,20 @@ fn outlines_are_revolved_about_the_stem_below_a_crown_and_else_about_the_crown()
             plane => unreachable!("{plane:?}"),
         }
     };
-    let moved = |by: f32, stems: usize| {
-        let mut builder = PlantBuilder::from_plant(ball(2));
-        (1..stems).for_each(|_| {
-            builder.stem(Vec3::X * by, &[Vec3::ZERO, Vec3::Y], &[0.02, 0.01]);
-        });
-        // Leaves to one side move the crown's middle by half of that.
-        let plant = builder.finish().unwrap();
-        let mut builder = PlantBuilder::from_plant(plant.clone());
-        for leaf in plant.leaves().iter().take(40) {
-            builder.leaf(Leaf { offset: Vec3::X * by, ..*leaf });
+    // A crown of a metre's reach whose middle is so far from the first stem's foot.
+    let leaning = |by: f32, stems: usize| {
+        let mut builder = PlantBuilder::new();
+        let up = [Vec3::ZERO, Vec3::new(by * 0.5, 3.0, 0.0), Vec3::new(by, 6.0, 0.0)];
+        let stem = builder.stem(Vec3::ZERO, &up, &[0.2, 0.15, 0.05]);
+        (1..stems).for_each(|_| _ = builder.stem(Vec3::X * by, &[Vec3::ZERO, Vec3::Y], &[0.02, 0.01]));
+        for i in 0..24_u64 {
+            let twig = builder.branch(stem, 1.0, &[Vec3::ZERO, Seed::new(3).at(i).direction()], &[0.02, 0.01]);
+            builder.leaf(Leaf::new(twig, 1.0, Rotation::IDENTITY, 0.1, 0));
         }
         builder.finish().unwrap()
     };
-    assert!(axis(moved(0.5, 1)).length() < 1e-6);
-    for (far, stems) in [(9.0, 1), (0.5, 2)] {
-        assert!(axis(moved(far, stems)).length() > 0.05, "{far} {stems}");
+    assert!(axis(leaning(0.3, 1)).length() < 1e-6);
+    for (far, stems) in [(3.0, 1), (0.3, 2)] {
+        assert!(axis(leaning(far, stems)).length() > 0.5 * far, "{far} {stems}");
     }
 }

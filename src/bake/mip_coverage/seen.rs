@@ -70,11 +70,23 @@ impl Picture {
         let (columns, rows) = (places(self.x, size.0), places(self.y, size.1));
         // Odd, or what repeats would be met at the same rows.
         let step = (columns.len() * rows.len() / LOOKED_AT) | 1;
+        // Rows of squares as they are seen at all columns: each is looked at a few times, one after the other.
+        let mut lines = [(usize::MAX, Vec::new()), (usize::MAX, Vec::new())];
         for &(own, beside, down) in rows.iter().step_by(step) {
-            let (own, other) = (own * size.0, beside * size.0);
-            for &(x, beside, along) in &columns {
-                let upper = at(own + x) * (1.0 - along) + at(own + beside) * along;
-                let lower = at(other + x) * (1.0 - along) + at(other + beside) * along;
+            for (row, other) in [(own, beside), (beside, own)] {
+                if lines.iter().all(|line| line.0 != row) {
+                    let (held, line) = &mut lines[usize::from(lines[0].0 == other)];
+                    *held = row;
+                    line.clear();
+                    let first = row * size.0;
+                    let seen = |&(x, beside, along): &(usize, usize, f32)| {
+                        at(first + x) * (1.0 - along) + at(first + beside) * along
+                    };
+                    line.extend(columns.iter().map(seen));
+                }
+            }
+            let line = |row: usize| &lines[usize::from(lines[0].0 != row)].1;
+            for (upper, lower) in line(own).iter().zip(line(beside)) {
                 see(upper * (1.0 - down) + lower * down);
             }
         }
@@ -170,7 +182,7 @@ impl Pool {
         let mut all = 0_u32;
         for picture in self.members(pictures) {
             picture.look((at, size), k, |alpha| {
-                bins[((alpha * 4.0) as usize).min(BINS - 1)] += 1;
+                bins[((alpha * 4.0) as u32 as usize).min(BINS - 1)] += 1;
                 all += 1;
             });
         }

@@ -21,6 +21,7 @@ pub(super) struct Square {
 }
 
 impl Square {
+    #[inline]
     pub(super) fn texel(alpha: u8, free: bool, gap: f32) -> Self {
         let own = f32::from(alpha);
         let solid = own >= SOLID;
@@ -29,19 +30,31 @@ impl Square {
         Self { solid: f32::from(u8::from(solid)), low, high, free_low, free_high, own }
     }
 
-    fn mean(of: [Self; 4]) -> Self {
-        let mean = |get: fn(&Self) -> f32| (get(&of[0]) + get(&of[1]) + get(&of[2]) + get(&of[3])) * 0.25;
+    /// The mean of four, added up one by one: they need not stand in memory together.
+    #[inline]
+    fn mean(of: impl Fn(usize) -> Self) -> Self {
+        let mut sum = of(0);
+        for part in 1..4 {
+            let part = of(part);
+            sum.solid += part.solid;
+            sum.low += part.low;
+            sum.high += part.high;
+            sum.free_low += part.free_low;
+            sum.free_high += part.free_high;
+            sum.own += part.own;
+        }
         Self {
-            solid: mean(|s| s.solid),
-            low: mean(|s| s.low),
-            high: mean(|s| s.high),
-            free_low: mean(|s| s.free_low),
-            free_high: mean(|s| s.free_high),
-            own: mean(|s| s.own),
+            solid: sum.solid * 0.25,
+            low: sum.low * 0.25,
+            high: sum.high * 0.25,
+            free_low: sum.free_low * 0.25,
+            free_high: sum.free_high * 0.25,
+            own: sum.own * 0.25,
         }
     }
 
     /// Keeps it on one side of the cut-off.
+    #[inline]
     fn keep(&mut self, solid: bool) {
         let (least, most) = if solid { (SOLID + MARGIN, 255.0) } else { (0.0, CLEAR - MARGIN) };
         let (low, high) = (self.low.max(least), self.high.min(most));
@@ -65,8 +78,14 @@ pub(super) struct Level {
 
 impl Level {
     pub(super) fn of(width: usize, height: usize, fine: impl Fn(usize, usize) -> Square + Sync) -> Self {
-        let square = |i: usize| Square::mean(children(i, width).map(|part| fine(i, part)));
-        let squares = (0..width * height).into_par_iter().with_min_len(1 << 13).map(square).collect();
+        let mut squares = vec![Square::default(); width * height];
+        let row = |(y, row): (usize, &mut [Square])| {
+            for (x, square) in row.iter_mut().enumerate() {
+                let parts = children((x, y), width);
+                *square = Square::mean(|k| fine(y * width + x, parts[k]));
+            }
+        };
+        squares.par_chunks_exact_mut(width.max(1)).with_min_len(rows_of_a_task(width)).enumerate().for_each(row);
         Self { width, height, squares }
     }
 
@@ -91,11 +110,14 @@ impl Level {
         let squares = &self.squares;
         // Each once: those that two pictures of a pool share are the first one's.
         let owned = |i: usize, pool: &Pool| -> Vec<u32> {
-            let squares = pool.of.iter().flat_map(|&p| {
+            let mut all = Vec::new();
+            for &p in &pool.of {
                 let [columns, rows] = pictures[p].squares(k, size);
-                rows.flat_map(move |y| columns.clone().map(move |x| (y * size.0 + x) as u32))
-            });
-            let mut all: Vec<u32> = squares.filter(|&at| owners[at as usize] as usize == i).collect();
+                for first in rows.map(|y| y * size.0) {
+                    let own = columns.clone().map(|x| (first + x) as u32);
+                    all.extend(own.filter(|&at| owners[at as usize] as usize == i));
+                }
+            }
             if pool.of.len() > 1 {
                 all.sort_unstable();
                 all.dedup();
@@ -121,22 +143,27 @@ impl Level {
             }
         };
         let choices: Vec<Choice> = pools.par_iter().enumerate().map(of).collect();
-        let each = self.squares.par_iter_mut().zip(&owners).enumerate().with_min_len(1 << 13);
-        each.for_each(|(at, (square, &owner))| {
-            let is_solid = match choices.get(owner as usize) {
-                Some(&Choice::By { by, least }) => {
-                    let is_solid = square.own >= least;
-                    let far = (((square.own - CUT).abs() - by.abs()) / FAR).clamp(0.0, 1.0);
-                    square.own = (square.own + by * (1.0 - far)).clamp(square.low, square.high);
-                    is_solid
-                }
-                Some(Choice::Solid(solid)) => solid.binary_search(&(at as u32)).is_ok(),
-                Some(Choice::None) | None => return,
-            };
-            square.keep(is_solid);
+        let some = self.squares.par_chunks_mut(TASK).zip(owners.par_chunks(TASK)).enumerate();
+        some.for_each(|(task, (squares, owners))| {
+            for (at, (square, &owner)) in (task * TASK..).zip(squares.iter_mut().zip(owners)) {
+                let is_solid = match choices.get(owner as usize) {
+                    Some(&Choice::By { by, least }) => {
+                        let is_solid = square.own >= least;
+                        let far = (((square.own - CUT).abs() - by.abs()) / FAR).clamp(0.0, 1.0);
+                        square.own = (square.own + by * (1.0 - far)).clamp(square.low, square.high);
+                        is_solid
+                    }
+                    Some(Choice::Solid(solid)) => solid.binary_search(&(at as u32)).is_ok(),
+                    Some(Choice::None) | None => continue,
+                };
+                square.keep(is_solid);
+            }
         });
     }
 }
+
+/// Squares that are worth a task of their own.
+const TASK: usize = 1 << 13;
 
 /// How far from the alpha with which enough shows is that from which on squares are solid: what shows goes before how many are.
 const NEAR: f32 = 3.0;
@@ -156,7 +183,7 @@ fn least_solid(squares: &[Square], of: &[u32]) -> f32 {
     const BINS: usize = 1 << 10;
     let (mut bins, mut wanted) = ([0_u32; BINS], 0.0_f32);
     for square in of.iter().map(|&at| &squares[at as usize]) {
-        bins[((square.own * 4.0) as usize).min(BINS - 1)] += 1;
+        bins[((square.own * 4.0) as u32 as usize).min(BINS - 1)] += 1;
         wanted += square.solid;
     }
     let (mut above, mut bin) = (0.0_f32, BINS);
@@ -202,28 +229,32 @@ pub(super) fn settle(alpha: &mut [u8], (free, gaps): (&[bool], &[f32]), levels: 
     // From the coarsest down: each square hands its mean on to its four parts.
     let mut goals: Vec<f32> = last.squares.iter().map(|s| s.own).collect();
     for k in (1..levels.len()).rev() {
-        let (fine, width) = (&levels[k - 1], levels[k].width);
-        let mut next = vec![0.0_f32; fine.squares.len()];
-        for (i, goal) in goals.iter().enumerate() {
-            let parts = children(i, width);
-            for (part, goal) in parts.into_iter().zip(handed(*goal, parts.map(|p| fine.squares[p]))) {
-                next[part] = goal;
+        let (fine, width) = (&levels[k - 1].squares, levels[k].width);
+        let mut next = vec![0.0_f32; fine.len()];
+        let rows = next.par_chunks_exact_mut(4 * width).zip(fine.par_chunks_exact(4 * width));
+        let rows = rows.zip(goals.par_chunks_exact(width)).with_min_len(rows_of_a_task(width));
+        rows.for_each(|((next, fine), goals)| {
+            for (x, goal) in goals.iter().enumerate() {
+                let parts = children((x, 0), width);
+                for (part, goal) in parts.into_iter().zip(handed(*goal, |k| fine[parts[k]])) {
+                    next[part] = goal;
+                }
             }
-        }
+        });
         goals = next;
     }
     let width = levels[0].width;
     let of = (goals.par_chunks_exact(width), gaps.par_chunks_exact(width));
     let rows = alpha.par_chunks_exact_mut(4 * width).zip(free.par_chunks_exact(4 * width)).zip(of.0.zip(of.1));
-    rows.for_each(|((alpha, free), (goals, gaps))| {
+    rows.with_min_len(rows_of_a_task(width)).for_each(|((alpha, free), (goals, gaps))| {
         for (x, (goal, &gap)) in goals.iter().zip(gaps).enumerate() {
-            let parts = children(x, width);
+            let parts = children((x, 0), width);
             let sum: u32 = parts.iter().map(|&p| u32::from(alpha[p])).sum();
             if sum as f32 * 0.25 == *goal {
                 continue;
             }
-            let texels = parts.map(|p| Square::texel(alpha[p], free[p], gap));
-            for ((part, goal), texel) in parts.into_iter().zip(handed(*goal, texels)).zip(texels) {
+            let texels: [Square; 4] = std::array::from_fn(|k| Square::texel(alpha[parts[k]], free[parts[k]], gap));
+            for ((part, goal), texel) in parts.into_iter().zip(handed(*goal, |k| texels[k])).zip(&texels) {
                 alpha[part] = (goal + 0.5).clamp(texel.low, texel.high) as u8;
             }
         }
@@ -231,17 +262,23 @@ pub(super) fn settle(alpha: &mut [u8], (free, gaps): (&[bool], &[f32]), levels: 
 }
 
 /// The means of four parts that make `goal`: what is free is moved first, each by its room, then the rest.
-fn handed(goal: f32, parts: [Square; 4]) -> [f32; 4] {
-    let mut at = parts.map(|p| p.own);
+#[inline]
+fn handed(goal: f32, part: impl Fn(usize) -> Square) -> [f32; 4] {
+    let mut at: [f32; 4] = std::array::from_fn(|i| part(i).own);
     let mut short = goal * 4.0 - at.iter().sum::<f32>();
     // Most parts are left as they are: means of whole numbers are exact.
     if short == 0.0 {
         return at;
     }
     let up = short > 0.0;
-    let ends: [fn(&Square) -> f32; 2] = if up { [|s| s.free_high, |s| s.high] } else { [|s| s.free_low, |s| s.low] };
-    for end in ends {
-        let room: [f32; 4] = std::array::from_fn(|i| end(&parts[i]) - at[i]);
+    for is_free in [true, false] {
+        let end = |i: usize| match (part(i), is_free, up) {
+            (part, true, true) => part.free_high,
+            (part, true, false) => part.free_low,
+            (part, false, true) => part.high,
+            (part, false, false) => part.low,
+        };
+        let room: [f32; 4] = std::array::from_fn(|i| end(i) - at[i]);
         let all: f32 = room.iter().sum();
         if all == 0.0 || short == 0.0 || (all > 0.0) != up {
             continue;
@@ -255,8 +292,14 @@ fn handed(goal: f32, parts: [Square; 4]) -> [f32; 4] {
     at
 }
 
-/// The four squares of the next finer level within the `i`-th of one that is `width` wide.
-fn children(i: usize, width: usize) -> [usize; 4] {
-    let first = i / width * 4 * width + i % width * 2;
+/// The four squares of the next finer level within one of a level that is `width` wide.
+#[inline]
+fn children((x, y): (usize, usize), width: usize) -> [usize; 4] {
+    let first = 4 * width * y + 2 * x;
     [first, first + 1, first + 2 * width, first + 2 * width + 1]
+}
+
+/// Rows of squares that are worth a task.
+fn rows_of_a_task(width: usize) -> usize {
+    (TASK / width.max(1)).max(1)
 }
