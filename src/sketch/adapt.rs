@@ -18,9 +18,11 @@ use std::ops::Range;
 use glam::Vec2;
 
 use super::laplace::extended;
-use super::outline::Ring;
+use super::outline::{Edges, Ring};
 use super::region::twice_signed_area;
 
+/// How near to its parent's outline a cage covers it, over the crown's size: the paper's 10 pixels where a crown is 500 across.
+pub(super) const NEAR: f32 = 0.02;
 /// How far a child's arc is drawn out along F.
 const FARTHEST: f32 = 2.0;
 /// Most places that an outline is looked at.
@@ -35,8 +37,8 @@ struct End {
     reach: f32,
 }
 
-/// Spreads children over what none of them covers of their parent's outline. `near` is how near to it counts as covered, metres
-/// (the paper: 10 pixels); they go `share` of the way, 0..=1.
+/// Spreads children over what none of them covers of their parent's outline. `near` is how near to it counts as covered,
+/// metres; they go `share` of the way, 0..=1.
 pub(super) fn cover(parent: &[Vec2], children: &[Range<usize>], places: &mut [Vec2], share: f32, near: f32) {
     let ring = Ring::new(parent);
     let length = ring.length();
@@ -90,16 +92,9 @@ fn lies_at(cage: &[Vec2], outline: &[Vec2], near: f32) -> Vec<bool> {
     if !at.contains(&true) {
         return at;
     }
-    // Start, way, and one over the square of its length.
-    let edge = |(a, b): (&Vec2, &Vec2)| (*a, *b - *a, 1.0 / a.distance_squared(*b).max(1e-12));
-    let edges: Vec<(Vec2, Vec2, f32)> = cage.iter().zip(cage.iter().cycle().skip(1)).map(edge).collect();
+    let edges = Edges::new(cage);
     for (at, p) in at.iter_mut().zip(outline).filter(|(at, _)| **at) {
-        let (mut inside, mut off) = (false, f32::INFINITY);
-        for &(a, way, over) in &edges {
-            let from = *p - a;
-            off = off.min((from - way * (from.dot(way) * over).clamp(0.0, 1.0)).length_squared());
-            inside ^= (from.y >= 0.0) != (from.y >= way.y) && (way.perp_dot(from) > 0.0) == (way.y > 0.0);
-        }
+        let (inside, off) = edges.at(*p);
         *at = inside || off <= near * near;
     }
     at

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::adapt;
 use super::along::Along;
 use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
@@ -28,8 +29,6 @@ use crate::plant::{Chain, ChainId, Curve, Leaf, Plant, PlantBuilder, STATIONS, f
 
 /// Mean way of a silhouette's places, over the crown's size, from which lobes spread freely.
 const CHANGED: f32 = 0.03;
-/// How near to its parent's outline a cage covers it, over the crown's size: the paper's 10 pixels where a crown is 500 across.
-const COVERED: f32 = 0.02;
 /// Cells along the longest edge on which lobes spread, without detail and for all of it.
 const CELLS: (f32, f32) = (40.0, 64.0);
 
@@ -257,7 +256,7 @@ impl Sketcher {
     /// The vertices of a view's cages under a root, which `changed` as much.
     fn moved(&self, chart: &Chart, root: &[Vec2], method: Method, changed: f32) -> Vec<Vec2> {
         let adapts = matches!(method, Method::Adaptive | Method::AdaptiveCages) && changed > 0.0;
-        chart.cages.moved(root, adapts.then_some((changed, COVERED * self.size)))
+        chart.cages.moved(root, adapts.then_some((changed, adapt::NEAR * self.size)))
     }
 
     /// How much each handle covers.

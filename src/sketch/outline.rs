@@ -115,6 +115,29 @@ pub(super) fn hull(points: &[Vec2]) -> Vec<Vec2> {
     ring
 }
 
+/// The edges of a closed ring, for asking where places lie.
+#[derive(Clone, Debug)]
+pub(super) struct Edges(Vec<(Vec2, Vec2, f32)>);
+
+impl Edges {
+    pub(super) fn new(ring: &[Vec2]) -> Self {
+        // Start, way, and one over the square of its length.
+        let edge = |(a, b): (&Vec2, &Vec2)| (*a, *b - *a, 1.0 / a.distance_squared(*b).max(1e-12));
+        Self(ring.iter().zip(ring.iter().cycle().skip(1)).map(edge).collect())
+    }
+
+    /// Whether a place is inside, by the even-odd rule, and the square of its distance to the ring.
+    pub(super) fn at(&self, p: Vec2) -> (bool, f32) {
+        let (mut inside, mut off) = (false, f32::INFINITY);
+        for &(a, way, over) in &self.0 {
+            let from = p - a;
+            off = off.min((from - way * (from.dot(way) * over).clamp(0.0, 1.0)).length_squared());
+            inside ^= (from.y >= 0.0) != (from.y >= way.y) && (way.perp_dot(from) > 0.0) == (way.y > 0.0);
+        }
+        (inside, off)
+    }
+}
+
 /// What an open line makes of a ring.
 #[derive(Clone, Debug)]
 pub(super) struct Replaced {

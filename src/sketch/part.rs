@@ -7,6 +7,7 @@
 
 use glam::Vec2;
 
+use super::outline::Edges;
 use crate::base::math;
 
 /// How far from what is replaced a sketch acts: over the length of the part, and at most over the crown's size.
@@ -17,8 +18,8 @@ const WHOLE: f32 = 0.2;
 /// The part of a crown about which a sketch acts.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// The old part, and back along the line.
-    between: Vec<Vec2>,
+    /// What lies between the old part and the line.
+    between: Edges,
     far: f32,
 }
 
@@ -27,31 +28,18 @@ impl Part {
     /// way.
     pub(super) fn new(old: &[Vec2], line: &[Vec2], size: f32) -> Self {
         let length: f32 = old.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-        let between = old.iter().chain(line.iter().rev()).copied().collect();
-        Self { between, far: (length * FAR.0).min(size * FAR.1) }
+        let between: Vec<Vec2> = old.iter().chain(line.iter().rev()).copied().collect();
+        Self { between: Edges::new(&between), far: (length * FAR.0).min(size * FAR.1) }
     }
 
     /// How much the sketch acts at a place, 0..=1.
     pub(super) fn at(&self, p: Vec2) -> f32 {
-        let pairs = || self.between.iter().zip(self.between.iter().cycle().skip(1));
-        if pairs().filter(|(a, b)| crosses(**a, **b, p)).count() % 2 == 1 {
+        let (inside, off) = self.between.at(p);
+        if inside {
             return 1.0;
         }
-        let away = pairs().map(|(a, b)| off(*a, *b, p)).fold(f32::INFINITY, f32::min).sqrt();
-        1.0 - math::smoothstep(self.far * WHOLE, self.far.max(1e-9), away)
+        1.0 - math::smoothstep(self.far * WHOLE, self.far.max(1e-9), off.sqrt())
     }
-}
-
-/// Whether a segment crosses the level to the right of a place.
-fn crosses(a: Vec2, b: Vec2, p: Vec2) -> bool {
-    (a.y <= p.y) != (b.y <= p.y) && a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y)) > p.x
-}
-
-/// Square of the distance to a segment.
-fn off(a: Vec2, b: Vec2, p: Vec2) -> f32 {
-    let way = b - a;
-    let f = ((p - a).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-    (a + way * f).distance_squared(p)
 }
 
 #[cfg(test)]
