@@ -153,6 +153,12 @@ fn nothing_comes_below_the_ground_from_above() {
             let sketcher = bound(bush.clone(), raised(elevation)).unwrap();
             for size in [SketchSize::Crown, SketchSize::Stretched, SketchSize::Metres(6.0)] {
                 let sketched = sketcher.draw(&Sketch { size, ..sketch(&drawn) }).unwrap();
+                // Lobes are told to stay about above it, and not only cut off there: the rounds at the rim add a little.
+                let sunk = |(handle, told): (&super::super::spine::Handle, &Vec3)| {
+                    handle.position.y.min(0.0) - (handle.position + *told).y
+                };
+                let deepest = sketcher.handles.iter().zip(&sketched.told).map(sunk).fold(0.0, f32::max);
+                assert!(deepest < 0.4, "{body} {elevation} {size:?}: {deepest}");
                 for t in [0.5, 1.0] {
                     let made = sketched.at(t);
                     assert!(heights(&made)[2] >= lowest - 1e-3, "{body} {elevation} {size:?}: {:?}", heights(&made));
