@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::output::Turn;
-use super::replace::replace;
+use super::replace::replace_in;
 use super::{Specimen, record, specimens};
 use crate::base::counted;
 use crate::export::Manifest;
@@ -43,9 +43,9 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
         current => return Ok(current.is_some()),
     }
     // Of two builds into one folder the later sees the sets of both.
-    let _turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    let turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
     let Some((_, new)) = pages(out, presets)? else { return Ok(false) };
-    replace(&out.join(GALLERY), new.as_bytes())?;
+    replace_in(&turn, &out.join(GALLERY), new.as_bytes())?;
     Ok(true)
 }
 

@@ -144,6 +144,7 @@ impl OutputError {
 #[derive(Debug)]
 pub(super) struct Turn {
     _file: fs::File,
+    is_alone: bool,
 }
 
 impl Turn {
@@ -156,18 +157,29 @@ impl Turn {
         fs::create_dir_all(out).map_err(|source| OutputError::Io { path: out.to_path_buf(), source })?;
         let path = out.join(LOCK);
         let file = Self::open(&path).map_err(|source| OutputError::Io { path, source })?;
-        if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
-            wait();
-            // An error here is one of a file system that can't wait; see above.
-            let _ = file.lock();
-        }
-        Ok(Self { _file: file })
+        let is_alone = match file.try_lock() {
+            Ok(()) => true,
+            Err(fs::TryLockError::WouldBlock) => {
+                wait();
+                // An error here is one of a file system that can't wait; see above.
+                file.lock().is_ok()
+            }
+            Err(fs::TryLockError::Error(_)) => false,
+        };
+        Ok(Self { _file: file, is_alone })
+    }
+
+    /// Whether nobody else can have the turn: not where the file system has no locks.
+    pub(super) fn is_alone(&self) -> bool {
+        self.is_alone
     }
 
     /// Takes the turn if nobody has it; none also where the folder can't be written.
     pub(super) fn at_once(out: &Path) -> Option<Self> {
         let file = Self::open(&out.join(LOCK)).ok()?;
-        (!matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock))).then_some(Self { _file: file })
+        let lock = file.try_lock();
+        let is_alone = lock.is_ok();
+        (!matches!(lock, Err(fs::TryLockError::WouldBlock))).then_some(Self { _file: file, is_alone })
     }
 
     /// Another user's lock may be there to be read only, which is enough to lock it.

@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
+use super::output::Turn;
+
 /// For how long nobody writes at a file: what is older was left by somebody who was killed.
 pub(super) const LEFT: Duration = Duration::from_hours(1);
 
@@ -15,14 +17,29 @@ pub(super) const LEFT: Duration = Duration::from_hours(1);
 ///
 /// When the folder can't be written. The file is as it was then.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace_after(LEFT, path, bytes)
+}
+
+/// As [`replace`], of a file that is only written by who has the turn. What was left beside it is removed at once: nobody
+/// else is writing.
+///
+/// # Errors
+///
+/// When the folder can't be written. The file is as it was then.
+pub(super) fn replace_in(turn: &Turn, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace_after(if turn.is_alone() { Duration::ZERO } else { LEFT }, path, bytes)
+}
+
+fn replace_after(left: Duration, path: &Path, bytes: &[u8]) -> io::Result<()> {
     // A pipe or device, `/dev/stdout` say, holds nothing to be replaced.
     if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return fs::write(path, bytes);
     }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     if fs::read(path).is_ok_and(|old| old == bytes) {
+        sweep(path, &name, left);
         return Ok(());
     }
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!("{}{}{END}", start(&name), chance()));
     let file = fs::File::create_new(&beside)?;
     let write = |mut file: fs::File| {
@@ -34,7 +51,7 @@ pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         fs::rename(&beside, path)
     };
     write(file).inspect_err(|_| drop(fs::remove_file(&beside)))?;
-    sweep(path, &name);
+    sweep(path, &name, left);
     Ok(())
 }
 
@@ -51,8 +68,9 @@ fn start(name: &str) -> String {
 }
 const END: &str = ".new";
 
-/// Removes what was left beside a file that was just written. Times are those of the file system: no clock is asked.
-fn sweep(path: &Path, name: &str) {
+/// Removes what was left beside a file that was just written, `left` before it or earlier. Times are those of the file
+/// system: no clock is asked.
+fn sweep(path: &Path, name: &str, left: Duration) {
     let time = |path: &Path| fs::symlink_metadata(path).and_then(|m| m.modified()).ok();
     let (Some(now), Some(folder), start) = (time(path), path.parent(), start(name)) else { return };
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -62,7 +80,7 @@ fn sweep(path: &Path, name: &str) {
         let number = found.to_str().and_then(|found| found.strip_prefix(&start)?.strip_suffix(END));
         let is_ours = number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
         let age = |then| now.duration_since(then).unwrap_or_default();
-        if is_ours && time(&entry.path()).is_some_and(|then| age(then) > LEFT) {
+        if is_ours && time(&entry.path()).is_some_and(|then| age(then) >= left) {
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -95,6 +113,11 @@ mod tests {
         assert!(!at(".page.html.12.new").exists());
         let left = fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(left, 5, "a writer at work, and files of others, stay");
+        let turn = Turn::take(folder.path(), || {}).unwrap();
+        replace_in(&turn, &at("page.html"), b"newer").unwrap();
+        assert!(!at(".page.html.13.new").exists(), "who has the turn is the only writer");
+        let left = fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, 5, "the lock came, and files of others stay");
         assert!(replace(&at("none/page.html"), b"new").is_err());
     }
 }

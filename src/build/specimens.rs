@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::output::Turn;
-use super::replace::replace;
+use super::replace::replace_in;
 use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline};
 use crate::bake::{Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
 use crate::base::{Diagnostic, Key, Seed};
@@ -154,7 +154,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     if Due::of(&found, &named, out).is_nothing() {
         return Ok(false);
     }
-    let _turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    let turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
     // Somebody else may have drawn meanwhile: what is written below is what stands there now, and more.
     let due = Due::of(&found, &named, out);
     if due.is_nothing() {
@@ -172,7 +172,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
                     specimen.sheet = hex(&old);
                 }
-                (Some(png), _) => replace(&target, png)?,
+                (Some(png), _) => replace_in(&turn, &target, png)?,
                 (None, Some(old)) if is_signed(&old) => fs::remove_file(&target)?,
                 _ => {}
             }
@@ -191,7 +191,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     // Goes only if nothing is in it.
     let _ = fs::remove_dir(out.join(FOLDER));
     let index = Index { version: version(), specimens: all };
-    replace(&out.join(INDEX), &serde_json::to_vec(&index).map_err(io::Error::other)?)?;
+    replace_in(&turn, &out.join(INDEX), &serde_json::to_vec(&index).map_err(io::Error::other)?)?;
     Ok(true)
 }
 

@@ -45,8 +45,10 @@ pub(crate) enum Victim {
 pub(crate) fn kill(program: &dyn Fn(&Path, &[&str]) -> Command, victim: Victim, count: usize) -> Found {
     let project = tiny::project();
     let folder = project.path().join("out/grown");
+    // The pages of all sets are mended by who makes such pages: not by the build of one preset.
+    let what = if victim == Victim::Watch { "." } else { "grown.ron" };
     let run = || {
-        let mut command = program(project.path(), &["build", "grown.ron", "--out", "out"]);
+        let mut command = program(project.path(), &["build", what, "--out", "out"]);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().unwrap().success()
     };
     let write = |seed: usize| {
