@@ -10,10 +10,10 @@ use super::tangent::tangent_of;
 use super::{CrownLight, Mesh};
 use crate::plant::LeafForm;
 
-/// How much of a card's normal is the crown's, the rest is its own; and of a frond's, of which few make a crown: its outside lies
-/// below those that hang.
+/// How much of a card's normal is a full crown's, the rest is its own; and of the leaves of a crown that one sees through, which
+/// hang alone in the light, as fronds do: their crown's outside lies below those that hang.
 const CANOPY: f32 = 0.72;
-const OF_FRONDS: f32 = 0.2;
+const ALONE: f32 = 0.2;
 /// Vertices that are made together.
 const LANES: usize = 8;
 /// Squares of lengths below this have no direction.
@@ -23,8 +23,12 @@ const NOTHING: f32 = 1e-20;
 const HANGS: f32 = 0.1;
 
 /// How much of the normals of a leaf are the crown's.
-pub(super) const fn share_of(form: &LeafForm) -> f32 {
-    if matches!(form, LeafForm::Frond { .. }) { OF_FRONDS } else { CANOPY }
+pub(super) const fn share_of(form: &LeafForm, light: &CrownLight) -> f32 {
+    if matches!(form, LeafForm::Frond { .. }) {
+        ALONE
+    } else {
+        CANOPY * light.fullness() + ALONE * (1.0 - light.fullness())
+    }
 }
 
 /// Whether a leaf's front looks the other way than its own normal at its middle does: out of the crown, of a frond up, since the
@@ -167,10 +171,16 @@ impl CrownLight {
                 made[a][k] = (places[a][k] - centre[a]) * bulge[a];
             }
         }
-        let squares = unit(&mut made);
+        let (squares, fullness) = (unit(&mut made), self.fullness());
         for k in 0..LANES {
             // The very middle looks up.
-            made[1][k] = if squares[k] > NOTHING { made[1][k] } else { 1.0 };
+            let up = if squares[k] > NOTHING { made[1][k] } else { 1.0 };
+            made[0][k] *= fullness;
+            made[1][k] = up * fullness + (1.0 - fullness);
+            made[2][k] *= fullness;
+        }
+        if fullness < 1.0 {
+            unit(&mut made);
         }
         made
     }
@@ -195,7 +205,7 @@ mod tests {
             let own = if i == 5 { -light.outward(place) * (CANOPY / (1.0 - CANOPY)) } else { seed.at(1).direction() };
             (place, own, (seed.at(2).direction(), seed.at(3).direction()))
         };
-        let share = |i: u64| if i % 7 == 2 { OF_FRONDS } else { CANOPY };
+        let share = |i: u64| if i % 7 == 2 { ALONE } else { CANOPY };
         for i in 0..29 {
             let (place, own, ways) = vertex(i);
             canopy.add(&mut mesh, place, (own, share(i)), ways);

@@ -246,7 +246,7 @@ pub fn leaf_cards_in<'c>(
         let middle = pose.position + if bent.is_some() { along(0.5).1 } else { y * (size * 0.5) };
         let own = if bent.is_some() { along(0.5).0 } else { z };
         let side = if is_turned(&leaf.form, own, light.outward(middle)) { -1.0 } else { 1.0 };
-        let share = share_of(&leaf.form);
+        let share = share_of(&leaf.form, light);
         let (sin, cos) = folded.1;
         let sin = if bent.is_some() { sin * side } else { sin };
         // Light changes little across a card.

@@ -206,7 +206,7 @@ pub fn card_key(KeyPlant { plant, posed }: &KeyPlant<'_>, picked: &[usize], scal
         };
         let outward = light.outward(pose.position + tip * 0.5);
         let side = if is_turned(&leaf.form, own, outward) { -1.0 } else { 1.0 };
-        let share = share_of(&leaf.form);
+        let share = share_of(&leaf.form, &light);
         for (u, v) in [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)] {
             let position = pose.position + pose.frame.x * (u * width) + tip * v;
             let normal = light.outward(position) * share + own * (side * (1.0 - share));

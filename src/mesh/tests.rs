@@ -504,23 +504,45 @@ fn dropping_thin_wood_drops_what_it_bears() {
     assert_eq!(none, Mesh::default());
 }
 
-#[test]
-fn the_middle_of_a_crown_is_darker_than_its_rim() {
+/// A stem with a ball of 400 leaves around 4.8 m.
+fn ball(leaf: f32) -> Plant {
     let mut builder = PlantBuilder::new();
     let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 8.0], &[0.1, 0.05]);
     for i in 0..400 {
         let s = Seed::new(1).at(i);
         let p = s.direction() * 3.0;
         let id = builder.branch(stem, 0.6, &[Vec3::ZERO, p], &[0.01, 0.005]);
-        builder.leaf(Leaf::new(id, 1.0, Rotation::IDENTITY, 0.1, 0));
+        builder.leaf(Leaf::new(id, 1.0, Rotation::IDENTITY, leaf, 0));
     }
-    let plant = builder.finish().unwrap();
+    builder.finish().unwrap()
+}
+
+#[test]
+fn the_middle_of_a_crown_is_darker_than_its_rim() {
+    let plant = ball(0.6);
     let light = CrownLight::of(&plant, &plant.pose());
     let middle = light.shade(Vec3::Y * 4.8);
     // Dark, but not black: shadows fall on it besides.
-    assert!((130..160).contains(&middle) && light.shade(Vec3::Y * 7.7) > 225, "{middle}");
+    assert!((130..160).contains(&middle) && light.shade(Vec3::Y * 8.0) > 225, "{middle}");
     assert!(light.shade(Vec3::Y * 20.0) == 255);
     assert!(light.outward(Vec3::new(3.0, 4.8, 0.0)).x > 0.95);
+}
+
+#[test]
+fn leaves_that_hide_nothing_are_lit_from_above_and_darken_nothing() {
+    for (leaf, is_full) in [(0.6, true), (0.1, false)] {
+        let plant = ball(leaf);
+        let posed = plant.pose();
+        let light = CrownLight::of(&plant, &posed);
+        let below = Vec3::new(0.0, 1.9, 0.0);
+        assert!(if is_full { light.outward(below).y < -0.9 } else { light.outward(below).y > 0.9 });
+        assert!(is_full == (light.shade(Vec3::Y * 4.8) < 200));
+        let cards = leaf_cards(&plant, &posed, &all_cards(&plant), CardShape::Flat);
+        let low = cards.positions.iter().zip(&cards.normals).filter(|(p, _)| p.y < 3.8).map(|(_, n)| n.y);
+        let (sum, count) = low.fold((0.0, 0), |(sum, count), y| (sum + y, count + 1));
+        let mean = sum / count as f32;
+        assert!(count > 100 && if is_full { mean < -0.25 } else { mean > 0.15 }, "{leaf}: {mean} of {count}");
+    }
 }
 
 #[test]
