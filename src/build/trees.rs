@@ -18,16 +18,16 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 13);
 const SKETCH: Stage = Stage("sketch", 9);
-const LADDER: Stage = Stage("ladder", 46);
+const LADDER: Stage = Stage("ladder", 47);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 40);
+const LEVEL: Stage = Stage("level", 41);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 10);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 5);
+const COLORS: Stage = Stage("colors", 6);
 /// What levels are measured with; kept in memory only.
 const OUTLINES: Stage = Stage("outlines", 6);
-const REFERENCE: Stage = Stage("reference", 9);
+const REFERENCE: Stage = Stage("reference", 10);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 3);
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
+use super::bark_uv::{Bend, drawn_in};
 use super::rings::{Base, span_at};
 use super::roots::Roots;
 use super::shapes::Shapes;
@@ -90,7 +91,7 @@ impl Wood<'_> {
         let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
         let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
         let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0, shape.foot.turn()).corners(sides));
-        let mut density_before = None;
+        let (mut density_before, mut bend) = (None, Bend::default());
         let mut last = first;
         let start = mesh.positions.len() as u32;
         let is_capped = self.is_capped(id, detail);
@@ -105,10 +106,12 @@ impl Wood<'_> {
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
         own.clear();
         for (j, ring) in body.iter().enumerate() {
-            frame = frame.transported(ring.tangent);
             let (here, girth) = (around(ring.radius), girth(ring.radius));
             let density = here / girth.max(1e-6);
-            v -= last.centre.distance(ring.centre) * 0.5 * (density + density_before.unwrap_or(density));
+            let step = last.centre.distance(ring.centre);
+            v -= step * 0.5 * (density + density_before.unwrap_or(density));
+            bend.step(frame, ring.tangent, step / ring.radius.max(1e-6));
+            frame = frame.transported(ring.tangent);
             density_before = Some(density);
             let shade = Self::shade(light, ring.centre, ring.radius);
             let slope = ring.slope.clamp(-2.0, 2.0);
@@ -138,7 +141,8 @@ impl Wood<'_> {
                     let leant = base.blended(foot, place, normal, ring.radius);
                     seen = (leant, tangent_of(leant, around, -frame.y));
                 }
-                push(mesh, place, seen, Vec2::new(u, v), shade);
+                let ahead = bend.ahead((sin, cos)) * ring.radius * density;
+                push(mesh, place, seen, Vec2::new(u, v + ahead), shade);
             }
             last = *ring;
         }
@@ -150,9 +154,13 @@ impl Wood<'_> {
             && let Some(bearer) = shapes.bearer(self, id, detail)
         {
             let span = span_at(bearer.rings, self.plant.chain(id).location);
-            for place in &mut mesh.positions[start as usize..start as usize + columns] {
+            let ring = start as usize..start as usize + columns;
+            let length = |places: &[Vec3]| places.array_windows().map(|[a, b]| a.distance(*b)).sum::<f32>();
+            let whole = length(&mesh.positions[ring.clone()]);
+            for place in &mut mesh.positions[ring.clone()] {
                 *place = bearer.within(first.centre, *place, span, self.may_stick_out(detail));
             }
+            drawn_in(&mesh.positions[ring.clone()], &mut mesh.uvs[ring], whole);
         }
         let columns = columns as u32;
         for j in 0..body.len() as u32 - 1 {
