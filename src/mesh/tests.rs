@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::*;
-use crate::base::{Rotation, Seed};
+use crate::base::{Rotation, Seed, math};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
 use crate::preset::plan::{Forks, MeshParams};
 
@@ -468,6 +468,39 @@ fn bark_is_as_fine_on_a_twig_as_on_the_trunk_and_closes_round_the_trunk() {
     // The trunk's lowest rings: three repeats of 0.7 m, and whole ones.
     let of_ring = |ring: usize| mesh.uvs[ring * 13 + 12].x - mesh.uvs[ring * 13].x;
     assert!((0..3).all(|ring| of_ring(ring) == 2.0 || of_ring(ring) == 3.0), "{}", of_ring(0));
+}
+
+#[test]
+fn bark_is_no_denser_where_a_branch_begins_in_thinner_wood() {
+    let mut builder = PlantBuilder::new();
+    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.014, 0.014]);
+    builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::new(0.5, 0.1, 0.0)], &[0.018, 0.018]);
+    let plant = builder.finish().unwrap();
+    let mesh = tubes(&plant, &plant.pose(), &DETAIL);
+    let triangles = mesh.indices.as_chunks::<3>().0.iter();
+    let of_branch: Vec<bool> = triangles.map(|t| mesh.chains[t[0] as usize] == 1).collect();
+    let found: Vec<_> = densities(&mesh).into_iter().zip(of_branch).filter(|d| d.1).map(|d| d.0).collect();
+    let base = mesh.chains.iter().position(|&c| c == 1).unwrap();
+    let drawn = mesh.positions[base].distance(Vec3::Y * 0.5);
+    assert!(drawn < 0.0175, "the first ring is drawn in, else this shows nothing: {drawn}");
+    let (least, most) = found.iter().fold((f32::MAX, 0.0_f32), |(a, b), f| (a.min(f.0), b.max(f.0)));
+    assert!(most < least * 1.15, "{least} to {most}");
+}
+
+#[test]
+fn bark_runs_ahead_on_the_outside_of_bends() {
+    let points: Vec<Vec3> =
+        (0..60).map(|i| Vec3::new(math::sin(i as f32 * 0.25) * 0.05, i as f32 * 0.05, 0.0)).collect();
+    let mut builder = PlantBuilder::new();
+    builder.stem(Vec3::ZERO, &points, &[0.15; 60]);
+    let plant = builder.finish().unwrap();
+    let mesh = tubes(&plant, &plant.pose(), &TubeDetail { error: 0.002, sides: 12, flare: 0.0, ..DETAIL });
+    let found = densities(&mesh);
+    let mut along: Vec<f32> = found.iter().map(|f| f.1).collect();
+    along.sort_by(f32::total_cmp);
+    let middle = along[along.len() / 2];
+    let off = |share: f32| (along[(along.len() as f32 * share) as usize] / middle - 1.0).abs();
+    assert!(off(0.05) < 0.12 && off(0.95) < 0.12, "{} {}", off(0.05), off(0.95));
 }
 
 #[test]
