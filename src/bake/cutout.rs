@@ -34,6 +34,31 @@ pub(super) struct Level {
     /// What passes between each texel and those right of it and below, at the middles of sixteen parts: bit 4 y + x. Known
     /// once a picture is magnified; most are not.
     between: OnceLock<Vec<u16>>,
+    /// The same, row by row. Known once a run is looked at.
+    parts: OnceLock<Parts>,
+}
+
+/// What passes of each part of a picture, a bit each.
+#[derive(Clone, Debug)]
+struct Parts {
+    /// Bits a row.
+    stride: usize,
+    rows: Vec<u64>,
+}
+
+impl Parts {
+    /// Of the parts of each texel, in rows of `wide`.
+    fn of(between: &[u16], wide: usize) -> Self {
+        let words = (wide * PARTS).div_ceil(64);
+        let mut rows = vec![0_u64; words * PARTS * (between.len() / wide)];
+        for (line, rows) in between.chunks_exact(wide).zip(rows.chunks_exact_mut(words * PARTS)) {
+            for (x, &of) in line.iter().enumerate().filter(|(_, of)| **of != 0) {
+                let (word, bit) = (x * PARTS / 64, x * PARTS % 64);
+                (0..PARTS).for_each(|y| rows[y * words + word] |= u64::from(of >> (y * PARTS) & 0xf) << bit);
+            }
+        }
+        Self { stride: words * 64, rows }
+    }
 }
 
 /// Parts of a texel's edge that are told apart between texels.
@@ -81,7 +106,17 @@ impl Level {
     /// Tested at a half.
     fn new(width: u32, height: u32, alpha: Vec<u8>) -> Self {
         let (corner, extent) = (Vec2::ZERO, Vec2::new(width as f32, height as f32));
-        Self { width, height, alpha, corner, extent, threshold: 128, filtered: false, between: OnceLock::new() }
+        Self {
+            width,
+            height,
+            alpha,
+            corner,
+            extent,
+            threshold: 128,
+            filtered: false,
+            between: OnceLock::new(),
+            parts: OnceLock::new(),
+        }
     }
 
     fn between(&self) -> &[u16] {
@@ -157,14 +192,17 @@ impl Level {
     #[inline]
     pub(super) fn run_about(&self, run: Run) -> u64 {
         const PART: u32 = TEXEL.ilog2() - PARTS.ilog2();
-        let (wide, between) = (self.width as usize, self.between());
+        let Parts { stride, rows } = self.parts();
         let covers = |x: i64, y: i64| {
-            let (x, y) = ((x >> PART) as usize, (y >> PART) as usize);
-            let of = between.get(y / PARTS * wide + x / PARTS).copied().unwrap_or(0);
-            of >> (y % PARTS * PARTS + x % PARTS) & 1 != 0
+            let at = (y >> PART) as usize * stride + (x >> PART) as usize;
+            rows.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 != 0)
         };
         let run = Run { x: run.x - TEXEL / 2, y: run.y - TEXEL / 2, ..run };
         run.covered(((i64::from(self.width) - 1) * TEXEL, (i64::from(self.height) - 1) * TEXEL), covers)
+    }
+
+    fn parts(&self) -> &Parts {
+        self.parts.get_or_init(|| Parts::of(self.between(), self.width as usize))
     }
 
     /// A place counted from the middle of the first texel to that of the last.

@@ -56,6 +56,24 @@ pub fn dilate_color(color: &mut [[u8; 4]], width: u32, height: u32) {
     }
 }
 
+/// As [`dilate`], of normals and material alone, by the alpha of a picture's pixels.
+pub(crate) fn dilate_relief(alphas: &[u8], normal: &mut [[u8; 3]], orm: &mut [[u8; 3]], (width, height): (u32, u32)) {
+    let count = width as usize * height as usize;
+    if [alphas.len(), normal.len(), orm.len()] != [count; 3] {
+        return;
+    }
+    let values = |i: usize| {
+        let (n, o) = (normal[i], orm[i]);
+        [n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from)
+    };
+    let Some(filled) = filled(alphas, width, height, values) else { return };
+    let pixels = normal.iter_mut().zip(orm).zip(alphas).zip(&filled);
+    for (((normal, orm), _), v) in pixels.filter(|((_, alpha), _)| **alpha < SEEN) {
+        *normal = unit_normal([v[0], v[1], v[2]]);
+        *orm = [byte(v[3]), byte(v[4]), byte(v[5])];
+    }
+}
+
 fn byte(x: f32) -> u8 {
     (x + 0.5).clamp(0.0, 255.0) as u8
 }
@@ -178,6 +196,20 @@ mod tests {
             assert!(maps.orm.iter().all(|o| *o == [255, 150, 0]));
             assert_eq!(alpha, maps.color.iter().map(|c| c[3]).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn relief_alone_is_what_it_is_beside_colours() {
+        let mut maps = picture(21, 34, |x, y| x * y % 7 == 3);
+        let noise = |i: usize, k: usize| [i * 7 + k, i * 13 + k, i * 29 + k].map(|v| (v % 256) as u8);
+        maps.normal.iter_mut().enumerate().for_each(|(i, n)| *n = noise(i, 1));
+        maps.orm.iter_mut().enumerate().for_each(|(i, o)| *o = noise(i, 2));
+        let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
+        let (mut normal, mut orm) = (maps.normal.clone(), maps.orm.clone());
+        dilate_relief(&alphas, &mut normal, &mut orm, (21, 34));
+        assert!(normal != maps.normal && orm != maps.orm);
+        dilate(&mut maps);
+        assert!(normal == maps.normal && orm == maps.orm);
     }
 
     #[test]

@@ -48,8 +48,13 @@ impl Picture {
     /// one white opaque texel.
     #[must_use]
     pub fn new(maps: &Maps) -> Self {
+        Self::cut_out(maps, Cutout::of)
+    }
+
+    /// As [`new`](Self::new), with what of the maps passes the alpha test.
+    fn cut_out(maps: &Maps, cutout: impl Fn(&Maps) -> Cutout) -> Self {
         let linear = linear_table();
-        Self::of(maps, |c| [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]))
+        Self::of(maps, |c| [c[0], c[1], c[2]].map(|v| linear[usize::from(v)]), cutout)
     }
 
     /// As [`new`](Self::new), of one colour whatever the maps have.
@@ -57,10 +62,10 @@ impl Picture {
     pub fn plain(maps: &Maps, color: [u8; 3]) -> Self {
         let linear = linear_table();
         let color = color.map(|v| linear[usize::from(v)]);
-        Self::of(maps, |_| color)
+        Self::of(maps, |_| color, Cutout::of)
     }
 
-    fn of(maps: &Maps, color: impl Fn(&[u8; 4]) -> [u16; 3]) -> Self {
+    fn of(maps: &Maps, color: impl Fn(&[u8; 4]) -> [u16; 3], cutout: impl Fn(&Maps) -> Cutout) -> Self {
         let count = maps.width as usize * maps.height as usize;
         let whole = count > 0 && maps.color.len() >= count && maps.normal.len() >= count && maps.orm.len() >= count;
         let base = if whole {
@@ -77,7 +82,7 @@ impl Picture {
         } else {
             Level { width: 1, height: 1, color: vec![[0xffff; 4]], shape: vec![[128, 128, 255, 255]] }
         };
-        let cutout = if whole { Cutout::of(maps) } else { Cutout::new(0, 0, Vec::new()) };
+        let cutout = if whole { cutout(maps) } else { Cutout::new(0, 0, Vec::new()) };
         let mut levels = vec![base];
         while let Some(last) = levels.last().filter(|l| l.width > 1 || l.height > 1) {
             levels.push(half(last));
@@ -88,8 +93,8 @@ impl Picture {
     /// An atlas, as engines show it: its alpha is made for its mips.
     #[must_use]
     pub fn of_atlas(maps: &Maps) -> Self {
-        let alpha = maps.color.iter().map(|c| c[3]).collect();
-        Self { cutout: Arc::new(Cutout::as_made(maps.width, maps.height, alpha)), ..Self::new(maps) }
+        let alpha = |maps: &Maps| maps.color.iter().map(|c| c[3]).collect();
+        Self::cut_out(maps, |maps| Cutout::as_made(maps.width, maps.height, alpha(maps)))
     }
 
     /// The same, cut out as an atlas keeps it by alpha that is made for its mips; as it was where that is not of its size.

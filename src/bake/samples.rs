@@ -151,7 +151,7 @@ pub(super) fn scan_box(p: [Point; 3], grid: Grid, rows: Range<usize>, mut put: i
         }
         let mut short = Side::new(from, to, rows.start);
         for row in rows {
-            let (a, b) = (long.next(grid), short.next(grid));
+            let (a, b) = (grid.column(long.next()), grid.column(short.next()));
             let (left, right) = if bulge < 0 { (a, b) } else { (b, a) };
             if left < right {
                 put(row, left, right);
@@ -288,15 +288,32 @@ impl Side {
         // Rows have the height of 256 units, and so has the lower end at least one below the upper.
         let slope = f64::from(lower.x - upper.x) / f64::from(lower.y - upper.y) * 65536.0;
         let down = row as i64 * 256 + 128 - i64::from(upper.y);
-        Self { x: (i64::from(upper.x) << 16) + (slope * down as f64) as i64, step: (slope * 256.0) as i64 }
+        let along = (slope * down as f64) as i64;
+        // An edge without rows may have any slope, and nobody looks at it.
+        Self { x: (i64::from(upper.x) << 16).wrapping_add(along), step: (slope * 256.0) as i64 }
     }
 
-    /// The first column whose middle is not left of it; then it goes on to the next row.
+    /// So many rows further up.
     #[inline]
-    pub(super) fn next(&mut self, grid: Grid) -> usize {
-        let column = (self.x - TIE + (127 << 16) + 0xffff) >> 24;
-        self.x += self.step;
-        column.clamp(0, grid.columns as i64) as usize
+    pub(super) fn back(self, rows: usize) -> Self {
+        Self { x: self.x.wrapping_sub(self.step.wrapping_mul(rows as i64)), ..self }
+    }
+
+    /// Where it crosses the middle of the row; then it goes on to the next.
+    #[inline]
+    pub(super) fn next(&mut self) -> i64 {
+        let x = self.x;
+        self.x = x.wrapping_add(self.step);
+        x
+    }
+}
+
+impl Grid {
+    /// The first column whose middle is not left of where a [`Side`] crosses a row.
+    #[inline]
+    pub(super) fn column(self, x: i64) -> usize {
+        let column = x.wrapping_add((127 << 16) + 0xffff - TIE) >> 24;
+        column.clamp(0, self.columns as i64) as usize
     }
 }
 

@@ -20,7 +20,7 @@ use crate::export::{
 };
 use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, TreeMesh, Wind};
-use crate::plant::PlantStats;
+use crate::plant::PlantBrief;
 use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
@@ -417,9 +417,8 @@ fn engine_files(
 ) -> Result<Vec<EngineFiles>, export::ExportError> {
     let tree = &parts.trees[variant];
     let plant = &*tree.plant;
-    let posed = plant.pose();
     let winds: Vec<Option<[Wind; 2]>> = if parts.plan.wind == WindData::Attributes {
-        let limbs = Limbs::of(plant, &posed);
+        let limbs = Limbs::of(plant, &plant.pose());
         let of = |(mesh, level): (&TreeMesh, &Level)| {
             [(&mesh.bark, &level.mesh.bark), (&mesh.leaf, &level.mesh.leaf)]
                 .map(|(mesh, made)| limbs.wind(plant, mesh, made))
@@ -474,7 +473,7 @@ pub(super) fn kind(lod: &Lod) -> &'static str {
 
 /// What is told of a tree and its shape alone.
 pub(super) struct Facts {
-    stats: PlantStats,
+    brief: PlantBrief,
     bounds: Bounds,
     capsules: Vec<export::Capsule>,
     hulls: Vec<export::Hull>,
@@ -497,7 +496,7 @@ pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Ar
                 let asked = &plan.colliders;
                 let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
                 Ok(Facts {
-                    stats: PlantStats::of(plant),
+                    brief: PlantBrief::of(plant, &posed),
                     bounds: Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] }),
                     capsules: export::capsules(plant, &posed, asked),
                     hulls: export::crown_hulls(plant, &posed, &full.leaf, asked.crown, asked.corners),
@@ -551,7 +550,7 @@ fn variant_entry(
     name: &str,
 ) -> VariantEntry {
     let facts = &parts.facts[variant];
-    let Facts { stats, bounds, capsules, hulls } = &**facts;
+    let Facts { brief, bounds, capsules, hulls } = &**facts;
     let (bounds, meshes) = (*bounds, &placed.meshes[variant].meshes);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();
@@ -562,11 +561,11 @@ fn variant_entry(
         seed: parts.identities[variant].1.bits(),
         recipe: parts.identities[variant].0.clone(),
         bounds,
-        height: stats.height,
-        trunk_radius: stats.base_radius,
-        topology_continuity: stats.topology_continuity,
-        chains: stats.chains as u64,
-        leaves: stats.leaves as u64,
+        height: brief.height,
+        trunk_radius: brief.base_radius,
+        topology_continuity: brief.topology_continuity,
+        chains: brief.chains as u64,
+        leaves: brief.leaves as u64,
         levels: levels
             .map(|(i, (level, mesh))| LevelEntry {
                 impostor: placed.impostors[variant][i].clone(),

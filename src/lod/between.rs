@@ -57,12 +57,15 @@ impl Between {
             let half = layout.extent_from(viewer.z);
             // Samples are square, as those are that levels are measured on.
             let across = ((ROWS as f32 * half.x / half.y.max(1e-6) + 0.5) as usize).clamp(1, 4 * ROWS);
-            let cells = (across * PIXEL / FINE, ROWS * PIXEL / FINE);
-            let facing = Facing::of_cells(layout, viewer, (cells, FINE), depths, |deep| *deep);
             let view = View::new(viewer, layout.centre, half.x, half.y);
             let size = (across * PIXEL, ROWS * PIXEL);
             let drawn = Silhouette::new(full, &view, size.0, size.1);
-            let seen = facing.some(near(&drawn.pixels(PIXEL), (across, ROWS)));
+            let near = near(&drawn.pixels(PIXEL), (across, ROWS));
+            // A pixel is some cells; half of most pictures is beside the tree.
+            let cells = (across * PIXEL / FINE, ROWS * PIXEL / FINE);
+            let wanted = |x: usize, y: usize| near[y * FINE / PIXEL * across + x * FINE / PIXEL];
+            let facing = Facing::of_cells(layout, viewer, (cells, FINE), wanted, depths, |deep| *deep);
+            let seen = facing.some(samples(&near, (across, ROWS)));
             (seen, Wanted::new(&[view], &[drawn], (PIXEL, CONTRAST)))
         };
         let (seen, wanted) = (0..count).into_par_iter().map(one).unzip::<_, _, Vec<_>, Vec<_>>();
@@ -106,21 +109,27 @@ impl Between {
     }
 }
 
-/// The samples of those pixels, of so many columns and rows, that are covered or touch one that is.
-fn near(covered: &[u16], (columns, rows): (usize, usize)) -> Vec<u32> {
+/// Which pixels, of so many columns and rows, are covered or touch one that is.
+fn near(covered: &[u16], (columns, rows): (usize, usize)) -> Vec<bool> {
     let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-    let is_near = |x: usize, y: usize| {
+    let is_near = |i: usize| {
+        let (x, y) = (i % columns, i / columns);
         around(y, rows).any(|y| covered[y * columns..][around(x, columns)].iter().any(|covered| *covered > 0))
     };
-    let mut near = Vec::new();
+    (0..columns * rows).map(is_near).collect()
+}
+
+/// The samples of those pixels.
+fn samples(near: &[bool], (columns, rows): (usize, usize)) -> Vec<u32> {
+    let mut all = Vec::new();
     for y in 0..rows {
-        let pixels: Vec<usize> = (0..columns).filter(|&x| is_near(x, y)).collect();
+        let pixels: Vec<usize> = (0..columns).filter(|x| near[y * columns + x]).collect();
         for row in y * PIXEL..(y + 1) * PIXEL {
             let first = row * columns * PIXEL;
-            near.extend(pixels.iter().flat_map(|x| (0..PIXEL).map(move |i| (first + x * PIXEL + i) as u32)));
+            all.extend(pixels.iter().flat_map(|x| (0..PIXEL).map(move |i| (first + x * PIXEL + i) as u32)));
         }
     }
-    near
+    all
 }
 
 /// The axes of the `i`-th viewer, `part` of the way from the lowest to the highest: on a spiral of golden angles.
@@ -214,7 +223,7 @@ mod tests {
         covered[5] = 1;
         let pixels = [0, 1, 5, 6, 10, 11];
         let of = |i: u32| (i as usize / (5 * PIXEL) / PIXEL) * 5 + i as usize % (5 * PIXEL) / PIXEL;
-        let found = near(&covered, (5, 4));
+        let found = samples(&near(&covered, (5, 4)), (5, 4));
         assert_eq!(found.len(), pixels.len() * PIXEL * PIXEL);
         assert!(found.iter().all(|&i| pixels.contains(&of(i))) && found.is_sorted());
     }

@@ -86,15 +86,16 @@ impl Facing {
         deep: impl Fn(&T) -> f32 + Copy,
     ) -> Self {
         let edge = depths.size.0.max(depths.size.1).div_ceil(layout.frames.max(1) as usize).max(1);
-        Self::of_cells(layout, viewer, ((edge, edge), fine), depths, deep)
+        Self::of_cells(layout, viewer, ((edge, edge), fine), |_, _| true, depths, deep)
     }
 
     /// As [`new`](Self::new), of a picture of so many columns and rows of cells, in each of which places are found between its
-    /// corners for so many pixels an edge.
+    /// corners for so many pixels an edge. Cells in whose column and row nothing is `wanted` look nowhere.
     pub(super) fn of_cells<T>(
         layout: &Impostor,
         viewer: Frame,
         ((columns, rows), fine): ((usize, usize), usize),
+        wanted: impl Fn(usize, usize) -> bool,
         depths: Texels<'_, T>,
         deep: impl Fn(&T) -> f32 + Copy,
     ) -> Self {
@@ -143,11 +144,18 @@ impl Facing {
                 let (x, y) = ((i % (columns + 1)) as f32 / columns as f32, (i / (columns + 1)) as f32 / rows as f32);
                 half * Vec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y)
             };
-            let seen: Vec<Vec2> = (0..(columns + 1) * (rows + 1)).map(|i| found(at(i))).collect();
+            let is_corner = |i: usize| {
+                let (x, y) = (i % (columns + 1), i / (columns + 1));
+                let around = |of: usize, count: usize| of.saturating_sub(1)..(of + 1).min(count);
+                around(y, rows).any(|y| around(x, columns).any(|x| wanted(x, y)))
+            };
+            let of = |i: usize| if is_corner(i) { found(at(i)) } else { OUTSIDE };
+            let seen: Vec<Vec2> = (0..(columns + 1) * (rows + 1)).map(of).collect();
             let part = |v: usize| (v as f32 + 0.5) / fine as f32;
             for (y, line) in made.places.chunks_exact_mut(made.columns).enumerate() {
                 let (first, down) = (y / fine * (columns + 1), part(y % fine));
-                for (cell, places) in line.chunks_exact_mut(fine).enumerate() {
+                let cells = line.chunks_exact_mut(fine).enumerate();
+                for (cell, places) in cells.filter(|(cell, _)| wanted(*cell, y / fine)) {
                     let first = first + cell;
                     let (upper, lower) = ([seen[first], seen[first + 1]], &seen[first + columns + 1..][..2]);
                     for (x, place) in places.iter_mut().enumerate() {

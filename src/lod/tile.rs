@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bake::{Maps, Palette, Recipe, dilate, dilate_color};
+use crate::bake::{Maps, Palette, Recipe, dilate_color, dilate_relief};
 use crate::base::bulk;
 
 /// A picture that cards or impostors wear; rows from the top.
@@ -35,14 +35,13 @@ impl Tile {
     pub(super) fn new(
         (width, height): (u32, u32),
         alpha: Vec<u8>,
-        normal: Vec<[u8; 3]>,
-        orm: Vec<[u8; 3]>,
+        mut normal: Vec<[u8; 3]>,
+        mut orm: Vec<[u8; 3]>,
         recipe: Recipe,
     ) -> Self {
-        let color = drawn(&alpha, &recipe).map(|a| [0, 0, 0, a]).collect();
-        let mut maps = Maps { width, height, color, normal, orm };
-        dilate(&mut maps);
-        Self { width, height, alpha, normal: maps.normal, orm: maps.orm, recipe }
+        let shown: Vec<u8> = drawn(&alpha, &recipe).collect();
+        dilate_relief(&shown, &mut normal, &mut orm, (width, height));
+        Self { width, height, alpha, normal, orm, recipe }
     }
 
     /// Its colours, also under its clear texels, and its alpha.

@@ -34,6 +34,7 @@ pub use forks::MurrayFit;
 pub use habit::{Habit, Span, Trait};
 pub use order::{Skeleton, SkeletonNode};
 pub use pose::{Pose, Posed};
+pub(crate) use stats::PlantBrief;
 pub use stats::{BranchMeasures, OrderStats, PlantStats, measure_branches};
 pub use support::{trunk_support, trunk_support_by};
 pub use validate::PlantError;
