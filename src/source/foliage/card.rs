@@ -73,8 +73,8 @@ struct Group {
     map: Vec<Vec2>,
     /// Whether the map is in texture coordinates.
     textured: bool,
-    uvs: Vec<Vec2>,
-    colors: Vec<[f32; 3]>,
+    /// Texture coordinates and colours of each triangle's corners.
+    corners: Vec<[(Vec2, [f32; 3]); 3]>,
     /// Colour of the material where it has a picture and the sheets no coordinates for it.
     unmapped: Option<[f32; 3]>,
     sheets: Vec<Sheet>,
@@ -215,10 +215,19 @@ fn alone(scene: &Scene, tones: &Tones<'_>, c: &Component) -> Group {
     let material = part.material.and_then(|m| scene.materials.get(m));
     let mut order = c.points.clone();
     let wears = material.is_some_and(|m| m.color_image.is_some()) && !part.uvs.is_empty();
-    let uv = |i: u32| if wears { part.uvs[i as usize] } else { Vec2::ZERO };
+    let uv_of = |i: u32| if wears { part.uvs[i as usize] } else { Vec2::ZERO };
+    let worn = |i: u32| (uv_of(i), part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]));
+    // Of each point the corner that wears it first; at a seam others wear it otherwise.
+    let mut first: Vec<(u32, u32)> = Vec::with_capacity(c.triangles.len() * 3);
+    first.extend(c.triangles.iter().flatten().copied().zip(c.corners.iter().flatten().copied()));
+    first.sort_by_key(|(point, _)| *point);
+    let seamed = first.chunk_by(|a, b| a.0 == b.0).any(|same| same.iter().any(|s| uv_of(s.1) != uv_of(same[0].1)));
+    first.dedup_by_key(|(point, _)| *point);
+    let own = |i: u32| first.binary_search_by_key(&i, |f| f.0).map_or(i, |k| first[k].1);
+    let uv = |i: u32| uv_of(own(i));
     let at = |i: u32| part.positions[i as usize];
     let points = |order: &[u32]| order.iter().map(|&i| at(i)).collect::<Vec<Vec3>>();
-    let textured = wears && {
+    let textured = wears && !seamed && {
         let uvs: Vec<Vec2> = order.iter().map(|&i| uv(i)).collect();
         Affine::fit(&uvs, &points(&order)).is_some_and(|fit| fit.stray < STRAY)
     };
@@ -231,6 +240,7 @@ fn alone(scene: &Scene, tones: &Tones<'_>, c: &Component) -> Group {
     places.sort_unstable();
     let find = |i: u32| places.binary_search_by_key(&i, |p| p.0).map_or(0, |k| places[k].1);
     let mut triangles: Vec<[u32; 3]> = c.triangles.iter().map(|t| t.map(find)).collect();
+    let mut corners: Vec<[(Vec2, [f32; 3]); 3]> = c.corners.iter().map(|t| t.map(worn)).collect();
     if textured {
         for t in &mut triangles {
             let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
@@ -243,14 +253,10 @@ fn alone(scene: &Scene, tones: &Tones<'_>, c: &Component) -> Group {
                 (*a, *b) = ([0, 1, 2], [1, 2, 3]);
             }
         }
+        corners = triangles.iter().map(|t| t.map(|k| worn(own(order[k as usize])))).collect();
     }
     let points = points(&order);
     let uvs: Vec<Vec2> = order.iter().map(|&i| uv(i)).collect();
-    let colors: Vec<[f32; 3]> = if part.colors.is_empty() {
-        vec![[1.0; 3]; order.len()]
-    } else {
-        order.iter().map(|&i| part.colors[i as usize]).map(|c| [c[0], c[1], c[2]]).collect()
-    };
     let mut traits: Vec<f32> = Vec::new();
     if wears {
         traits.extend(uvs.iter().flat_map(|uv| uv.to_array()).map(|v| v * 20.0));
@@ -258,13 +264,13 @@ fn alone(scene: &Scene, tones: &Tones<'_>, c: &Component) -> Group {
     if !textured {
         let rms = (points.iter().map(|p| p.distance_squared(c.centre)).sum::<f32>() / points.len() as f32).sqrt();
         traits.extend(points.iter().map(|p| p.distance(c.centre) / rms.max(1e-12)));
-        let tone = c.triangles.iter().take(8).map(|t| tones.of_triangle(part, *t)).sum::<Vec3>();
-        traits.extend((tone / c.triangles.len().min(8) as f32).to_array());
+        let tone = c.corners.iter().take(8).map(|t| tones.of_triangle(part, *t)).sum::<Vec3>();
+        traits.extend((tone / c.corners.len().min(8) as f32).to_array());
     }
     let map = if textured { uvs.clone() } else { lay_flat(c, &points) };
     let sheets = vec![Sheet { points, normal: c.normal }];
     let (material, unmapped) = (part.material, tones.unmapped(part));
-    Group { material, traits, tolerance: 0.06, triangles, map, textured, uvs, colors, unmapped, sheets }
+    Group { material, traits, tolerance: 0.06, triangles, map, textured, corners, unmapped, sheets }
 }
 
 /// A sheet's points in its own plane, in its own unit.
@@ -430,7 +436,8 @@ fn place(group: &Group, sheet: &Sheet, window: &Window, slot: u16) -> Option<Car
         let image = span(&mut group.map.iter().map(|q| fit.point(*q)), axis);
         match side {
             Some(side) if image.1 - image.0 > 0.0 => {
-                let factor = ((is.1 - is.0) / (image.1 - image.0)).clamp(0.5, 2.0);
+                // Of a sheet that wears the map of another the image may span anything.
+                let factor = ((is.1 - is.0) / (image.1 - image.0)).min(2.0);
                 // The base lies in the middle across, and as far below the lower end as it did.
                 let (of_image, of_sheet) = ((image.0 + image.1) * 0.5, (is.0 + is.1) * 0.5);
                 shift += axis * (of_sheet - of_image * factor);
@@ -478,13 +485,14 @@ fn slots(groups: &[Group], windows: &[Window]) -> Vec<(u16, bool)> {
 /// A group's picture: its first sheet, laid into the window.
 fn picture(scene: &Scene, group: &Group, window: &Window, gallery: &mut Gallery<'_>) -> CardPicture {
     let det = window.up.perp_dot(window.across);
-    let corner = |i: u32| {
+    let corner = |i: u32, (uv, color): (Vec2, [f32; 3])| {
         let q = group.map[i as usize] - window.base;
         let (t, s) = (q.perp_dot(window.across) / det, window.up.perp_dot(q) / det);
-        CardCorner { at: Vec2::new(s + 0.5, 1.0 - t), uv: group.uvs[i as usize], color: group.colors[i as usize] }
+        CardCorner { at: Vec2::new(s + 0.5, 1.0 - t), uv, color }
     };
     let width = place(group, &group.sheets[0], window, 0).map_or(1.0, |card| card.width / card.length);
-    let triangles = group.triangles.iter().map(|t| t.map(corner)).collect();
+    let corners = group.triangles.iter().zip(&group.corners);
+    let triangles = corners.map(|(t, own)| [0, 1, 2].map(|k| corner(t[k], own[k]))).collect();
     CardPicture { width, triangles, ..worn(scene, group.material, group.unmapped, gallery) }
 }
 

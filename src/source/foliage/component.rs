@@ -24,6 +24,9 @@ pub(super) struct Component {
     pub(super) part: usize,
     /// Corners by index into the part's positions, each position by one index only; no triangle twice.
     pub(super) triangles: Vec<[u32; 3]>,
+    /// The same corners as the file has them: at a seam of the texture one position has several, each with coordinates and
+    /// a colour of its own.
+    pub(super) corners: Vec<[u32; 3]>,
     /// Each position once, in the order in which the triangles name them.
     pub(super) points: Vec<u32>,
     /// Edges of one triangle only.
@@ -54,15 +57,16 @@ pub(super) struct Component {
 /// The pieces of a part, in the order of their first triangles; n log n.
 pub(super) fn components(part: &Part, index: usize) -> Vec<Component> {
     let weld = weld(&part.positions);
-    let corners: Vec<[u32; 3]> = part.triangles.iter().map(|t| t.map(|c| weld[c as usize])).collect();
-    connected(part, index, &corners)
+    let welded: Vec<[u32; 3]> = part.triangles.iter().map(|t| t.map(|c| weld[c as usize])).collect();
+    connected(part, index, &welded, &part.triangles)
 }
 
-/// The pieces that some triangles of a part make, whose corners name each position by one index only.
-pub(super) fn connected(part: &Part, index: usize, corners: &[[u32; 3]]) -> Vec<Component> {
-    let mut sets: Vec<u32> = (0..corners.len() as u32).collect();
-    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(corners.len() * 3);
-    for (i, t) in corners.iter().enumerate() {
+/// The pieces that some triangles of a part make, whose corners name each position by one index only; `corners` are the
+/// same as the file has them.
+pub(super) fn connected(part: &Part, index: usize, welded: &[[u32; 3]], corners: &[[u32; 3]]) -> Vec<Component> {
+    let mut sets: Vec<u32> = (0..welded.len() as u32).collect();
+    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(welded.len() * 3);
+    for (i, t) in welded.iter().enumerate() {
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
             if a != b {
@@ -77,10 +81,11 @@ pub(super) fn connected(part: &Part, index: usize, corners: &[[u32; 3]]) -> Vec<
             sets[a.max(b) as usize] = a.min(b);
         }
     }
-    let mut order: Vec<(u32, u32)> = (0..corners.len() as u32).map(|i| (root(&mut sets, i), i)).collect();
+    let mut order: Vec<(u32, u32)> = (0..welded.len() as u32).map(|i| (root(&mut sets, i), i)).collect();
     order.sort_unstable();
     let pieces = order.chunk_by(|a, b| a.0 == b.0);
-    pieces.filter_map(|piece| component(part, index, piece.iter().map(|(_, i)| corners[*i as usize]))).collect()
+    let both = |(_, i): &(u32, u32)| (welded[*i as usize], corners[*i as usize]);
+    pieces.filter_map(|piece| component(part, index, piece.iter().map(both))).collect()
 }
 
 /// For each position the first index with the same one.
@@ -104,9 +109,10 @@ fn root(sets: &mut [u32], mut i: u32) -> u32 {
     i
 }
 
-fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>) -> Option<Component> {
+fn component(part: &Part, index: usize, both: impl Iterator<Item = ([u32; 3], [u32; 3])>) -> Option<Component> {
     let at = |i: u32| part.positions[i as usize];
-    let mut triangles: Vec<[u32; 3]> = corners.filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).collect();
+    let (mut triangles, mut corners): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
+        both.filter(|(t, _)| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).unzip();
     let mut seen: Vec<([u32; 3], usize)> = triangles
         .iter()
         .enumerate()
@@ -121,8 +127,10 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
     for pair in seen.windows(2) {
         keep[pair[1].1] = pair[0].0 != pair[1].0;
     }
-    let mut kept = keep.iter();
-    triangles.retain(|_| kept.next() == Some(&true));
+    for list in [&mut triangles, &mut corners] {
+        let mut kept = keep.iter();
+        list.retain(|_| kept.next() == Some(&true));
+    }
     let mut points = Vec::new();
     let mut known = std::collections::BTreeSet::new();
     for &c in triangles.iter().flatten() {
@@ -161,6 +169,7 @@ fn component(part: &Part, index: usize, corners: impl Iterator<Item = [u32; 3]>)
     Some(Component {
         part: index,
         triangles,
+        corners,
         points,
         open,
         area: area as f32,
@@ -274,6 +283,17 @@ impl Component {
     /// Whether it is a sheet, open or two-sided.
     pub(super) fn is_sheet(&self) -> bool {
         self.facing > 0.5 || (self.sheet > 0.85 && self.extents[2] < 0.35 * self.extents[1])
+    }
+
+    /// Whether it is a piece of a round tube without its ends, long or short, so that nearly all its triangles are at a rim.
+    pub(super) fn is_open_tube(&self) -> bool {
+        let [long, middle, short] = self.extents;
+        let is_round = middle > 0.8 * long || short > 0.8 * middle;
+        is_round
+            && self.facing < 0.05
+            && self.sheet < 0.7
+            && self.open * 5 >= self.triangles.len() * 4
+            && self.triangles.len() >= 8
     }
 
     /// Whether it is a long blade with a thickness, however bent or folded: closed but for a tip or so, with next to nothing

@@ -167,14 +167,14 @@ pub(super) fn card(part: &Part, c: &Component, near: &Near, slot: u16) -> Option
 pub(super) fn picture(part: &Part, c: &Component, near: &Near, plain: &CardPicture) -> CardPicture {
     let Some(frond) = unroll(part, c, near, 0) else { return plain.clone() };
     let order: std::collections::BTreeMap<u32, usize> = c.points.iter().enumerate().map(|(k, &i)| (i, k)).collect();
-    let corner = |i: u32| CardCorner {
-        at: frond.places[order[&i]],
+    let corner = |at: u32, i: u32| CardCorner {
+        at: frond.places[order[&at]],
         uv: part.uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO),
         color: part.colors.get(i as usize).map_or([1.0; 3], |c| [c[0], c[1], c[2]]),
     };
     CardPicture {
         width: frond.card.width / frond.card.length,
-        triangles: c.triangles.iter().map(|t| t.map(corner)).collect(),
+        triangles: c.triangles.iter().zip(&c.corners).map(|(t, own)| [0, 1, 2].map(|k| corner(t[k], own[k]))).collect(),
         ..plain.clone()
     }
 }

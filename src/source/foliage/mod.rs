@@ -17,6 +17,8 @@ mod component;
 mod decide;
 mod fill;
 mod frond;
+#[cfg(test)]
+mod kinds;
 mod near;
 mod picture;
 #[cfg(test)]
@@ -28,6 +30,7 @@ mod words;
 use glam::Vec3;
 
 use crate::base::counted;
+use crate::preset::plan::UpAxis;
 use crate::source::scene::{Files, Part, Scene};
 
 pub use attach::attach;
@@ -146,7 +149,7 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
             }
             Role::Crown => {
                 let (positions, triangles) = own(part, c);
-                let sum = c.triangles.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
+                let sum = c.corners.iter().fold(Vec3::ZERO, |sum, t| sum + tones.of_triangle(part, *t));
                 let color = (sum / c.triangles.len() as f32).to_array();
                 // Leaves shade each other, the lump of the file does not.
                 let color = color.map(|c| (c * 1.3).min(1.0));
@@ -156,6 +159,9 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
             _ => {}
         }
     }
+    if parts.wood.is_empty() && !parts.crowns.is_empty() {
+        stem(scene.up.0, &mut parts);
+    }
     if parts.art.leaves.iter().any(|leaf| matches!(leaf, LeafPicture::Card(card) if card.is_blank())) {
         let help = "name a leaf in the preset, `foliage: (leaf: \"oak\")`, or import a file with PNG or JPEG pictures";
         parts.notes.push(format!("{WHITE}; {help}"));
@@ -163,6 +169,35 @@ pub fn split(scene: &Scene, files: &Files<'_>, overrides: &Overrides) -> Parts {
     parts.art.bark = picture::bark(scene, &tones, &pieces, &mut gallery, &mut parts.notes);
     parts.art.images = gallery.images;
     parts
+}
+
+/// Where a made stem ends, as a share of the height of what it bears, and how thick it is, likewise.
+const STEM: (f32, f32) = (0.75, 0.02);
+
+/// Makes the stem of a bush that is nothing but crowns: upright, below the middle of them all, and hidden by them.
+fn stem(up: UpAxis, parts: &mut Parts) {
+    let points = || parts.crowns.iter().flat_map(|crown| &crown.positions).copied();
+    let (low, high) = points().fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let (up, x, z) = if up == UpAxis::Z { (Vec3::Z, Vec3::X, Vec3::Y) } else { (Vec3::Y, Vec3::Z, Vec3::X) };
+    let height = (high - low).dot(up);
+    let middle = (low + high) * 0.5;
+    let foot = middle - up * (middle - low).dot(up);
+    let (rings, sides) = (5_u32, 8_u32);
+    for ring in 0..rings {
+        let share = ring as f32 / (rings - 1) as f32;
+        for side in 0..sides {
+            let (sin, cos) = crate::base::math::sin_cos(side as f32 * std::f32::consts::TAU / sides as f32);
+            let radius = height * STEM.1 * (1.0 - 0.8 * share);
+            parts.wood_positions.push(foot + up * (height * STEM.0 * share) + (x * cos + z * sin) * radius);
+        }
+    }
+    for ring in 0..rings - 1 {
+        for side in 0..sides {
+            let (a, b) = (ring * sides + side, ring * sides + (side + 1) % sides);
+            parts.wood.extend([[a, b, b + sides], [a, b + sides, a + sides]]);
+        }
+    }
+    parts.notes.push("the mesh has no wood: a thin stem was made inside its crown, as of a bush".to_owned());
 }
 
 /// Whether a part is called as conifers are, or its material is.

@@ -151,7 +151,7 @@ pub(super) fn bark(
     let mut is_mapped = false;
     for c in of() {
         let part = &scene.parts[c.part];
-        for t in &c.triangles {
+        for t in &c.corners {
             for &i in t.iter().filter(|_| !part.uvs.is_empty()) {
                 let uv = part.uvs[i as usize];
                 (low, high) = (low.min(uv), high.max(uv));
@@ -170,7 +170,17 @@ pub(super) fn bark(
     // is bark all over: then a strip of it, wrapped round each piece of a branch, stands for all.
     let size = (high - low).abs();
     let is_spread = is_mapped && spread / area.max(1.0) > 0.02;
-    let is_bark = size.max_element() > 1.05 || size.min_element() >= 0.4 || material.is_some_and(|m| tones.is_even(m));
+    // Where leaves wear the same picture it shows them, too. Wood that is coloured otherwise than the picture on the whole wears
+    // islands of an unwrapped mesh, and repeated it would show what lies between them.
+    let image_of = |m: Option<usize>| m.and_then(|m| scene.materials.get(m))?.color_image;
+    let is_foliage = |p: &Piece| matches!(p.role, Role::Leaf | Role::Frond | Role::Crown);
+    let shares = |p: &Piece| {
+        let theirs = image_of(scene.parts[p.component.part].material);
+        is_foliage(p) && theirs.is_some() && theirs == image_of(material)
+    };
+    let is_like = material.is_none_or(|m| tones.is_like(m, sum / area.max(1.0)));
+    let fills = size.max_element() > 1.05 || (size.min_element() >= 0.4 && is_like);
+    let is_bark = (fills || material.is_some_and(|m| tones.is_even(m))) && !pieces.iter().any(shares);
     let opaque = described.is_none_or(|m| m.alpha == Alpha::Opaque);
     let image = described.filter(|_| is_spread && is_bark && opaque).and_then(|m| gallery.add(m.color_image));
     let normal = described.filter(|_| image.is_some()).and_then(|m| gallery.add(m.normal_image));

@@ -10,7 +10,7 @@ use crate::source::scene::{Alpha, Image, Material, Part, SceneUp};
 use crate::source::skeletonize::{Method, SkeletonParams, Skeletonized, Wood, skeletonize};
 
 /// A trunk of eight sides, `height` high.
-fn trunk(height: f32, radius: f32) -> Part {
+pub(super) fn trunk(height: f32, radius: f32) -> Part {
     let mut part = Part { name: "trunk".into(), ..Part::default() };
     for k in 0..5_u32 {
         for s in 0..8_u32 {
@@ -28,7 +28,7 @@ fn trunk(height: f32, radius: f32) -> Part {
 }
 
 /// Adds a quad with its base at `base`; its texture's lower edge is there.
-fn quad(part: &mut Part, base: Vec3, frame: Frame, length: f32, width: f32, turn: usize) {
+pub(super) fn quad(part: &mut Part, base: Vec3, frame: Frame, length: f32, width: f32, turn: usize) {
     let corner = |x: f32, y: f32| base + frame.x * (x * width) + frame.y * (y * length);
     let corners = [
         (corner(-0.5, 0.0), Vec2::new(0.0, 1.0)),
@@ -373,7 +373,7 @@ fn the_card_of_a_bent_leaf_faces_as_its_area_does_and_spans_it() {
 }
 
 /// A PNG of so many texels an edge.
-fn png(edge: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+pub(super) fn png(edge: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
     let picture = image::RgbaImage::from_fn(edge, edge, |x, y| image::Rgba(texel(x, y)));
     let mut bytes = Vec::new();
     picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();

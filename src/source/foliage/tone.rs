@@ -104,6 +104,15 @@ impl<'a> Tones<'a> {
         sums.iter().filter(|sum| sum.1 > 0.0).all(|sum| (root(*sum) - all).abs().max_element() < LIKE)
     }
 
+    /// Whether a colour, that a material has where it is worn, is about that of its picture on the whole.
+    pub(super) fn is_like(&self, material: usize, worn: Vec3) -> bool {
+        let picture = self.pictures.get(material).and_then(Option::as_ref).zip(self.scene.materials.get(material));
+        picture.is_none_or(|(picture, m)| {
+            let whole = picture.mean * Vec3::new(m.color[0], m.color[1], m.color[2]);
+            (whole.map(f32::sqrt) - worn.map(f32::sqrt)).abs().max_element() < LIKE
+        })
+    }
+
     /// Whether anything tells colours at all: a picture, vertex colours, or a base colour that is not grey.
     pub(super) fn is_colored(&self, part: &Part) -> bool {
         let material = part.material.and_then(|m| self.scene.materials.get(m));
