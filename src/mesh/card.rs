@@ -105,14 +105,39 @@ const FROND: Plan<'_> = Plan {
     fold: 0.0,
     arch: 0.0,
 };
-/// Of eight triangles and, not folded any more, of four.
-const FROND_COARSE: Plan<'_> = Plan { fold: 0.0, arch: 0.0, ..BENT };
-const FROND_FLAT: Plan<'_> = Plan {
-    corners: &[(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5), (0.0, 1.0), (1.0, 1.0)],
-    triangles: &[0, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4],
-    fold: 0.0,
-    arch: 0.0,
-};
+/// Not folded any more, of eight triangles and of six: a frond's bend is seen from afar, its fold is not. Few of them make a crown, so
+/// that all must fit into two fifths of the triangles.
+const FROND_COARSE: Plan<'_> =
+    Plan { corners: &strip::<10>(), triangles: &strip_triangles::<24>(), fold: 0.0, arch: 0.0 };
+const FROND_FLAT: Plan<'_> = Plan { corners: &strip::<8>(), triangles: &strip_triangles::<18>(), fold: 0.0, arch: 0.0 };
+
+/// The corners of a strip, two a row, from its base.
+const fn strip<const N: usize>() -> [(f32, f32); N] {
+    let mut corners = [(0.0, 0.0); N];
+    let mut i = 0;
+    while i < N {
+        corners[i] = ((i % 2) as f32, (i / 2) as f32 / (N / 2 - 1) as f32);
+        i += 1;
+    }
+    corners
+}
+
+/// Two triangles between each row of a strip and the next.
+const fn strip_triangles<const N: usize>() -> [u32; N] {
+    let mut triangles = [0; N];
+    let mut row = 0;
+    while row < N / 6 {
+        let a = 2 * row as u32;
+        let of = [a, a + 1, a + 3, a, a + 3, a + 2];
+        let mut k = 0;
+        while k < 6 {
+            triangles[6 * row + k] = of[k];
+            k += 1;
+        }
+        row += 1;
+    }
+    triangles
+}
 
 impl<'a> Cards<'a> {
     /// What a preset asks for.
