@@ -364,7 +364,7 @@ mod tests {
             builder.leaf(Leaf { form, ..Leaf::new(stem, 1.0, orientation, size, 0) });
             let plant = builder.finish().unwrap();
             let base = Vec3::Y * 2.0;
-            for (shape, count) in [(CardShape::Folded, 16), (CardShape::Trimmed, 8), (CardShape::Flat, 4)] {
+            for (shape, count) in [(CardShape::Folded, 16), (CardShape::Trimmed, 8), (CardShape::Flat, 6)] {
                 let mesh = leaf_cards(&plant, &plant.pose(), &all_cards(&plant), shape);
                 assert_eq!(mesh.indices.len() / 3, count);
                 for (p, uv) in mesh.positions.iter().zip(&mesh.uvs) {
