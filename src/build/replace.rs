@@ -16,6 +16,7 @@ pub(super) const LEFT: Duration = Duration::from_hours(1);
 /// # Errors
 ///
 /// When the folder can't be written. The file is as it was then.
+#[cfg(any(feature = "cli", feature = "preview", test))]
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace_after(LEFT, path, bytes)
 }
