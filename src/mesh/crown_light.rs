@@ -73,9 +73,9 @@ impl CrownLight {
         let step = (high - low) / CELLS as f32;
         let depths = if crown.is_empty() { Vec::new() } else { crown.depths::<{ CELLS + 1 }>(low, step) };
         let dark = dark.max(1e-6);
-        let box_ = (high - low).max(Vec3::splat(1e-6));
+        let edges = (high - low).max(Vec3::splat(1e-6));
         // Of the ellipsoid in the box, seen from the three sides.
-        let outline = std::f32::consts::FRAC_PI_4 * (box_.x * box_.y + box_.y * box_.z + box_.x * box_.z) / 3.0;
+        let outline = std::f32::consts::FRAC_PI_4 * (edges.x * edges.y + edges.y * edges.z + edges.x * edges.z) / 3.0;
         let area: f32 = plant.leaves().iter().map(|l| l.size * l.size * l.form.width()).sum();
         let fullness = if leafy { (area / (outline * FULL)).clamp(0.0, 1.0) } else { 0.0 };
         let half = ((high - low) * 0.5).max(Vec3::splat(dark * 0.25 + 1e-6));
