@@ -53,18 +53,19 @@ fn bark_is_as_fine_on_a_twig_as_on_the_trunk_and_closes_round_the_trunk() {
 #[test]
 fn bark_is_no_denser_where_a_branch_begins_in_thinner_wood() {
     let mut builder = PlantBuilder::new();
-    let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.014, 0.014]);
-    builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::new(0.5, 0.1, 0.0)], &[0.018, 0.018]);
+    // Of a trunk that is thick below, so that bark doesn't close round the branch: there it would stay.
+    let stem = builder.stem(Vec3::ZERO, &[0.0, 2.0, 4.0].map(|y| Vec3::Y * y), &[0.15, 0.014, 0.014]);
+    builder.branch(stem, 0.75, &[Vec3::ZERO, Vec3::new(0.5, 0.1, 0.0)], &[0.018, 0.018]);
     let plant = builder.finish().unwrap();
     let mesh = tubes(&plant, &plant.pose(), &DETAIL);
     let triangles = mesh.indices.as_chunks::<3>().0.iter();
     let of_branch: Vec<bool> = triangles.map(|t| mesh.chains[t[0] as usize] == 1).collect();
     let found: Vec<_> = densities(&mesh).into_iter().zip(of_branch).filter(|d| d.1).map(|d| d.0).collect();
     let base = mesh.chains.iter().position(|&c| c == 1).unwrap();
-    let drawn = mesh.positions[base].distance(Vec3::Y * 0.5);
+    let drawn = mesh.positions[base].distance(Vec3::Y * 3.0);
     assert!(drawn < 0.0175, "the first ring is drawn in, else this shows nothing: {drawn}");
     let (least, most) = found.iter().fold((f32::MAX, 0.0_f32), |(a, b), f| (a.min(f.0), b.max(f.0)));
-    assert!(most < least * 1.15, "{least} to {most}");
+    assert!(most < least * 1.02, "{least} to {most}");
 }
 
 #[test]
