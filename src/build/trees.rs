@@ -18,9 +18,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 13);
 const SKETCH: Stage = Stage("sketch", 9);
-const LADDER: Stage = Stage("ladder", 47);
+const LADDER: Stage = Stage("ladder", 48);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 41);
+const LEVEL: Stage = Stage("level", 42);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 10);
 /// What colours it has there, likewise.

@@ -11,6 +11,7 @@ mod cut;
 mod ears;
 mod fit;
 mod gate;
+mod ground;
 mod keyed;
 #[cfg(feature = "lightmap")]
 mod lightmap;

@@ -1,11 +1,10 @@
 //! A tube's vertices: rings swept along the axis by rotation-minimizing frames, the cone at its end, and the cap of a base
 //! that nothing hides.
 
-use std::ops::Range;
-
 use glam::{Vec2, Vec3};
 
 use super::bark_uv::{Bend, drawn_in};
+use super::ground::{Ground, set_down, sink};
 use super::rings::{Base, span_at};
 use super::roots::Roots;
 use super::shapes::Shapes;
@@ -16,12 +15,6 @@ use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
 use crate::plant::ChainId;
 
-/// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
-const LEANS: f32 = 0.15;
-/// How far a stem lies that doesn't go on below the ground: how high its first ring is, as a share of its girth. At 70 degrees.
-const LIES: f32 = 0.15;
-/// The same of one that stands upright.
-const UPRIGHT: f32 = 0.02;
 /// Brightness of bark on the youngest wood, and the radii between which it grows old, metres.
 const YOUNG: (f32, f32, f32) = (0.75, 0.004, 0.03);
 
@@ -146,9 +139,11 @@ impl Wood<'_> {
             }
             last = *ring;
         }
+        let mut ground = Ground::default();
         if matches!(base, Base::Ground { .. }) {
             let density = around(first.radius) / girth(first.radius).max(1e-6);
             set_down(mesh, start as usize..start as usize + columns, (foot.y, first.tangent), density);
+            ground = Ground::cut(mesh, (start as usize, columns), (foot.y, &first));
         }
         if shape.left < 1.0
             && let Some(bearer) = shapes.bearer(self, id, detail)
@@ -167,7 +162,11 @@ impl Wood<'_> {
             for k in 0..sides {
                 let a = start + j * columns + k;
                 let (b, c, d) = (a + 1, a + columns, a + columns + 1);
-                mesh.indices.extend([a, b, d, a, d, c]);
+                if ground.any() {
+                    [[a, b, d], [a, d, c]].map(|triangle| ground.add(mesh, triangle));
+                } else {
+                    mesh.indices.extend([a, b, d, a, d, c]);
+                }
                 if (j as usize) < leaning {
                     for t in [[a, b, d], [a, d, c]] {
                         if is_lit_from_behind(mesh, t) {
@@ -195,7 +194,7 @@ impl Wood<'_> {
         }
         if is_sunk {
             let (_, density) = at_base;
-            sink(mesh, start as usize..(start + columns) as usize, (foot.y, detail.below), density);
+            sink(mesh, start as usize..(start + columns) as usize, &ground, (foot.y, detail.below), density);
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
     }
@@ -245,58 +244,6 @@ impl Cone {
     }
 }
 
-/// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,
-/// and straight down flat. `density` is of bark, repeats a metre.
-fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3), density: f32) {
-    if tangent.y <= LEANS {
-        return;
-    }
-    let way = (tangent + Vec3::Y).normalize_or(Vec3::Y);
-    for (place, uv) in mesh.positions[ring.clone()].iter_mut().zip(&mut mesh.uvs[ring]) {
-        let down = ((place.y - ground) / way.y).max(0.0);
-        *place -= way * down;
-        uv.y += down * density;
-    }
-}
-
-/// Goes on with the first ring of a stem straight down, so far below the ground, or below the ring where it leans deeper; `density`
-/// is of bark, repeats a metre. A stem that lies on the ground has no ring around it there.
-fn sink(mesh: &mut Mesh, ring: Range<usize>, (ground, below): (f32, f32), density: f32) {
-    let places = &mesh.positions[ring.clone()];
-    let off = places.iter().fold(0.0_f32, |most, place| most.max((place.y - ground).abs()));
-    let girth = places.array_windows().map(|[a, b]| a.distance(*b)).sum::<f32>();
-    if off > girth * LIES {
-        return;
-    }
-    let bottom = places.iter().fold(ground, |low, place| low.min(place.y)) - below;
-    // Seen from above a ring that leans is narrow, and its own normals may look to the other side: it is there once more.
-    let leans = off > girth * UPRIGHT;
-    let sides = ring.len() as u32 - 1;
-    let upper = if leans { mesh.positions.len() as u32 } else { ring.start as u32 };
-    let along = |mesh: &Mesh, i: usize| {
-        let before = if i == ring.start { ring.end - 2 } else { i - 1 };
-        let after = if i + 1 == ring.end { ring.start + 1 } else { i + 1 };
-        mesh.positions[after] - mesh.positions[before]
-    };
-    let drops = if leans { &[false, true][..] } else { &[true][..] };
-    for drop in drops {
-        for i in ring.clone() {
-            let along = along(mesh, i);
-            let radial = along.cross(Vec3::Y).normalize_or(Vec3::X);
-            let down = if *drop { mesh.positions[i].y - bottom } else { 0.0 };
-            let place = mesh.positions[i] - Vec3::Y * down;
-            let uv = mesh.uvs[i] + Vec2::new(0.0, down * density);
-            let tangent = tangent_of(radial, along, Vec3::NEG_Y);
-            push(mesh, place, (radial, tangent), uv, mesh.occlusion[i]);
-        }
-    }
-    let lower = mesh.positions.len() as u32 - sides - 1;
-    for k in 0..sides {
-        let (a, b) = (lower + k, upper + k);
-        mesh.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
-    }
-}
-
 /// Whether a triangle faces away from the normals of all its corners.
 fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
     let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
@@ -304,7 +251,7 @@ fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
     triangle.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
 }
 
-fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv: Vec2, shade: u8) {
+pub(super) fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv: Vec2, shade: u8) {
     mesh.positions.push(position);
     mesh.normals.push(normal);
     mesh.tangents.push(tangent);
@@ -316,36 +263,4 @@ fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv
 fn uppermost(circle: &[(f32, f32)], frame: Frame) -> usize {
     let up = |&k: &usize| circle[k].1 * frame.x.y - circle[k].0 * frame.z.y;
     (0..circle.len()).max_by(|a, b| up(a).total_cmp(&up(b)).then(b.cmp(a))).unwrap_or(0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plant::PlantBuilder;
-    use crate::preset::plan::MeshParams;
-
-    #[test]
-    fn a_foot_that_leans_goes_on_below_the_ground_and_one_that_lies_does_not() {
-        for (lean, sunk) in [(0.0, true), (0.6, true), (3.0, false)] {
-            let mut builder = PlantBuilder::new();
-            builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::new(lean, 1.0, 0.0) * 2.0], &[0.2, 0.1]);
-            let plant = builder.finish().unwrap();
-            let posed = plant.pose();
-            let wood = Wood::of(&plant, &posed, &TubeDetail::full(&MeshParams::told(12, 0.004)));
-            let of = |below: f32| {
-                let detail = TubeDetail { below, ..TubeDetail::full(&MeshParams::told(12, 0.004)) };
-                wood.mesh(&CrownLight::of(&plant, &posed), &detail)
-            };
-            let lowest = |mesh: &Mesh| mesh.positions.iter().fold(f32::MAX, |low, p| low.min(p.y));
-            let (before, after) = (of(0.0), of(0.4));
-            let deep = lowest(&before) - lowest(&after);
-            assert!((deep - if sunk { 0.4 } else { 0.0 }).abs() < 1e-3, "{lean}: {deep}");
-            // What was added faces outwards.
-            for t in after.indices[before.indices.len()..].as_chunks::<3>().0 {
-                let [a, b, c] = t.map(|i| after.positions[i as usize]);
-                let out = (a + b + c) / 3.0;
-                assert!((b - a).cross(c - a).dot(out.with_y(0.0)) > 0.0, "{lean}: {t:?}");
-            }
-        }
-    }
 }
