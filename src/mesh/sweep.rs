@@ -163,7 +163,8 @@ impl Wood<'_> {
                 let a = start + j * columns + k;
                 let (b, c, d) = (a + 1, a + columns, a + columns + 1);
                 if ground.any() {
-                    [[a, b, d], [a, d, c]].map(|triangle| ground.add(mesh, triangle));
+                    ground.add(mesh, [a, b, d]);
+                    ground.add(mesh, [a, d, c]);
                 } else {
                     mesh.indices.extend([a, b, d, a, d, c]);
                 }
