@@ -21,7 +21,7 @@ use crate::source::{estimate, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 8);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 13);
+const IMPORT: Stage = Stage("import", 14);
 const LIKE: Stage = Stage("like", 8);
 const PICTURES: Stage = Stage("pictures", 9);
 const DRAWING: Stage = Stage("drawing", 4);

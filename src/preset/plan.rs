@@ -280,6 +280,8 @@ pub struct ImportParams {
     pub up: UpAxis,
     /// Height to scale the plant to.
     pub height: ImportHeight,
+    /// Names of a mesh's objects that are the tree; all of it where there are none, but of several trees that stand apart the first.
+    pub objects: Vec<String>,
     /// Names of a mesh's materials or parts that are leaves, whatever else says otherwise.
     pub leaves: Vec<String>,
     /// Names of a mesh's materials or parts that are wood.
@@ -293,6 +295,7 @@ impl Default for ImportParams {
             file: String::new(),
             up: UpAxis::Detect,
             height: ImportHeight::AsIs,
+            objects: Vec::new(),
             leaves: Vec::new(),
             wood: Vec::new(),
         }

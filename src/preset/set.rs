@@ -221,6 +221,13 @@ static IMPORT: Record = Record {
         Field { name: "up", kind: Kind::Choice(&UP), default: Default::Is("Detect"), about: "which axis points up" },
         Field { name: "height", kind: HEIGHT, default: Default::Else("as the file"), about: "scales the tree to it" },
         Field {
+            name: "objects",
+            kind: Kind::Texts { what: "names of objects", low: 0, high: 64 },
+            default: Default::Is("[]"),
+            about: "which nodes (glTF) or objects and groups (OBJ) of a mesh are the tree, with all that is below them; of several \
+                    trees that stand apart the first is taken where none is named",
+        },
+        Field {
             name: "leaves",
             kind: PARTS,
             default: Default::Is("[]"),
@@ -598,6 +605,7 @@ fn import(fields: &Reader<'_, '_>) -> ImportParams {
         file: path(fields, "file"),
         up: up.unwrap_or(UpAxis::Detect),
         height: if fields.has("height") { ImportHeight::Metres(height) } else { ImportHeight::AsIs },
+        objects: texts(fields, "objects"),
         leaves,
         wood,
     }

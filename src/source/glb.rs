@@ -59,6 +59,9 @@ pub struct GlbInfo<'a> {
     pub instances: Vec<Instance>,
     /// Each node with `MSFT_lod` levels.
     pub lods: Vec<LodInfo>,
+    /// The nodes of the default scene with a mesh in or below them, parents first: their names and which of these is the parent.
+    #[serde(skip)]
+    pub(super) nodes: Vec<(String, Option<usize>)>,
     /// Extensions used, as the file says.
     pub extensions_used: Vec<String>,
     /// Extensions without which the file can't be shown right.
@@ -155,6 +158,9 @@ pub struct ImageInfo {
 pub struct Instance {
     /// Name of its node.
     pub node: String,
+    /// Which of the scene's nodes that is.
+    #[serde(skip)]
+    pub(super) at: usize,
     /// Index of the mesh.
     pub mesh: usize,
     /// From the mesh's space to the scene's, column by column.
@@ -382,8 +388,10 @@ fn read<'a>(
     let layouts = accessor::layouts(&root)?;
     let meshes = root.meshes.iter().enumerate().map(|(i, m)| mesh(i, m, &root, &layouts)).collect::<Result<_, _>>()?;
     let images = root.images.iter().map(|image| self::image(image, &root)).collect::<Result<_, _>>()?;
+    let (nodes, instances) = scene::instances(&root, &layouts, &buffers)?;
     Ok(GlbInfo {
-        instances: scene::instances(&root, &layouts, &buffers)?,
+        instances,
+        nodes,
         lods: scene::lods(&root)?,
         meshes,
         images,

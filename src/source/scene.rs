@@ -16,6 +16,7 @@ mod lines;
 mod mtl;
 mod obj;
 mod obj_corners;
+mod objects;
 mod ply;
 mod ply_values;
 mod polygon;
@@ -178,6 +179,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// The up axis, where the format fixes it (glTF: `Y`); else `Detect`.
     pub up: SceneUp,
+    /// What the file calls its pieces: nodes of glTF, objects and groups of OBJ; parents first. PLY has none.
+    pub objects: Vec<Object>,
     /// What was left out or mended while reading, one sentence each.
     pub notes: Vec<String>,
     /// The point of the file that all positions are relative to, in the file's unit and axes: the origin, but where a
@@ -218,11 +221,22 @@ impl Default for SceneUp {
     }
 }
 
+/// A piece of a scene that has a name.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Object {
+    /// May be empty.
+    pub name: String,
+    /// The object that it is a part of, index into [`Scene::objects`].
+    pub parent: Option<usize>,
+}
+
 /// Triangles of one material.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Part {
     /// The file's name for it (object, group, mesh or node); may be empty.
     pub name: String,
+    /// Index into [`Scene::objects`], where there are any.
+    pub object: usize,
     /// Index into [`Scene::materials`].
     pub material: Option<usize>,
     /// Finite positions.

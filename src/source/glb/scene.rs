@@ -6,15 +6,19 @@ use super::{GlbError, Instance, LodInfo, LodLevel, json};
 
 const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Every mesh of the default scene (the first where none is named); all nodes without a parent where there is no scene.
+/// Name and parent of a node, which comes before it.
+type Nodes = Vec<(String, Option<usize>)>;
+
+/// Every mesh of the default scene (the first where none is named) and the nodes that bear them; all nodes without a parent where
+/// there is no scene.
 ///
 /// Without recursion, and each node at most once, so neither depth nor cycles can hurt.
 pub(super) fn instances(
     root: &json::Root,
     layouts: &[Layout],
     buffers: &Buffers<'_>,
-) -> Result<Vec<Instance>, GlbError> {
-    let at = |i: u64| {
+) -> Result<(Nodes, Vec<Instance>), GlbError> {
+    let known = |i: u64| {
         let index = usize::try_from(i).ok().filter(|&i| i < root.nodes.len());
         index.ok_or_else(|| GlbError::Broken(format!("node {i} is named but not there")))
     };
@@ -27,35 +31,58 @@ pub(super) fn instances(
         (None, None) => {
             let mut child = vec![false; root.nodes.len()];
             for &c in root.nodes.iter().flat_map(|n| &n.children) {
-                child[at(c)?] = true;
+                child[known(c)?] = true;
             }
             (0..root.nodes.len() as u64).filter(|&i| !child[i as usize]).collect()
         }
     };
     let mut seen = vec![false; root.nodes.len()];
-    let mut stack: Vec<(u64, [f32; 16])> = starts.into_iter().rev().map(|i| (i, IDENTITY)).collect();
-    let mut found = Vec::new();
-    while let Some((i, parent)) = stack.pop() {
-        let index = at(i)?;
+    let mut stack: Vec<(u64, Option<usize>, [f32; 16])> =
+        starts.into_iter().rev().map(|i| (i, None, IDENTITY)).collect();
+    let (mut visited, mut found) = (Vec::<(usize, Option<usize>)>::new(), Vec::new());
+    while let Some((i, above, parent)) = stack.pop() {
+        let index = known(i)?;
         if std::mem::replace(&mut seen[index], true) {
             return Err(GlbError::Broken(format!("node {i} has two parents or is its own ancestor")));
         }
         let node = &root.nodes[index];
         let matrix = product(&parent, &local(node));
+        let at = visited.len();
+        visited.push((index, above));
         if let Some(mesh) = mesh_of(node, root)? {
             match &node.extensions.instancing {
-                None => found.push(Instance { node: node.name.clone(), mesh, matrix }),
+                None => found.push(Instance { node: node.name.clone(), at, mesh, matrix }),
                 // A name for each copy could make much of a small file.
                 Some(copies) => found.extend(places(copies, layouts, buffers)?.into_iter().map(|place| Instance {
                     node: String::new(),
+                    at,
                     mesh,
                     matrix: product(&matrix, &place),
                 })),
             }
         }
-        stack.extend(node.children.iter().rev().map(|&c| (c, matrix)));
+        stack.extend(node.children.iter().rev().map(|&c| (c, Some(at), matrix)));
     }
-    Ok(found)
+    Ok((bearing(root, &visited, &mut found), found))
+}
+
+/// Those of the nodes that bear a mesh or have one below them; instances count them from then on.
+fn bearing(root: &json::Root, visited: &[(usize, Option<usize>)], found: &mut [Instance]) -> Nodes {
+    let mut bears = vec![false; visited.len()];
+    found.iter().for_each(|instance| bears[instance.at] = true);
+    for (at, &(_, above)) in visited.iter().enumerate().rev() {
+        if let Some(above) = above.filter(|_| bears[at]) {
+            bears[above] = true;
+        }
+    }
+    let mut numbers = vec![0; visited.len()];
+    let mut nodes = Nodes::new();
+    for (at, &(index, above)) in visited.iter().enumerate().filter(|(at, _)| bears[*at]) {
+        numbers[at] = nodes.len();
+        nodes.push((root.nodes[index].name.clone(), above.map(|above| numbers[above])));
+    }
+    found.iter_mut().for_each(|instance| instance.at = numbers[instance.at]);
+    nodes
 }
 
 /// Where a node's copies are (EXT_mesh_gpu_instancing); one place where the file's data is missing.

@@ -56,6 +56,20 @@ fn quantized_strips_below_moved_nodes_are_read() {
 }
 
 #[test]
+fn nodes_with_a_mesh_below_are_kept_with_their_parents_and_others_are_not() {
+    let nodes = r#""nodes":[{"name":"up","children":[3,1,2]},{"name":"leaf","mesh":0},{"name":"light"},
+        {"name":"tree","children":[4,5]},{"name":"camera"},{"name":"bark","mesh":0}]"#;
+    let from = SMALL.find(r#""nodes":[{"name":"up""#).unwrap();
+    let to = SMALL.find(r#""meshes""#).unwrap();
+    let text = format!("{}{nodes},\n{}", &SMALL[..from], &SMALL[to..]);
+    let bytes = container(&text, &SMALL_BIN);
+    let info = read_glb(&bytes).unwrap();
+    let of = |name: &str, parent| (name.to_owned(), parent);
+    assert_eq!(info.nodes, [of("up", None), of("tree", Some(0)), of("bark", Some(1)), of("leaf", Some(0))]);
+    assert_eq!(info.instances.iter().map(|instance| instance.at).collect::<Vec<_>>(), [2, 3]);
+}
+
+#[test]
 fn lies_about_sizes_and_names_are_found() {
     let lies = [
         (r#""count":4"#, r#""count":5"#),

@@ -26,6 +26,11 @@ pub(super) fn mesh(
     file: &str,
     params: &ImportParams,
 ) -> Result<Imported, Vec<Diagnostic>> {
+    if params.objects.is_empty() {
+        scene.keep_first_tree(params.up);
+    } else {
+        scene.keep_objects(&params.objects, file).map_err(|error| vec![error])?;
+    }
     let mut notes = std::mem::take(&mut scene.notes);
     let overrides = Overrides { leaves: params.leaves.clone(), wood: params.wood.clone() };
     for name in foliage::unmatched(&scene, &overrides) {

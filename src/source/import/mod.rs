@@ -163,6 +163,7 @@ pub fn import_with(
     let kind = made.format.name();
     let told = params.leaves.iter().chain(&params.wood);
     made.notes.extend(told.map(|name| format!("no material or part is called \"{name}\": {kind} has none")));
+    made.notes.extend(params.objects.iter().map(|name| format!("no object is called \"{name}\": {kind} has none")));
     Ok(made)
 }
 

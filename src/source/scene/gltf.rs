@@ -10,7 +10,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Alpha, Files, Image, Material, Part, Scene, SceneUp, Transmission};
+use super::{Alpha, Files, Image, Material, Object, Part, Scene, SceneUp, Transmission};
 use crate::base::{Diagnostic, math};
 use crate::preset::plan::UpAxis;
 use crate::source::glb::look::{Picture, Placing};
@@ -51,6 +51,9 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene,
     let mut left = MOST.0 * all + MOST.1;
     materials(&info, &mut scene);
     pictures(&info, &mut scene, &mut left).map_err(fail)?;
+    let object = |(name, parent): &(String, Option<usize>)| Object { name: name.clone(), parent: *parent };
+    spend(&mut left, info.nodes.len() * size_of::<Object>()).map_err(fail)?;
+    scene.objects = info.nodes.iter().map(object).collect();
     let mut used = Used::default();
     for instance in &info.instances {
         for primitive in 0..info.meshes[instance.mesh].primitives.len() {
@@ -182,6 +185,7 @@ fn part(
     let colors = info.attribute::<4>(mesh, primitive, "COLOR_0", some)?;
     let mut part = Part {
         name: name.clone(),
+        object: instance.at,
         material: stated.material,
         positions: three("POSITION")?,
         normals: three("NORMAL")?,

@@ -1,7 +1,8 @@
 //! Wavefront OBJ.
 //!
 //! The file is gone through twice: first for the vertices, then for the faces, which go straight into their parts; so
-//! no list of all faces is kept. A part is a group (or object) in one material. Read are `v` (with colours after the
+//! no list of all faces is kept. A part is a group (or object) in one material; groups of one name
+//! in two objects are two. Read are `v` (with colours after the
 //! coordinates, taken as sRGB), `vt`, `vn`, `f` with negative and missing indices, `o`, `g`, `usemtl`, `mtllib`. Left
 //! out are points, lines, curves and smoothing groups.
 //!
@@ -231,6 +232,7 @@ fn faces(
     let mut parts = Parts::new(vertices, bytes.len());
     let mut materials: BTreeMap<String, Option<usize>> = BTreeMap::new();
     let (mut object, mut group) = (String::new(), String::new());
+    let mut of: Option<usize> = None;
     let mut material = None;
     let mut undefined = 0_usize;
     // How many of each were stated so far: negative indices count back from there.
@@ -245,10 +247,12 @@ fn faces(
             b"o" => {
                 object = statement.name();
                 group.clear();
+                of = None;
                 parts.leave();
             }
             b"g" => {
                 group = statement.name();
+                of = None;
                 parts.leave();
             }
             b"usemtl" => {
@@ -287,7 +291,8 @@ fn faces(
                     left_out += 1;
                 } else {
                     let plain = group.is_empty() || group == "off" || group == "default";
-                    parts.face(&mut corners, if plain { &object } else { &group }, material);
+                    let of = *of.get_or_insert_with(|| parts.object(&object, if plain { "" } else { &group }));
+                    parts.face(&mut corners, of, material);
                 }
             }
             b"l" | b"p" | b"curv" | b"curv2" | b"surf" => left_out += 1,

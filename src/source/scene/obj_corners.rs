@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 
 use super::obj::Vertices;
 use super::polygon::Cutter;
-use super::{Part, Scene};
+use super::{Object, Part, Scene};
 use crate::base::counted;
 
 /// Longest way along a chain.
@@ -61,7 +61,11 @@ pub(super) struct Parts {
     parts: Vec<Part>,
     /// Whether a part has any texture coordinate, and lacks any normal.
     states: Vec<(bool, bool)>,
-    names: BTreeMap<(String, Option<usize>), usize>,
+    objects: Vec<Object>,
+    /// Numbers of objects by name and the one around it.
+    numbers: BTreeMap<(String, Option<usize>), usize>,
+    /// Parts by object and material.
+    names: BTreeMap<(usize, Option<usize>), usize>,
     /// The last part of each material.
     latest: BTreeMap<Option<usize>, usize>,
     /// The part that the last face went to, until name or material change.
@@ -81,6 +85,8 @@ impl Parts {
             links: Vec::new(),
             parts: Vec::new(),
             states: Vec::new(),
+            objects: Vec::new(),
+            numbers: BTreeMap::new(),
             names: BTreeMap::new(),
             latest: BTreeMap::new(),
             current: None,
@@ -103,11 +109,37 @@ impl Parts {
         self.parts.len() < self.most
     }
 
-    fn part(&mut self, name: &str, material: Option<usize>) -> usize {
+    /// The number of what faces are of, by its name and that of the object around it.
+    pub(super) fn object(&mut self, object: &str, group: &str) -> usize {
+        let mut number = |name: &str, parent: Option<usize>| {
+            let next = self.objects.len();
+            let key = (name.to_owned(), parent);
+            match self.numbers.get(&key) {
+                Some(&known) => known,
+                // There are as many as there may be parts.
+                None if next >= self.most => next - 1,
+                None => {
+                    push(&mut self.objects, Object { name: name.to_owned(), parent });
+                    self.numbers.insert(key, next);
+                    next
+                }
+            }
+        };
+        match (object, group) {
+            ("", group) => number(group, None),
+            (object, "") => number(object, None),
+            (object, group) => {
+                let parent = number(object, None);
+                number(group, Some(parent))
+            }
+        }
+    }
+
+    fn part(&mut self, object: usize, material: Option<usize>) -> usize {
         if let Some(current) = self.current {
             return current;
         }
-        let key = (name.to_owned(), material);
+        let key = (object, material);
         let found = match self.names.get(&key) {
             Some(&known) => known,
             None if self.parts.len() >= self.most => {
@@ -115,7 +147,7 @@ impl Parts {
                 self.latest.get(&material).copied().unwrap_or(self.parts.len() - 1)
             }
             None => {
-                self.parts.push(Part { name: name.to_owned(), material, ..Part::default() });
+                self.parts.push(Part { name: self.objects[object].name.clone(), object, material, ..Part::default() });
                 self.states.push((false, false));
                 self.names.insert(key, self.parts.len() - 1);
                 self.latest.insert(material, self.parts.len() - 1);
@@ -127,8 +159,8 @@ impl Parts {
     }
 
     /// Adds a face of three corners or more.
-    pub(super) fn face(&mut self, corners: &mut [Corner], name: &str, material: Option<usize>) {
-        let part = self.part(name, material);
+    pub(super) fn face(&mut self, corners: &mut [Corner], object: usize, material: Option<usize>) {
+        let part = self.part(object, material);
         for corner in corners.iter_mut() {
             corner.vertex = self.vertex(part, *corner);
         }
@@ -195,5 +227,6 @@ impl Parts {
         }
         scene.notes.extend(self.cutter.note());
         scene.parts = self.parts;
+        scene.objects = self.objects;
     }
 }

@@ -36,6 +36,21 @@ fn obj_corners_groups_materials_and_negative_indices_are_read() {
     assert!(scene.notes.iter().any(|n| n.contains("1 material is")), "{:?}", scene.notes);
 }
 
+#[test]
+fn groups_of_an_obj_are_known_with_the_objects_around_them() {
+    let face = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\n";
+    let scene =
+        text(&format!("o a\n{face}g wood\n{face}o b\ng wood\n{face}o\ng wood\n{face}o a\n{face}"), &Files::new());
+    let of = |name: &str, parent| Object { name: name.into(), parent };
+    assert_eq!(
+        scene.objects,
+        [of("a", None), of("wood", Some(0)), of("b", None), of("wood", Some(2)), of("wood", None)]
+    );
+    let parts: Vec<(&str, usize, usize)> =
+        scene.parts.iter().map(|part| (part.name.as_str(), part.object, part.triangles.len())).collect();
+    assert_eq!(parts, [("a", 0, 2), ("wood", 1, 1), ("wood", 3, 1), ("wood", 4, 1)]);
+}
+
 fn files(owned: &BTreeMap<String, Vec<u8>>) -> Files<'_> {
     owned.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect()
 }
