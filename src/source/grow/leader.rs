@@ -85,9 +85,9 @@ pub(super) fn hold_back(places: &mut [Vec3], parents: &[u32], leader: &[usize]) 
             })
         })
         .collect();
-    for i in 0..places.len() {
-        if let Some(Some((base, size, turn))) = branch.get(i).and_then(|first| held.get(*first as usize)) {
-            places[i] = *base + turn.rotate(places[i] - *base) * *size;
+    for (place, first) in places.iter_mut().zip(&branch) {
+        if let Some(Some((base, size, turn))) = held.get(*first as usize) {
+            *place = *base + turn.rotate(*place - *base) * *size;
         }
     }
 }
