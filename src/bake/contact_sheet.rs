@@ -25,6 +25,8 @@ const MARGIN: u32 = 14;
 const LETTER: u32 = 2;
 /// Samples along an edge of a pixel.
 const SAMPLES: u32 = 2;
+/// Letters that columns are made wider for, at most; longer names are cut off.
+const MOST_LETTERS: usize = 64;
 /// Pixels for the two lines of text above a tree.
 const HEAD: u32 = 2 * (LETTER * HEIGHT + 6) + 6;
 /// Height of the largest tree, pixels.
@@ -180,10 +182,16 @@ impl SheetLayout {
         let tree = ((2.0 * reach * per_metre).ceil() as u32, tall.ceil() as u32);
         let small = ((tree.0 / SMALL).max(1), (tree.1 / SMALL).max(1));
         // Room beside the tree for the small one, so that neither hides the other.
-        let cell = (
-            (tree.0 + 2 * (MARGIN + small.0)).max(32 * LETTER * ADVANCE).min(LARGEST / columns),
-            tree.1 + HEAD + 3 * MARGIN,
-        );
+        let written = |text: &str| text.chars().count().min(MOST_LETTERS) as u32 * LETTER * ADVANCE + MARGIN;
+        let text = rows.iter().zip(&extents).map(|(row, own)| {
+            // A name has the whole row where nothing stands beside it.
+            let name = name(&row.label, enlarged((reach / own.0).min(top / own.1)));
+            let name = if alone(row) { 0 } else { written(&name) };
+            let columns = row.columns.iter().flat_map(|column| [written(&column.label), written(&column.shown)]);
+            columns.fold(name, u32::max)
+        });
+        let text = text.fold(32 * LETTER * ADVANCE, u32::max);
+        let cell = ((tree.0 + 2 * (MARGIN + small.0)).max(text).min(LARGEST / columns), tree.1 + HEAD + 3 * MARGIN);
         let mut sheet = Self {
             size: (cell.0 * columns, cell.1 * count),
             cell,
@@ -195,8 +203,7 @@ impl SheetLayout {
             let larger = enlarged((reach / own.0).min(top / own.1));
             sheet.scales.push(SheetScale { tree, small, per_metre: per_metre * larger, top: top / larger });
             let text = MARGIN / 2;
-            let alone = row.columns.iter().skip(1).all(|column| column.shown.is_empty());
-            let room = if alone { cell.0 * columns } else { cell.0 - MARGIN };
+            let room = if alone(row) { cell.0 * columns } else { cell.0 - MARGIN };
             let mut texts = vec![(MARGIN, text, room, name(&row.label, larger))];
             for (c, shown) in row.columns[..row.columns.len().min(columns as usize)].iter().enumerate() {
                 let left = c as u32 * cell.0;
@@ -293,6 +300,11 @@ fn enlarged(smaller: f32) -> f32 {
         larger *= 2.0;
     }
     larger
+}
+
+/// Whether nothing stands beside a row's name.
+fn alone(row: &SheetRow<'_>) -> bool {
+    row.columns.iter().skip(1).all(|column| column.shown.is_empty())
 }
 
 /// What stands above a row.
@@ -435,6 +447,22 @@ mod tests {
             lines.filter(|y| sheet.pixels[(y * wide + wide / 4) * 3..][..3] != sheet.pixels[..3]).count() as f32
         };
         assert!(lit(1) > 20.0 && (lit(2) / lit(1) - 1.0).abs() < 0.1, "{} {}", lit(1), lit(2));
+    }
+
+    #[test]
+    fn columns_are_as_wide_as_what_is_written_above_them() {
+        let (tall, small) = (post(40.0), post(1.0));
+        let mut rows = [row(&tall), row(&small)];
+        rows.iter_mut().for_each(|row| row.columns[1].shown = "below 12.5 % of the screen".into());
+        let narrow = SheetLayout::new(&rows).cell.0;
+        rows[1].label = "birches_of_all_heights_and_ages_001".into();
+        let layout = SheetLayout::new(&rows);
+        assert!(layout.cell.0 > narrow, "{narrow}");
+        for texts in &layout.texts {
+            for (_, _, room, text) in texts {
+                assert!(text.len() as u32 * LETTER * ADVANCE <= *room, "{text}");
+            }
+        }
     }
 
     #[test]

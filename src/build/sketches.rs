@@ -10,7 +10,9 @@ use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::plant::Plant;
 use crate::preset::plan::{MorphKind, SketchDepth, SketchParams, SketchScale};
 use crate::preset::{Plan, data_asked_for};
-use crate::sketch::{Drawing, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind};
+use crate::sketch::{
+    Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind,
+};
 
 /// A sketch whose files are read.
 #[derive(Clone, Debug)]
@@ -54,12 +56,18 @@ pub(super) fn notes(plan: &Plan, inputs: &Inputs) -> Vec<Note> {
         let drawn = Drawn::read(params, inputs).ok();
         let said = drawn.into_iter().flat_map(|drawn| {
             let side = drawn.side.into_iter().flat_map(|side| side.notes);
-            drawn.front.notes.into_iter().chain(side).collect::<Vec<_>>()
+            let front = told_of_front(drawn.front.notes, params.elevation == 0.0);
+            front.chain(side).collect::<Vec<_>>()
         });
         said.map(|message| Note { about: params.field.clone(), message: format!("its sketch: {message}") })
             .collect::<Vec<_>>()
     };
     named(plan).flat_map(of).collect()
+}
+
+/// Only a level view can have a trunk: from above a slim part is a lobe, and the id would be an error.
+fn told_of_front(notes: Vec<String>, level: bool) -> impl Iterator<Item = String> {
+    notes.into_iter().filter(move |note| level || note != LIKE_A_TRUNK)
 }
 
 impl Drawn {
@@ -127,5 +135,19 @@ impl Drawn {
         };
         let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method: Method::Adaptive };
         sketcher.draw(&sketch).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_from_above_is_not_told_to_mark_a_trunk_which_it_could_not_have() {
+        let cross = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
+            <path d="M5 40H95V60H60V95H40V60H5Z"/></svg>"#;
+        let notes = Drawing::read(cross.as_bytes()).unwrap().notes;
+        assert_eq!(told_of_front(notes.clone(), true).count(), 1, "{notes:?}");
+        assert_eq!(told_of_front(notes, false).count(), 0);
     }
 }

@@ -16,7 +16,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 13);
+const DRESS: Stage = Stage("dress", 14);
 const SKETCH: Stage = Stage("sketch", 9);
 const LADDER: Stage = Stage("ladder", 48);
 /// One level; kept in memory only, for edits of one of several.

@@ -31,11 +31,18 @@ const ROW: f32 = 2.4;
 /// halves of a row of a thousand.
 const MANY: usize = 64;
 const TIE: f32 = 5e-4;
-/// How much smaller leaves in rows are at the end of a twig.
+/// How much smaller leaves in rows are at the end of a twig, where they stand as much closer: with even gaps the ends of fronds fell
+/// apart into tufts.
 const TAPER: f32 = 0.55;
-/// Their mean area, over that of the largest.
-const TAPERED: f32 = 0.62;
+/// Their mean area, over that of the largest, and how far apart the largest stand, in mean gaps: four fifths of a frond
+/// have as many leaves as with even ones.
+const TAPERED: f32 = 0.57;
+const WIDEST: f32 = 1.36;
 
+/// Cosine of how far from upright a stem may end that is a leader, and how many times as far down as other ends it is as
+/// leafy as at its tip: a spruce's was a tuft on a bare mast.
+const UPRIGHT: f32 = 0.94;
+const LEADER: f32 = 4.0;
 /// Ways that a leaf is turned until it is free of obstacles, and how far the last one of a twig's end points aside, radians.
 const TURNS: u32 = 12;
 const ASIDE: f32 = 1.6;
@@ -60,7 +67,8 @@ pub(super) fn add(
 ) -> Plant {
     // Frames are wanted of the few twigs only that bear leaves in the end.
     let mut posed = Posed::of_bearers(&plant);
-    let sites = sites(bare, &plant, &posed, wood, params);
+    let leader = leader(bare, &plant, &posed);
+    let sites = sites((bare, &plant), &posed, (wood, leader), params);
     let rows = params.phyllotaxis == Phyllotaxis::Distichous;
     let card = wood.leaf * wood.leaf * if rows { TAPERED } else { 1.0 };
     let area = params.density * INDEX * shadow(&posed, wood);
@@ -115,7 +123,8 @@ pub(super) fn add(
     let mut chosen: Vec<u32> = order.into_iter().map(|(_, i)| i).collect();
     chosen.sort_unstable();
     posed.frame_chains(&plant, chosen.iter().map(|&i| sites[i as usize].chain));
-    let leaf = |&i: &u32| leaf(&plant, &posed, (wood, middle_of_crown, room), &sites[i as usize], params, scale, seed);
+    let of_tree = (wood, middle_of_crown, room, leader);
+    let leaf = |&i: &u32| leaf(&plant, &posed, of_tree, &sites[i as usize], params, scale, seed);
     let leaves: Vec<Leaf> = chosen.iter().filter_map(leaf).collect();
     let mut leafy = vec![false; plant.chains().len()];
     leaves.iter().for_each(|leaf| leafy[leaf.chain.index()] = true);
@@ -138,12 +147,33 @@ fn halving(number: u32) -> f32 {
     (number.reverse_bits() >> 8) as f32 / (1 << 24) as f32
 }
 
+/// The stem of a bare plant that leads upright to the highest of its wood, if any does. What it bears at its end stands up along
+/// it: hung over as on a twig, a spruce's top was a flag.
+fn leader(bare: &Plant, plant: &Plant, posed: &Posed) -> Option<ChainId> {
+    let top = |id: ChainId| posed.chain(plant, id).iter().fold(f32::MIN, |top, p| top.max(p.y));
+    let end = |id: ChainId| posed.chain(plant, id).last().map_or(f32::MIN, |p| p.y);
+    let stems = bare.chain_ids().filter(|&id| bare.chain(id).parent.is_none());
+    let leader = stems.max_by(|&a, &b| end(a).total_cmp(&end(b)))?;
+    let leads = bare.chain_ids().all(|id| top(id) <= end(leader)) && posed.tangent(leader, 1.0).y > UPRIGHT;
+    leads.then_some(leader)
+}
+
+/// How large a leaf of a row is at a place of its twig, against the largest.
+fn tapered(location: f32) -> f32 {
+    1.0 - TAPER * location * location
+}
+
 fn address(seed: Seed, site: &Site) -> Seed {
     seed.at(u64::from(site.chain.0)).at(u64::from(site.number))
 }
 
 /// Every place that can bear a leaf: along the twigs, and along the outermost of the plant's own thin wood.
-fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &DressParams) -> Vec<Site> {
+fn sites(
+    (bare, plant): (&Plant, &Plant),
+    posed: &Posed,
+    (wood, leader): (&Wood, Option<ChainId>),
+    params: &DressParams,
+) -> Vec<Site> {
     let rows = params.phyllotaxis == Phyllotaxis::Distichous;
     let gap = (wood.leaf * 0.3).max(wood.step * 0.2) / if rows { ROW } else { 1.0 };
     let near = params.twig_length * 1.2;
@@ -163,18 +193,27 @@ fn sites(bare: &Plant, plant: &Plant, posed: &Posed, wood: &Wood, params: &Dress
         }
         // Without twigs the plant's own branches bear all leaves.
         let near = if params.twig_length > 0.0 { near } else { length };
+        let young = if leader == Some(id) { near * LEADER } else { near };
         let leafy = if own { near.max(length * 0.5).min(length * 0.8) } else { length - (gap * 0.4).min(length * 0.4) };
         let count = (leafy / gap) as u32;
         sites.push(Site { chain: id, location: 1.0, number: 0, terminal: true, inward: 0.0 });
         let curve = posed.curve(plant, id);
-        for k in 1..=count {
-            let back = k as f32 * gap;
+        let mut back = 0.0;
+        for k in 1..=if rows { count.saturating_mul(2) } else { count } {
+            if rows {
+                back += gap * WIDEST * tapered(1.0 - back / length);
+                if back > leafy {
+                    break;
+                }
+            } else {
+                back = k as f32 * gap;
+            }
             let location = 1.0 - back / length;
             // Leaves grow on young wood only.
             if location <= 0.0 || (own && curve.value(plant.radii(id), f64::from(location)) > wood.thin[id.index()]) {
                 break;
             }
-            let inward = if own { ((back - near) / near.max(1e-6)).max(0.0) } else { 0.0 };
+            let inward = if own { ((back - young) / near.max(1e-6)).max(0.0) } else { 0.0 };
             sites.push(Site { chain: id, location, number: k, terminal: false, inward });
         }
     }
@@ -210,7 +249,7 @@ fn turned((around, angle): (f32, f32), turn: u32, terminal: bool) -> (f32, f32) 
 fn leaf(
     plant: &Plant,
     posed: &Posed,
-    (wood, middle, room): (&Wood, Vec3, Room<'_>),
+    (wood, middle, room, leader): (&Wood, Vec3, Room<'_>, Option<ChainId>),
     site: &Site,
     params: &DressParams,
     scale: f32,
@@ -228,6 +267,11 @@ fn leaf(
         params.leaf_angle * s.child("angle").range(0.75, 1.2)
     };
     let droop = params.droop * s.child("droop").range(0.4, 1.0);
+    let (angle, droop) = if !rows && leader == Some(site.chain) && axis.y > UPRIGHT {
+        (angle * site.number.max(1) as f32 / (site.number + 2) as f32, 0.0)
+    } else {
+        (angle, droop)
+    };
     // The upper face looks out of the crown and a little up, with some disorder: a card is looked at from the ground,
     // and one that lies flat shows an edge, or its unlit back.
     let out = (pose.position - middle).normalize_or(Vec3::Y);
@@ -255,7 +299,7 @@ fn leaf(
         [y.cross(z), y, z]
     };
     let spread = params.leaf_spread.clamp(0.0, 0.9);
-    let taper = if rows { 1.0 - TAPER * site.location * site.location } else { 1.0 };
+    let taper = if rows { tapered(site.location) } else { 1.0 };
     let size = wood.leaf * scale * taper * (1.0 + spread * s.child("size").range(-1.0, 1.0));
     let card = |axes| Card { base: pose.position, axes, size };
     let [x, y, z] = room.first_free((0..TURNS).map(axes), card)?;

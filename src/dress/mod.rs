@@ -282,9 +282,50 @@ mod tests {
             assert_eq!(some[some.len() - 1], 1.0);
             let widest = some.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0_f32, f32::max);
             let mean = (1.0 - some[0]) / (some.len() - 1) as f32;
-            // Leaves go by pairs.
-            assert!(widest < 3.6 * mean, "{chain}: {widest} {mean}");
+            // Leaves go by pairs, and stand farther apart where they are larger.
+            assert!(widest < 3.6 * 1.36 * mean, "{chain}: {widest} {mean}");
         }
+    }
+
+    #[test]
+    fn leaves_of_a_frond_stand_as_close_to_each_other_as_they_are_long_up_to_its_end() {
+        let bare = tree(8.0, 6);
+        let rows = DressParams {
+            twig_length: 0.0,
+            phyllotaxis: Phyllotaxis::Distichous,
+            leaf_spread: 0.0,
+            leaf_size: 0.2,
+            density: 9.0,
+            ..params()
+        };
+        let plant = dress(&bare, &rows, Seed::new(1));
+        for chain in 1..=6 {
+            let mut own: Vec<(f32, f32)> =
+                plant.leaves().iter().filter(|l| l.chain.0 == chain).map(|l| (l.location, l.size)).collect();
+            own.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+            let gaps: Vec<f32> = own.windows(2).map(|pair| (pair[1].0 - pair[0].0) / pair[0].1).collect();
+            let (least, most) = gaps.iter().fold((f32::MAX, 0.0_f32), |(low, high), g| (low.min(*g), high.max(*g)));
+            assert!(gaps.len() > 15 && most < least * 1.2, "{chain}: {least} {most}");
+            assert!(own[own.len() - 1].1 < own[0].1 * 0.5);
+        }
+    }
+
+    #[test]
+    fn what_a_leader_bears_at_its_tip_stands_up() {
+        // Level limbs, below its tip.
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::Y * 8.0], &[0.16, 0.1, 0.008]);
+        for i in 0..16 {
+            let (sin, cos) = crate::base::math::sin_cos(i as f32 * 2.4);
+            let out = Vec3::new(cos, 0.0, sin) * (2.4 - 0.12 * i as f32);
+            builder.branch(stem, 0.3 + 0.04 * i as f32, &[Vec3::ZERO, out * 0.5, out], &[0.05, 0.03, 0.008]);
+        }
+        let bare = builder.finish().unwrap();
+        let plant = dress(&bare, &DressParams { droop: 0.8, ..params() }, Seed::new(1));
+        let posed = plant.pose();
+        let at_tip = plant.leaves().iter().filter(|leaf| leaf.chain.0 == 0 && leaf.location > 0.97);
+        let up: Vec<f32> = at_tip.map(|leaf| posed.leaf(&plant, leaf).frame.y.y).collect();
+        assert!(up.len() > 1 && up.iter().all(|up| *up > 0.85), "{up:?}");
     }
 
     #[test]

@@ -38,4 +38,5 @@ pub use fit::SketchSize;
 pub use mean_value::mean_value;
 pub use outline::{discrete_frechet, resampled};
 pub use region::{Fill, Region};
+pub(crate) use svg::LIKE_A_TRUNK;
 pub use svg::{Drawing, SketchError};

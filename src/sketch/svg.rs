@@ -66,6 +66,10 @@ pub enum SketchError {
     NoCrown,
 }
 
+/// The note about a crown that stands on something narrow.
+pub(crate) const LIKE_A_TRUNK: &str =
+    "its lowest part is as narrow as a trunk, and taken for crown: give what is the trunk the id `trunk`";
+
 /// A drawing, on its canvas with y up.
 #[derive(Clone, Debug)]
 pub struct Drawing {
@@ -249,10 +253,7 @@ impl Reading {
             notes.push(format!("the crown is of {} pieces that don't touch", crown.pieces()));
         }
         if trunk.area() <= 0.0 && stem::stands(&crown) {
-            notes.push(
-                "its lowest part is as narrow as a trunk, and taken for crown: give what is the trunk the id `trunk`"
-                    .into(),
-            );
+            notes.push(LIKE_A_TRUNK.into());
         }
         Ok(Drawing { crown, trunk, open, foot: self.foot, canvas, notes })
     }

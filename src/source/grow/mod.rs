@@ -21,6 +21,7 @@ mod frontier;
 mod grid;
 mod growth;
 mod guide;
+mod leader;
 mod nodes;
 mod obstacle;
 mod outline;

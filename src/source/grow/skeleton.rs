@@ -10,6 +10,7 @@
 
 use glam::Vec3;
 
+use super::leader;
 use super::refine::Ways;
 use crate::base::math;
 use crate::plant::{Skeleton, SkeletonNode};
@@ -54,7 +55,10 @@ pub(super) fn skeleton(
     let mut axes = Axes::new(places, parents, params.tip_radius, params.allometry);
     let fine = ways.fine;
     let paths = axes.places.clone();
-    axes.smooth(params.crookedness, fine);
+    // Smoothed radii hide rivals.
+    let leader = leader::leader(&axes.places, &axes.parents, &axes.heavy, &axes.radii);
+    axes.smooth(params.crookedness, fine, &leader);
+    leader::hold_back(&mut axes.places, &axes.parents, &leader);
     axes.kept_clear(&paths, barred);
     // Finer ways are fine enough as they are.
     let mut axes = if fine < FINE { axes.refined(barred) } else { axes };
@@ -132,9 +136,9 @@ impl Axes {
     ///
     /// Where ways are `fine` times finer than the graph, the same lengths of wood are smoothed, and so the
     /// same shapes are left.
-    fn smooth(&mut self, crookedness: f32, fine: f32) {
+    fn smooth(&mut self, crookedness: f32, fine: f32, leader: &[usize]) {
         let share = 0.5 * (1.0 - crookedness);
-        self.straighten(share, fine);
+        self.straighten(share, fine, leader);
         // Lengths of wood over which passes smooth go with the root of their number.
         for _ in 0..(PASSES as f32 * fine * fine).round() as u32 {
             let before = self.places.clone();
@@ -175,26 +179,42 @@ impl Axes {
 
     /// Takes the long sway out of thick wood, which neighbours alone hardly feel: a path of forty nodes wanders as a
     /// whole. Nodes are drawn towards the middle between those [`STRIDES`] further down and up their axis, in the measure
-    /// of their thickness; what they bear moves with them.
-    fn straighten(&mut self, share: f32, fine: f32) {
+    /// of their thickness, a leader in full; what they bear moves with them.
+    fn straighten(&mut self, share: f32, fine: f32, leader: &[usize]) {
         let thickest = self.radii.iter().fold(f32::MIN_POSITIVE, |t, r| t.max(*r));
-        let stiff: Vec<usize> = (0..self.places.len()).filter(|&i| self.radii[i] >= thickest * STIFF).collect();
+        // What is drawn, and in which measure.
+        let mut measures: Vec<f32> =
+            self.radii.iter().map(|r| if *r >= thickest * STIFF { r / thickest } else { 0.0 }).collect();
+        let mut rank = vec![NONE; self.places.len()];
+        for (k, &i) in leader.iter().enumerate() {
+            measures[i] = 1.0;
+            rank[i] = k as u32;
+        }
+        let stiff: Vec<usize> = (0..self.places.len()).filter(|&i| measures[i] > 0.0).collect();
         let mut places = self.places.clone();
         for stride in STRIDES {
             let stride = (stride as f32 * fine).round() as usize;
-            let spans: Vec<(usize, usize)> = stiff.iter().map(|&i| self.span(i, stride)).collect();
+            let span = |&i: &usize| match rank[i] {
+                NONE => self.span(i, stride),
+                k => {
+                    let k = k as usize;
+                    let reach = stride.min(k).min(leader.len() - 1 - k);
+                    (leader[k - reach], leader[k + reach])
+                }
+            };
+            let spans: Vec<(usize, usize)> = stiff.iter().map(span).collect();
             for _ in 0..PASSES {
                 let before = places.clone();
                 for (&i, &(below, above)) in stiff.iter().zip(&spans) {
                     let middle = (before[below] + before[above]) * 0.5;
-                    places[i] = before[i].lerp(middle, share * (self.radii[i] / thickest));
+                    places[i] = before[i].lerp(middle, share * measures[i]);
                 }
             }
         }
         let mut moved = vec![Vec3::ZERO; places.len()];
         for i in 0..places.len() {
-            let thick = self.radii[i] >= thickest * STIFF;
-            moved[i] = if thick { places[i] - self.places[i] } else { moved[self.parents[i] as usize] };
+            let drawn = measures[i] > 0.0;
+            moved[i] = if drawn { places[i] - self.places[i] } else { moved[self.parents[i] as usize] };
             self.places[i] += moved[i];
         }
     }

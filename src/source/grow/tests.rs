@@ -77,6 +77,26 @@ fn a_tree_stands_at_the_origin_as_tall_as_asked() {
 }
 
 #[test]
+fn a_trunk_that_leads_up_to_the_top_is_straight_up_to_its_tip() {
+    let text = "(height: 10.0, nodes: 8000, width: 0.5, tip_radius: 0.005, allometry: 2.3, crookedness: 0.05, bole: 0.05,\
+        slenderness: 10000.0, iterations: [\
+        (endpoints: Volume(shape: Point(height: 0.97), count: 1)),\
+        (endpoints: Volume(shape: Cone(bottom: 0.1, top: 0.95, radius: 0.2, hollow: 0.8), count: 60),\
+         guide: Piecewise(alpha1: 70.0)),\
+        (endpoints: Surface(k: 2, t: 1.0, count: 200), guide: Piecewise(alpha1: 30.0))])";
+    let mut params = species("mast.ron", text).unwrap();
+    for seed in 3..6 {
+        params.seed = seed;
+        let (plant, _) = grow(&params, Seed::new(seed).child("grow")).unwrap();
+        let trunk = plant.points(plant.chain_ids().next().unwrap());
+        let line = trunk[trunk.len() - 1];
+        assert!(line.y > 9.5, "{line}");
+        let sway = trunk.iter().map(|p| (*p - line * (p.y / line.y)).length()).fold(0.0_f32, f32::max);
+        assert!(sway < 0.035 * line.y, "{seed}: {sway}");
+    }
+}
+
+#[test]
 fn one_thread_and_two_grow_the_same_tree() {
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
