@@ -29,7 +29,7 @@ pub(super) const MOST_TRIANGLES: usize = 20_000;
 const LAYERS: f64 = 32.0;
 /// Shares of the height that may be foot: a trunk that is cut level needs next to none, one that is cut askew or stands on
 /// roots of all heights more.
-pub(super) const FEET: [f64; 5] = [0.03, 0.05, 0.08, 0.12, 0.2];
+pub(super) const FEET: [f64; 3] = [0.03, 0.1, 0.2];
 /// Most stretches of a limb: a piece of more is no thick one.
 const MOST_STRETCHES: usize = 4_000;
 /// How far from the middle of a round, in its radii, that of one inside it lies at most.
@@ -47,9 +47,8 @@ const BLUNT: f64 = 0.5;
 /// Radius of a pointed end, a share of that of the last round.
 const POINT: f64 = 0.2;
 
-/// The limb of a piece whose foot is a share of its height, where it is lowest along `up`, and whether that is one foot
-/// and not several apart; none where it has no layers.
-pub(super) fn limb(surface: &Surface, up: DVec3, share: f64) -> Option<(Limb, bool)> {
+/// The limb of a piece whose foot is a share of its height, where it is lowest along `up`; none where it has no layers.
+pub(super) fn limb(surface: &Surface, up: DVec3, share: f64) -> Option<Limb> {
     let height = |v: usize| surface.positions[v].dot(up);
     let all = 0..surface.positions.len();
     let (low, high) = all.clone().map(height).fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(y), h.max(y)));
@@ -68,7 +67,7 @@ pub(super) fn limb(surface: &Surface, up: DVec3, share: f64) -> Option<(Limb, bo
         }
     }
     let limb = graph.limb();
-    (1..=MOST_STRETCHES).contains(&limb.edges.len()).then_some((limb, graph.feet <= 1))
+    (1..=MOST_STRETCHES).contains(&limb.edges.len()).then_some(limb)
 }
 
 /// A distance, as a heap has it: the least first, then the first vertex.
@@ -292,7 +291,6 @@ impl Cut {
             if run.iter().all(|r| around[r.1 as usize] != r.1) {
                 // The end of an inner skin is none of the tree's.
             } else if is_first {
-                graph.feet += 1;
                 graph.end(hub, LimbNode { position: position - up * (position.dot(up) - low), radius });
             } else if is_last && tips[region as usize] != NONE {
                 graph.tips.push((hub, surface.positions[tips[region as usize] as usize]));
@@ -348,8 +346,6 @@ struct Graph {
     /// For rounds that nothing follows, the place that is farthest on.
     tips: Vec<(u32, DVec3)>,
     links: Vec<Vec<u32>>,
-    /// How many feet there are.
-    feet: u32,
 }
 
 impl Graph {
@@ -450,8 +446,8 @@ mod tests {
     fn the_layers_of_a_tube_lie_on_its_axis_however_few_rings_it_has() {
         let path = [DVec3::ZERO, DVec3::new(0.5, 3.0, 0.0)];
         let tube = closed(&shapes::tube(&path, &[1.0, 0.8], 12));
-        let (limb, is_one) = limb(&tube, DVec3::Y, FEET[3]).unwrap();
-        assert!(is_one && limb.nodes.len() > 20, "{}", limb.nodes.len());
+        let limb = limb(&tube, DVec3::Y, FEET[1]).unwrap();
+        assert!(limb.nodes.len() > 20, "{}", limb.nodes.len());
         assert!(limb.links().iter().all(|links| links.len() <= 2));
         for node in limb.nodes.iter().filter(|n| (0.5..2.5).contains(&n.position.y)) {
             let t = node.position.y / 3.0;
@@ -476,7 +472,7 @@ mod tests {
                 }
             }
         }
-        let (limb, _) = limb(&wall, DVec3::Y, FEET[1]).unwrap();
+        let limb = limb(&wall, DVec3::Y, FEET[1]).unwrap();
         assert!(limb.links().iter().all(|links| links.len() <= 2));
         assert!(limb.nodes.iter().all(|n| n.position.with_y(0.0).length() < 0.1), "{:?}", limb.nodes);
         let inner = limb.nodes.iter().filter(|n| (n.radius - 1.0).abs() > 0.1).count();

@@ -292,10 +292,7 @@ fn layered(piece: &Surface, contracted: &Limb, up: UpAxis) -> Option<Limb> {
     };
     let feet = ways.iter().flat_map(|&up| layers::FEET.map(|share| (up, share)));
     let limbs = feet.filter_map(|(up, share)| layers::limb(&closed, up, share));
-    // Roots that part from each other just above the ground are one foot: a trunk on the thickest of them would be a pear on
-    // its stalk.
-    let limbs = limbs.map(|(limb, is_one)| (!is_one, fit::stray(&closed, &limb), limb));
-    let (_, near, limb) = limbs.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
+    let (near, limb) = limbs.map(|limb| (fit::stray(&closed, &limb), limb)).min_by(|a, b| a.0.total_cmp(&b.0))?;
     (near < stray * NEARER).then_some(limb)
 }
 
