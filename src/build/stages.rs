@@ -16,7 +16,7 @@ use crate::preset::plan::{
     Variant, Wear,
 };
 use crate::preset::{self, Plan};
-use crate::source::{estimate, grow, import};
+use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 9);
@@ -56,6 +56,11 @@ impl SourcePlant {
         notes.extend(of_bark);
         let pictured = art.bark.is_some_and(|bark| bark.image.is_some());
         Self { plant, leaf_maps, bark, pictured, notes }
+    }
+
+    /// Whether it is a mesh that is wood alone.
+    pub(super) fn is_bare_mesh(&self) -> bool {
+        self.notes.iter().any(|note| note == foliage::BARE)
     }
 
     /// Whether it brings leaves.
@@ -479,7 +484,6 @@ pub(super) fn ingredients(plan: &Plan, variant: &Variant) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::foliage;
 
     #[test]
     fn white_leaves_are_told_only_where_they_are_worn() {

@@ -22,6 +22,8 @@ pub(super) struct Wardrobe {
     pub(super) pictures: Pictures,
     /// The sources, their leaves' slots counted in `pictures`.
     pub(super) plants: Vec<Plant>,
+    /// Which of them are meshes without a leaf, in a set that says nothing of foliage: they stay as they were drawn.
+    bare: Vec<bool>,
     /// First slot of the pictures that dressing gives leaves, and how many there are.
     dressed: (u16, u16),
     /// Length of a leaf that dressing makes, metres.
@@ -103,7 +105,8 @@ pub(super) fn wardrobe(
     };
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
-    Ok(Wardrobe { pictures, plants, dressed, leaf_size, around })
+    let bare = sources.iter().map(|s| wears::stays_bare(plan) && s.is_bare_mesh()).collect();
+    Ok(Wardrobe { pictures, plants, bare, dressed, leaf_size, around })
 }
 
 /// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
@@ -181,7 +184,8 @@ impl Wardrobe {
 
     /// How a tree that is made of some sources gets its leaves.
     pub(super) fn dressing_of(&self, plan: &Plan, sources: &[usize]) -> Dressing {
-        if sources.iter().all(|&i| !self.plants[i].leaves().is_empty()) {
+        let is_own = |&i: &usize| !self.plants[i].leaves().is_empty();
+        if sources.iter().all(is_own) || sources.iter().all(|&i| self.bare[i]) {
             return Dressing::Own { params: DressParams { density: plan.own_density, ..plan.dress.clone() } };
         }
         let leaf_size = self.leaf_size;
@@ -416,6 +420,31 @@ mod tests {
             assert!(is_near(length, 0.2) && is_near(shown, 1.0), "{length} {shown}");
         }
         assert_eq!(worn("leaf: From(\"a\")").map(|worn| (worn.0 * 1e3).round()), [100.0, 400.0]);
+    }
+
+    #[test]
+    fn a_mesh_without_leaves_stays_bare_where_nothing_is_said_of_foliage() {
+        let leaves = |foliage: &str, notes: &[&str], of: &[usize]| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.obj\"), \"b\": Import(file: \"b.csv\")}}, variants: [Source(\"a\")], {foliage})"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let wood = pole(0.2).plant.without_leaves();
+            let notes = notes.iter().map(|note| (*note).to_owned()).collect();
+            let sources = [SourcePlant::grown(wood.clone(), notes), SourcePlant::grown(wood.clone(), Vec::new())];
+            let pictures = Pictures { leaves: vec![picture(0.5); 2], bark: picture(1.0) };
+            let Ok(made) = wardrobe(&plan, &sources.map(Arc::new), &pictures, Surroundings::default()) else {
+                panic!("no wardrobe")
+            };
+            made.dressing_of(&plan, of).dress(wood, Seed::new(1)).leaves().len()
+        };
+        let bare = &[crate::source::foliage::BARE][..];
+        assert_eq!(leaves("", bare, &[0]), 0);
+        // A scan, a blend with one, and a word on foliage.
+        assert!(leaves("", bare, &[1]) > 30 && leaves("", bare, &[0, 1]) > 30 && leaves("", &[], &[0]) > 30);
+        assert!(leaves("foliage: (leaf: \"oak\")", bare, &[0]) > 30);
+        assert!(leaves("foliage: (season: Autumn)", bare, &[0]) > 30);
+        assert_eq!(leaves("foliage: ()", bare, &[0]), 0);
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub(super) fn told(plan: &Plan, source: usize, note: &str) -> Option<String> {
     };
     let (own_leaves, own_bark) = (is_own(plan.leaf_wear), is_own(plan.bark_wear));
     if note == foliage::BARE {
+        if stays_bare(plan) {
+            return Some(format!("{note}, and stays bare; `foliage: (leaf: \"oak\")` dresses it"));
+        }
         let leaf = leaf(plan);
         return (plan.dress.density > 0.0)
             .then(|| format!("{note}: dressed in {leaf}; `foliage: (density: 0)` leaves it bare"));
@@ -42,6 +45,12 @@ pub(super) fn is_of_looks(note: &str) -> bool {
     note == foliage::BARE
         || note.contains(foliage::UNMAPPED)
         || [foliage::WHITE, foliage::NO_BARK, foliage::MANY_BARKS].iter().any(|begin| note.starts_with(begin))
+}
+
+/// Whether a mesh without leaves stays as it was drawn: a model of a dead tree is one, and who has the wood of a living one
+/// says which leaf it bears. Scans and skeletons have no leaves by nature, and are dressed whatever is said.
+pub(super) fn stays_bare(plan: &Plan) -> bool {
+    plan.foliage_told.is_empty()
 }
 
 /// What the leaves are called that the plan puts on trees without.
@@ -230,7 +239,9 @@ mod tests {
     fn what_an_import_lacks_is_told_with_what_takes_its_place() {
         let told = |foliage: &str, note: &str| told(&plan(&format!("foliage: ({foliage})")), 0, note);
         let bare = told("", foliage::BARE).unwrap();
-        assert!(bare.contains("brings no leaves: dressed in made leaves, \"oak\"; `foliage: (density: 0)`"), "{bare}");
+        assert!(bare.contains("brings no leaves, and stays bare; `foliage: (leaf: \"oak\")` dresses it"), "{bare}");
+        let oak = told("most: 900", foliage::BARE).unwrap();
+        assert!(oak.contains("brings no leaves: dressed in made leaves, \"oak\"; `foliage: (density: 0)`"), "{oak}");
         assert!(told("leaf: \"birch\"", foliage::BARE).unwrap().contains("\"birch\""));
         assert!(told("leaf: From(\"b\")", foliage::BARE).unwrap().contains("the leaves of \"b\""));
         assert_eq!(told("density: 0", foliage::BARE), None);

@@ -85,7 +85,8 @@ pub(super) static FOLIAGE: Record = Record {
     title: "Foliage",
     about: "Twigs and leaves of the whole set. The leaf's name decides what is not given. Leaves that imports bring keep their \
             places and directions, and their size and look unless `leaf` names others: `spread`, `angle`, `droop`, `twig` and \
-            `phyllotaxis` are for sources that bring none.",
+            `phyllotaxis` are for sources that bring none. Where no field is given, a mesh without leaves stays bare; scans, \
+            skeletons and grown trees are dressed all the same.",
     fields: &[
         Field {
             name: "leaf",

@@ -42,6 +42,23 @@ pub enum GlbError {
     /// Valid, but beyond this reader.
     #[error("{0}")]
     Unsupported(String),
+    /// Vertices that only a Draco decoder can read.
+    #[error("its vertices are compressed by Draco (`KHR_draco_mesh_compression`), which is not read")]
+    Draco,
+}
+
+impl GlbError {
+    /// What helps; empty where nothing is known to.
+    #[must_use]
+    pub const fn help(&self) -> &'static str {
+        match self {
+            Self::Draco => {
+                "`npx @gltf-transform/cli copy in.glb out.glb` writes the file without it; or export it again with the \
+                 exporter's compression off (Blender: Data > Compression). meshopt's compression is read"
+            }
+            _ => "",
+        }
+    }
 }
 
 /// What a file holds.
@@ -246,9 +263,7 @@ impl GlbInfo<'_> {
     /// An attribute's elements; none where the primitive has no such one.
     fn elements(&self, primitive: &PrimitiveInfo, name: &str) -> Result<Option<Elements<'_>>, GlbError> {
         if primitive.draco {
-            return Err(GlbError::Unsupported(
-                "its vertex data is compressed by Draco, which is not read: export it uncompressed".into(),
-            ));
+            return Err(GlbError::Draco);
         }
         let Ok(at) = primitive.attributes.binary_search_by(|a| a.as_str().cmp(name)) else { return Ok(None) };
         self.layouts[primitive.accessors[at] as usize].elements(&self.buffers).map(Some)

@@ -11,6 +11,9 @@ use crate::source::scene::Part;
 
 /// Most that a blade holds, as [`Component::bulk`]: crowns, however slim and ragged, hold three times as much and more.
 const BLADE: f32 = 0.012;
+/// The same of a board, and least [`Component::sheet`] of one.
+const BOARD: f32 = 0.02;
+const FACED: f32 = 0.85;
 /// Least square of a blade's area over its volume and length: 13 for tubes however thin, about 4 times width over
 /// thickness for blades.
 const FLAT: f32 = 30.0;
@@ -299,8 +302,18 @@ impl Component {
     /// Whether it is a long blade with a thickness, however bent or folded: closed but for a tip or so, with next to nothing
     /// inside.
     pub(super) fn is_blade(&self) -> bool {
+        self.bulk < BLADE && self.is_slim()
+    }
+
+    /// Whether it is a blade that may be thicker, as it shows nearly all of its area along one direction: no tube or lump
+    /// does, whatever its colour, and no twig.
+    pub(super) fn is_board(&self) -> bool {
+        self.bulk < BOARD && self.sheet > FACED && self.is_slim()
+    }
+
+    fn is_slim(&self) -> bool {
         let is_flat = self.area.sqrt() > FLAT * self.bulk * self.length();
-        self.open * 8 <= self.triangles.len() && self.bulk < BLADE && is_flat && self.extents[1] < SLIM * self.length()
+        self.open * 8 <= self.triangles.len() && is_flat && self.extents[1] < SLIM * self.length()
     }
 }
 

@@ -150,7 +150,7 @@ pub(super) fn pieces(scene: &Scene, tones: &Tones<'_>, overrides: &Overrides) ->
             Role::Wood
         } else if green && is_cap(&component, size) {
             Role::Crown
-        } else if component.is_sheet() || ((green || !colored) && component.is_blade()) {
+        } else if component.is_sheet() || component.is_board() || ((green || !colored) && component.is_blade()) {
             sheet_role(&component, size)
         } else if green && (compact || component.length() < 0.5 * size) {
             if compact && component.length() > 0.08 * size { Role::Crown } else { sheet_role(&component, size) }
@@ -179,7 +179,7 @@ fn by_hint(hint: Hint, component: &Component, size: f32, firm: bool) -> Role {
             let compact = component.extents[2] > 0.2 * component.extents[0];
             if is_cap(component, size) {
                 Role::Crown
-            } else if component.is_sheet() || component.is_blade() {
+            } else if component.is_sheet() || component.is_blade() || component.is_board() {
                 sheet_role(component, size)
             } else if compact && component.length() > 0.08 * size {
                 Role::Crown

@@ -182,3 +182,40 @@ fn bark_wears_no_picture_that_leaves_share_or_that_is_coloured_otherwise_where_t
     assert_eq!(parts.crowns.len(), 1, "{:?}", parts.notes);
     assert!(parts.art.bark.is_some_and(|bark| bark.image.is_none()), "{:?}", parts.notes);
 }
+
+/// A closed board that bends down, from the top of a trunk outwards.
+fn frond(top: f32, way: f32, thick: f32) -> Part {
+    let (sin, cos) = crate::base::math::sin_cos(way);
+    let (out, across) = (Vec3::new(cos, 0.0, sin), Vec3::new(-sin, 0.0, cos));
+    let mut part = Part { material: Some(1), ..Part::default() };
+    for k in 0..9_u32 {
+        let t = k as f32 / 8.0;
+        let wide = 0.3 + 1.8 * t * (1.0 - t);
+        let middle = Vec3::Y * (top + 0.6 * t - 1.4 * t * t) + out * (3.6 * t + 0.15);
+        for (side, above) in [(-1.0, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.0, 0.5)] {
+            part.positions.push(middle + across * (wide * 0.5 * side) + Vec3::Y * (thick * above));
+        }
+    }
+    for k in 0..8 {
+        for s in 0..4 {
+            let (a, b) = (k * 4 + s, k * 4 + (s + 1) % 4);
+            part.triangles.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+        }
+    }
+    part.triangles.extend([[0, 2, 1], [0, 3, 2], [32, 33, 34], [32, 34, 35]]);
+    part
+}
+
+#[test]
+fn boards_that_bend_are_fronds_whatever_their_colour_and_bent_poles_are_wood() {
+    let materials = || vec![painted("a", [0.2, 0.1, 0.05]), painted("b", [0.28, 0.29, 0.03])];
+    let palm = |thick: f32| {
+        let mut parts: Vec<Part> = (0..7).map(|k| frond(6.0, 0.9 * k as f32, thick)).collect();
+        parts.push(Part { material: Some(0), ..trunk(6.0, 0.25) });
+        told(&scene(parts, materials()))
+    };
+    let parts = palm(0.06);
+    assert_eq!((parts.cards.len(), parts.wood.len()), (7, trunk(6.0, 0.25).triangles.len()), "{:?}", parts.notes);
+    assert!(parts.cards.iter().all(|card| card.bend.is_some()));
+    assert!(palm(0.6).cards.is_empty());
+}

@@ -34,7 +34,7 @@ pub(super) fn refers(bytes: &[u8]) -> Vec<String> {
 
 /// Reads a glTF; see [`super::read`].
 pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
-    let fail = |e: GlbError| vec![Diagnostic::new(file, e.to_string())];
+    let fail = |e: GlbError| vec![Diagnostic::new(file, e.to_string()).with_hint(e.help())];
     let info = read_with(bytes, files).map_err(fail)?;
     let mut scene = Scene { up: SceneUp(UpAxis::Y), ..Scene::default() };
     if !info.look.unread.is_empty() {

@@ -51,6 +51,20 @@ fn groups_of_an_obj_are_known_with_the_objects_around_them() {
     assert_eq!(parts, [("a", 0, 2), ("wood", 1, 1), ("wood", 3, 1), ("wood", 4, 1)]);
 }
 
+#[test]
+fn what_draco_compressed_is_told_with_the_command_that_undoes_it() {
+    let gltf = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"extensions":
+        {"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}}]}],
+        "accessors":[{"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
+        {"componentType":5123,"count":3,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":4}],"buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="}]}"#;
+    let error = read(gltf.as_bytes(), "it", &Files::new()).unwrap_err().remove(0);
+    assert!(error.message.contains("`KHR_draco_mesh_compression`"), "{error}");
+    assert!(error.hint.contains("`npx @gltf-transform/cli copy in.glb out.glb`"), "{error:?}");
+}
+
 fn files(owned: &BTreeMap<String, Vec<u8>>) -> Files<'_> {
     owned.iter().map(|(name, bytes)| (name.clone(), bytes.as_slice())).collect()
 }

@@ -4,7 +4,9 @@
 //! 2. `surface`: pieces of surface that hang together, each an edge-manifold.
 //! 3. Each piece by itself, in parallel: `tube` where it is evidently a swept ring, `prism` where it has two ends and
 //!    nothing between, else `coarsen` if it is large, closed by `cap` and `contract`ed (Laplacian contraction, Au et al.
-//!    2008), then `surgery` and `sleeve`: a limb of nodes with radii, which `facets` mends where the trunk is low-poly.
+//!    2008), then `surgery` and `sleeve`: a limb of nodes with radii, which `facets` mends where the trunk is low-poly. Where
+//!    `fit` says that such a limb is far from its surface, as of shells as thick as they are high, `layers` of equal distance
+//!    from the foot give another.
 //! 4. `import/limb`: limbs get their base, and are joined by proximity, direction and radius as the fragments of a
 //!    structure model are; then Gravelius orders.
 //!
@@ -17,6 +19,8 @@ mod cholesky;
 mod coarsen;
 mod contract;
 mod facets;
+mod fit;
+mod layers;
 mod prism;
 #[cfg(test)]
 mod shapes;
@@ -49,6 +53,13 @@ const ONE_OF: usize = 25;
 const MOST_OF_MANY: usize = 40_000;
 /// Most pieces of surface: of a soup of loose triangles the largest are taken.
 pub const MOST_PIECES: usize = 100_000;
+/// From how far a contraction's tubes are from their surface, in its own thickness, its layers are asked.
+/// Contractions of slim trees are 0.05 to 0.3 off, of stumps, baobabs and boles with roots 0.6 to 3.
+const ASKEW: f64 = 0.35;
+/// How much nearer they must be.
+const NEARER: f64 = 0.7;
+/// Least area of a piece that may be a thick shell, a share of the largest piece's: a twig's own volume says too little.
+const MAIN: f64 = 0.2;
 /// Least triangles of a piece of wood.
 const LEAST_TRIANGLES: usize = 4;
 
@@ -164,7 +175,10 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
         };
         return Err(SkeletonError(why.into()));
     }
-    let mut found: Vec<Found> = pieces.par_iter().map(|piece| limb(piece, params.method)).collect();
+    let largest = pieces.iter().map(Surface::area).fold(0.0, f64::max);
+    let may_be_thick = |piece: &Surface| params.method == Method::ByPiece && piece.area() >= largest * MAIN;
+    let up = |piece: &Surface| may_be_thick(piece).then_some(params.up);
+    let mut found: Vec<Found> = pieces.par_iter().map(|piece| limb(piece, params.method, up(piece))).collect();
     by_faces(&mut found);
     let by = |way: Way| found.iter().filter(|f| f.way == way).count();
     let total = found.len();
@@ -173,7 +187,10 @@ pub fn skeletonize(wood: &Wood, params: &SkeletonParams) -> Result<Skeletonized,
     let (sticks, lost) = (by(Way::Stick), found.iter().filter(|f| f.limb.is_none()).count());
     if tubes < total {
         let contracted = by(Way::Contracted);
-        notes.push(format!("{}: {}, {contracted} contracted", pieces(total), counted(tubes, "tube", "tubes")));
+        let layered = by(Way::Layered);
+        let thick = if layered > 0 { format!(", {layered} cut into layers") } else { String::new() };
+        let tubes = counted(tubes, "tube", "tubes");
+        notes.push(format!("{}: {tubes}, {contracted} contracted{thick}", pieces(total)));
     }
     if sticks > 0 {
         notes.push(format!("{} without an axis to contract to: taken as straight", pieces(sticks)));
@@ -221,6 +238,7 @@ struct Found {
 enum Way {
     Tube,
     Contracted,
+    Layered,
     Stick,
 }
 
@@ -238,7 +256,8 @@ fn by_faces(found: &mut [Found]) {
     }
 }
 
-fn limb(piece: &Surface, method: Method) -> Found {
+/// `up` tells which axis points up, of a piece that may be a thick shell.
+fn limb(piece: &Surface, method: Method, up: Option<UpAxis>) -> Found {
     if method == Method::ByPiece
         && let Some((limb, faces)) = tube::tube(piece)
     {
@@ -248,9 +267,33 @@ fn limb(piece: &Surface, method: Method) -> Found {
         return Found { limb: Some(limb), way: Way::Tube, faces };
     }
     match contracted(piece) {
-        Some((limb, faces)) if !limb.edges.is_empty() => Found { limb: Some(limb), way: Way::Contracted, faces },
+        Some((limb, faces)) if !limb.edges.is_empty() => match up.and_then(|up| layered(piece, &limb, up)) {
+            Some(limb) => Found { limb: Some(limb), way: Way::Layered, faces: 1.0 },
+            None => Found { limb: Some(limb), way: Way::Contracted, faces },
+        },
         _ => Found { limb: sleeve::stick(&piece.positions, &piece.shares()), way: Way::Stick, faces: 1.0 },
     }
+}
+
+/// The limb of a piece's layers, where its contraction is far from it and they are much nearer.
+fn layered(piece: &Surface, contracted: &Limb, up: UpAxis) -> Option<Limb> {
+    if piece.triangles.len() > layers::MOST_TRIANGLES {
+        return None;
+    }
+    let closed = cap::closed(piece);
+    let stray = fit::stray(&closed, contracted);
+    if stray <= ASKEW {
+        return None;
+    }
+    let ways: &[DVec3] = match up {
+        UpAxis::Y => &[DVec3::Y],
+        UpAxis::Z => &[DVec3::Z],
+        UpAxis::Detect => &[DVec3::Y, DVec3::Z],
+    };
+    let feet = ways.iter().flat_map(|&up| layers::FEET.map(|share| (up, share)));
+    let limbs = feet.filter_map(|(up, share)| layers::limb(&closed, up, share));
+    let (near, limb) = limbs.map(|limb| (fit::stray(&closed, &limb), limb)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (near < stray * NEARER).then_some(limb)
 }
 
 fn contracted(piece: &Surface) -> Option<(Limb, f64)> {

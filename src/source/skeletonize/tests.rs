@@ -69,6 +69,62 @@ fn both_ways_find_a_trunk_and_its_branches() {
     }
 }
 
+/// The skin of boxes of whole units, each from its least to its greatest corner, which may overlap.
+fn blocks(boxes: &[[[i32; 3]; 2]]) -> Surface {
+    let is_full = |p: [i32; 3]| boxes.iter().any(|[low, high]| (0..3).all(|k| low[k] <= p[k] && p[k] < high[k]));
+    let mut surface = Surface::default();
+    let mut known = std::collections::BTreeMap::new();
+    for [x, y, z] in (-16..16).flat_map(|x| (-16..16).flat_map(move |z| (0..32).map(move |y| [x, y, z]))) {
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let mut beside = [x, y, z];
+            beside[axis] += 2 * side - 1;
+            if !is_full([x, y, z]) || is_full(beside) {
+                continue;
+            }
+            let corner = |u: i32, v: i32| {
+                let mut p = [x, y, z];
+                p[axis] += side;
+                p[(axis + 1) % 3] += u;
+                p[(axis + 2) % 3] += v;
+                p
+            };
+            let corners = if side == 1 { [(0, 0), (1, 0), (1, 1), (0, 1)] } else { [(0, 0), (0, 1), (1, 1), (1, 0)] };
+            let corners = corners.map(|(u, v)| {
+                let p = corner(u, v);
+                *known.entry(p).or_insert_with(|| {
+                    surface.positions.push(DVec3::from_array(p.map(f64::from)));
+                    surface.positions.len() as u32 - 1
+                })
+            });
+            let [a, b, c, d] = corners;
+            surface.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    surface
+}
+
+#[test]
+fn a_shell_as_thick_as_it_is_high_stands_on_its_own_foot() {
+    let trunk = [[-4, 0, -4], [4, 6, 4]];
+    let arms = [[[4, 4, 0], [8, 6, 2]], [[6, 6, 0], [8, 10, 2]], [[-8, 4, -2], [-4, 6, 0]], [[-8, 6, -2], [-6, 12, 0]]];
+    let more = [[[0, 4, 4], [2, 6, 9]], [[-1, 6, -1], [2, 9, 2]]];
+    let boxes: Vec<_> = [trunk].into_iter().chain(arms).chain(more).collect();
+    let found = found(&wood(&[blocks(&boxes)]));
+    assert!(found.notes[0].contains("1 cut into layers"), "{:?}", found.notes);
+    let plant = &found.plant;
+    assert!(plant.height() > 10.8, "{}", plant.height());
+    // The disc of the trunk's area, below its arms.
+    let right = (64.0 / std::f32::consts::PI).sqrt();
+    let stem = plant.chain_ids().next().unwrap();
+    let posed = plant.pose();
+    let lower = posed.chain(plant, stem).iter().zip(plant.radii(stem)).filter(|(p, _)| p.y < 3.0);
+    for (place, radius) in lower.clone() {
+        let beside = place.with_y(0.0).length();
+        assert!(beside < 0.1 * right && (radius / right - 1.0).abs() < 0.1, "{place} {radius} for {right}");
+    }
+    assert!(lower.count() >= 2);
+}
+
 #[test]
 fn twigs_of_three_triangles_are_twigs_and_loose_triangles_are_not() {
     let spike = |corners: [DVec3; 3], tip: DVec3| Surface {
