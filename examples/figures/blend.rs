@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use treewright::base::Seed;
 use treewright::blend::{State, Tasks, mix};
 use treewright::plant::{ChainId, Plant, PlantBuilder, PlantStats};
-use treewright::preset::plan::{ImportHeight, ImportParams, Pick, UpAxis};
+use treewright::preset::plan::{ImportHeight, ImportParams, Pick};
 use treewright::relate::{Blender, Family, TopologyTree, fuzzy_family, match_fuzzy, nway_family};
 use treewright::select::{self, Examined, Sources};
 use treewright::source::import::import;
@@ -232,13 +232,8 @@ fn families() -> Vec<(&'static str, Family)> {
         ["oak", "birch", "willow", "bonsai", "shrub"].map(|species| (species, source(species, 3, 300))).to_vec();
     if let Some(folder) = data() {
         for name in ["itsme_tree_2.csv", "pyhelios_olive_900_qsm.txt", "eztree_oak_medium.swc"] {
-            let params = ImportParams {
-                file: name.to_owned(),
-                up: UpAxis::Detect,
-                height: ImportHeight::Metres(10.0),
-                leaves: Vec::new(),
-                wood: Vec::new(),
-            };
+            let params =
+                ImportParams { file: name.to_owned(), height: ImportHeight::Metres(10.0), ..ImportParams::default() };
             let Ok(bytes) = std::fs::read(folder.join("skeleton").join(name)) else { continue };
             if let Ok(imported) = import(&bytes, name, &params) {
                 plants.push((name, imported.plant));

@@ -187,8 +187,11 @@ mod tests {
     use super::super::{Object, Part};
     use super::*;
 
-    /// Objects with a box each: name, parent, middle, half width, bottom and top.
-    fn scene(objects: &[(&str, Option<usize>, [f32; 2], f32, [f32; 2])]) -> Scene {
+    /// Name, parent, middle, half width, bottom and top.
+    type Boxed = (&'static str, Option<usize>, [f32; 2], f32, [f32; 2]);
+
+    /// Objects with a box each.
+    fn scene(objects: &[Boxed]) -> Scene {
         let mut made = Scene { up: super::super::SceneUp(UpAxis::Y), ..Scene::default() };
         for (i, &(name, parent, [x, z], half, [low, high])) in objects.iter().enumerate() {
             made.objects.push(Object { name: name.into(), parent });
@@ -236,7 +239,7 @@ mod tests {
 
     #[test]
     fn one_tree_in_many_pieces_stays_whole() {
-        let whole = |objects: &[(&str, Option<usize>, [f32; 2], f32, [f32; 2])]| {
+        let whole = |objects: &[Boxed]| {
             let mut made = scene(objects);
             made.keep_first_tree(UpAxis::Detect);
             made.parts.len() == objects.len() && made.notes.is_empty()
