@@ -18,7 +18,7 @@ use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
-const SHEET: Stage = Stage("sheet", 10);
+const SHEET: Stage = Stage("sheet", 11);
 const SHOWN: Stage = Stage("shown", 8);
 
 /// All trees of a set at all levels, before they have colours.

@@ -17,7 +17,7 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 14);
-const SKETCH: Stage = Stage("sketch", 9);
+const SKETCH: Stage = Stage("sketch", 10);
 const LADDER: Stage = Stage("ladder", 48);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 42);

@@ -375,11 +375,23 @@ impl Sketched {
     /// The tree when points have moved, and what wilts has done so for a time.
     pub(super) fn made(&self, moved: &(dyn Fn(usize) -> Vec3 + Sync), t: f32, finished: bool) -> Plant {
         let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
-        // What bends between lobes of a raised view stays above the ground as they do.
-        let floor =
-            if self.sketcher.charts[0].plane.steepness() == 0.0 { f32::NEG_INFINITY } else { self.sketcher.foot.y };
+        // What bends between lobes stays above the ground where they do, and limbs in a level view, where lobes may be drawn to hang below
+        // it, above the lowest of them and their own base: in a narrow foot of a crown they went on far below it.
+        let (stems, limbs) = if self.sketcher.charts[0].plane.steepness() == 0.0 {
+            let lobes = self.sketcher.handles.iter().zip(&self.told);
+            let lowest = lobes.map(|(handle, way)| handle.position.y + way.y * t).fold(f32::INFINITY, f32::min);
+            (f32::NEG_INFINITY, lowest)
+        } else {
+            (self.sketcher.foot.y, self.sketcher.foot.y)
+        };
+        let mut floors = vec![stems; positions.len()];
+        for id in plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()) {
+            let own = plant.span(id);
+            let base = positions[own.start].y + moved(own.start).y;
+            floors[own].fill(limbs.min(base.max(stems)));
+        }
         let place = |(i, p): (usize, &Vec3)| {
-            let place = *p + moved(i);
+            let (place, floor) = (*p + moved(i), floors[i]);
             if place.y < floor { place.with_y(place.y.max(floor.min(p.y))) } else { place }
         };
         let places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
