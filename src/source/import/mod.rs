@@ -2,7 +2,7 @@
 //!
 //! [`import_with`] is the one door. The format is told by the content, never by the name:
 //!
-//! - glTF, GLB, OBJ with MTL, PLY: a mesh, read by [`scene`];
+//! - glTF, GLB, OBJ with MTL, PLY: a mesh, read by [`scene`]; of several trees one (`objects` in the preset);
 //! - TreeQSM's cylinders as CSV, as the text that its save function writes, or as a MAT-file of version 5 to 7; SimpleForest
 //!   and aRchi CSV; SWC; MTG with coordinates or with lengths and angles;
 //! - a plant that [`dump`](crate::plant::dump) wrote, which is how other programs hand over trees of their own making.

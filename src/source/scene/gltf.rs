@@ -35,7 +35,7 @@ pub(super) fn refers(bytes: &[u8]) -> Vec<String> {
 /// Reads a glTF; see [`super::read`].
 pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Diagnostic>> {
     let fail = |e: GlbError| vec![Diagnostic::new(file, e.to_string()).with_hint(e.help())];
-    let info = read_with(bytes, files).map_err(fail)?;
+    let mut info = read_with(bytes, files).map_err(fail)?;
     let mut scene = Scene { up: SceneUp(UpAxis::Y), ..Scene::default() };
     if !info.look.unread.is_empty() {
         // Compressed data says so itself where it is read.
@@ -51,9 +51,9 @@ pub(super) fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene,
     let mut left = MOST.0 * all + MOST.1;
     materials(&info, &mut scene);
     pictures(&info, &mut scene, &mut left).map_err(fail)?;
-    let object = |(name, parent): &(String, Option<usize>)| Object { name: name.clone(), parent: *parent };
-    spend(&mut left, info.nodes.len() * size_of::<Object>()).map_err(fail)?;
-    scene.objects = info.nodes.iter().map(object).collect();
+    let nodes = std::mem::take(&mut info.nodes);
+    spend(&mut left, nodes.len() * size_of::<Object>()).map_err(fail)?;
+    scene.objects = nodes.into_iter().map(|(name, parent)| Object { name, parent }).collect();
     let mut used = Used::default();
     for instance in &info.instances {
         for primitive in 0..info.meshes[instance.mesh].primitives.len() {
