@@ -17,10 +17,10 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 14);
-const SKETCH: Stage = Stage("sketch", 10);
-const LADDER: Stage = Stage("ladder", 48);
+const SKETCH: Stage = Stage("sketch", 11);
+const LADDER: Stage = Stage("ladder", 49);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 42);
+const LEVEL: Stage = Stage("level", 43);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 10);
 /// What colours it has there, likewise.

@@ -10,7 +10,7 @@ use crate::base::math;
 /// Everything that is wrong with a mesh, one line a kind of problem with the first place that has it; empty when it is
 /// sound: arrays of equal length (tangents and tiles may be absent), whole triangles, indices in range, finite numbers,
 /// unit normals and tangents within 1e-3, tangents at right angles to normals, signs of ±1, no triangle with two equal
-/// corners or no area. Linear.
+/// corners or no area, no vertex that no triangle uses. Linear.
 #[must_use]
 pub fn problems(mesh: &Mesh) -> Vec<String> {
     let count = mesh.positions.len();
@@ -59,6 +59,11 @@ pub fn problems(mesh: &Mesh) -> Vec<String> {
             height <= longest * 1e-6 || height.is_nan()
         });
         first("a triangle has no area", flat);
+        let mut is_used = vec![false; count];
+        for &i in &mesh.indices {
+            is_used[i as usize] = true;
+        }
+        first("no triangle uses a vertex", is_used.iter().position(|is_used| !is_used));
     }
     found
 }

@@ -78,6 +78,39 @@ impl Ground {
     pub(super) fn any(&self) -> bool {
         !self.cut.is_empty()
     }
+
+    /// Takes the vertices out that were cut off; `triangles` are where the stem's indices begin. Some importers drop what no triangle
+    /// uses, and count other vertices then.
+    pub(super) fn tidy(&self, mesh: &mut Mesh, triangles: usize) {
+        let columns = self.cut.len();
+        let is_left = |i: usize| {
+            i < self.start || {
+                let (row, column) = ((i - self.start) / columns, (i - self.start) % columns);
+                row == 0 || row >= self.cut.get(column).copied().unwrap_or(0)
+            }
+        };
+        let mut places = Vec::with_capacity(mesh.positions.len() - self.start);
+        let mut next = self.start as u32;
+        for i in self.start..mesh.positions.len() {
+            places.push(next);
+            next += u32::from(is_left(i));
+        }
+        for i in &mut mesh.indices[triangles..] {
+            *i = places[*i as usize - self.start];
+        }
+        let Mesh { positions, normals, tangents, uvs, occlusion, .. } = mesh;
+        keep(positions, is_left);
+        keep(normals, is_left);
+        keep(tangents, is_left);
+        keep(uvs, is_left);
+        keep(occlusion, is_left);
+    }
+}
+
+/// Those of some numbers.
+fn keep<T>(values: &mut Vec<T>, is_left: impl Fn(usize) -> bool) {
+    let mut numbers = 0..;
+    values.retain(|_| numbers.next().is_some_and(&is_left));
 }
 
 /// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,

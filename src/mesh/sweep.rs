@@ -86,7 +86,7 @@ impl Wood<'_> {
         let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0, shape.foot.turn()).corners(sides));
         let (mut density_before, mut bend) = (None, Bend::default());
         let mut last = first;
-        let start = mesh.positions.len() as u32;
+        let (start, triangles) = (mesh.positions.len() as u32, mesh.indices.len());
         let is_capped = self.is_capped(id, detail);
         let vertices = (body.len() + usize::from(is_sunk)) * columns + sides as usize * (1 + usize::from(is_capped));
         mesh.positions.reserve(vertices);
@@ -196,6 +196,9 @@ impl Wood<'_> {
         if is_sunk {
             let (_, density) = at_base;
             sink(mesh, start as usize..(start + columns) as usize, &ground, (foot.y, detail.below), density);
+        }
+        if ground.any() {
+            ground.tidy(mesh, triangles);
         }
         mesh.chains.resize(mesh.positions.len(), id.0);
     }

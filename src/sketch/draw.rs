@@ -372,29 +372,39 @@ impl Sketched {
         self.made(&|i| self.shift[i] * t + self.along.at(i, &weights), t, finished)
     }
 
+    /// What bends between lobes stays above the ground where they do, and limbs in a level view, where lobes may be drawn to hang below it,
+    /// above the lowest of them and their own base: in a narrow foot of a crown a trunk dived into the ground and came out again, and limbs
+    /// went on far below the crown. Nothing is brought higher than it was.
+    fn keep_up(&self, places: &mut [Vec3], t: f32) {
+        let Sketcher { plant, positions, spines, handles, charts, foot, .. } = &*self.sketcher;
+        let (stems, limbs) = if charts[0].plane.steepness() == 0.0 {
+            let lobes = handles.iter().zip(&self.told).map(|(handle, way)| handle.position.y + way.y * t);
+            let lowest = lobes.fold(f32::INFINITY, f32::min);
+            (foot.y.min(lowest), lowest)
+        } else {
+            (foot.y, foot.y)
+        };
+        for id in plant.chain_ids() {
+            // Its bearer is where it stays.
+            let floor = spines.base(id.index()).map_or(stems, |(point, f)| {
+                let below = places[point as usize];
+                let base = if f == 0.0 { below } else { below.lerp(places[point as usize + 1], f) };
+                limbs.min(base.y)
+            });
+            for i in plant.span(id) {
+                if places[i].y < floor {
+                    places[i].y = places[i].y.max(floor.min(positions[i].y));
+                }
+            }
+        }
+    }
+
     /// The tree when points have moved, and what wilts has done so for a time.
     pub(super) fn made(&self, moved: &(dyn Fn(usize) -> Vec3 + Sync), t: f32, finished: bool) -> Plant {
         let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
-        // What bends between lobes stays above the ground where they do, and limbs in a level view, where lobes may be drawn to hang below
-        // it, above the lowest of them and their own base: in a narrow foot of a crown they went on far below it.
-        let (stems, limbs) = if self.sketcher.charts[0].plane.steepness() == 0.0 {
-            let lobes = self.sketcher.handles.iter().zip(&self.told);
-            let lowest = lobes.map(|(handle, way)| handle.position.y + way.y * t).fold(f32::INFINITY, f32::min);
-            (f32::NEG_INFINITY, lowest)
-        } else {
-            (self.sketcher.foot.y, self.sketcher.foot.y)
-        };
-        let mut floors = vec![stems; positions.len()];
-        for id in plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some()) {
-            let own = plant.span(id);
-            let base = positions[own.start].y + moved(own.start).y;
-            floors[own].fill(limbs.min(base.max(stems)));
-        }
-        let place = |(i, p): (usize, &Vec3)| {
-            let (place, floor) = (*p + moved(i), floors[i]);
-            if place.y < floor { place.with_y(place.y.max(floor.min(p.y))) } else { place }
-        };
-        let places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
+        let place = |(i, p): (usize, &Vec3)| *p + moved(i);
+        let mut places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
+        self.keep_up(&mut places, t);
         let left = (1.0 - t).max(1e-4);
         let [wood, leafy] = [self.wood, self.leaf].map(|scale| 1.0 + (scale - 1.0) * t);
         let mut bears = vec![false; plant.chains().len()];
