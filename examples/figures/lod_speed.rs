@@ -221,14 +221,14 @@ fn meshing(plan: &Plan, threads: usize) {
     let params = dress_params(plan);
     let plants: Vec<Plant> = (0..8).into_par_iter().map(|i| dress::dress(&oak(i), &params, Seed::new(i))).collect();
     let mut triangles = 0;
-    let time = seconds(5, || {
+    let time = seconds(25, || {
         triangles = plants
             .par_iter()
             .map(|plant| mesh_levels(plant, &plan.mesh, &[], Seed::new(1)).iter().map(count).sum::<usize>())
             .sum();
     });
     let how =
-        format!("{triangles} triangles of 8 dressed oaks, pose and crown included, median of 5, {threads} threads");
+        format!("{triangles} triangles of 8 dressed oaks, pose and crown included, median of 25, {threads} threads");
     Figure::new("lod.speed.meshing", triangles as f64 / time / 1e6, "M triangles/s", how).goal(">= 20").print();
 
     let wardrobe = Wardrobe::new(

@@ -32,7 +32,6 @@ impl Frame {
     /// This frame turned by the least rotation that brings `y` to `axis` (a unit vector): one step of a
     /// rotation-minimizing frame.
     #[must_use]
-    #[inline]
     pub fn transported(self, axis: Vec3) -> Self {
         let both = self.y + axis;
         let towards = 1.0 + self.y.dot(axis);
@@ -48,15 +47,42 @@ impl Frame {
         Self { x, y: axis, z: x.cross(axis) }
     }
 
-    /// `x` of the frame with these `x` and `y`, [`transported`](Self::transported), for a few steps: what rounding adds stays, a
-    /// ten-millionth a step, and nothing waits for a root.
+    /// As [`transported`](Self::transported), for one of some hundred steps: what rounding adds, a ten-millionth a step, stays.
     #[inline]
-    pub(crate) fn turned_x(x: Vec3, y: Vec3, axis: Vec3) -> Vec3 {
-        let towards = 1.0 + y.dot(axis);
+    pub(crate) fn turned(self, axis: Vec3) -> Self {
+        let towards = 1.0 + self.y.dot(axis);
         if towards <= 0.01 {
-            return Self { x, y, z: x.cross(y) }.transported(axis).x;
+            return self.transported(axis);
         }
-        x - (y + axis) * (x.dot(axis) / towards)
+        let x = self.x - (self.y + axis) * (self.x.dot(axis) / towards);
+        Self { x, y: axis, z: x.cross(axis) }
+    }
+
+    /// The frames that `first` becomes [`transported`](Self::transported) from one of some axes to the next: as
+    /// [`turned`](Self::turned), and no step waits for a quotient of the one before.
+    pub(crate) fn along_all<const N: usize>(first: Self, axes: &[Vec3; N]) -> [Self; N] {
+        let mut frames = [first; N];
+        let mut ways = [Vec3::ZERO; N];
+        let mut before = first.y;
+        // Axes that are nearly opposite to the one before, of which there are next to none.
+        let mut back = false;
+        for (way, &axis) in ways.iter_mut().zip(axes) {
+            let towards = 1.0 + before.dot(axis);
+            back |= towards <= 0.01;
+            *way = (before + axis) / towards;
+            before = axis;
+        }
+        let (mut x, mut y) = (first.x, first.y);
+        for (frame, (&axis, &way)) in frames.iter_mut().zip(axes.iter().zip(&ways)) {
+            if back && 1.0 + y.dot(axis) <= 0.01 {
+                x = Self { x, y, z: x.cross(y) }.transported(axis).x;
+            } else {
+                x -= way * x.dot(axis);
+            }
+            y = axis;
+            *frame = Self { x, y, z: x.cross(y) };
+        }
+        frames
     }
 
     /// The vector with coordinates `v` in this frame, in the world.
@@ -215,16 +241,21 @@ mod tests {
     fn a_run_of_turns_is_that_of_transports() {
         for i in 0..100 {
             let seed = Seed::new(4).at(i);
-            let (mut turned, mut transported) = (Frame::WORLD, Frame::WORLD);
-            for k in 0..17 {
+            let mut transported = Frame::WORLD;
+            let run: [Frame; 17] = std::array::from_fn(|k| {
                 // Steps of any angle, half turns nearly among them.
-                let aside = seed.at(k).direction() * if i % 2 == 0 { 0.3 } else { 2.0 };
-                let axis = (transported.y + aside).normalize_or(-transported.y);
-                let x = Frame::turned_x(turned.x, turned.y, axis);
-                (turned, transported) = (Frame { x, y: axis, z: x.cross(axis) }, transported.transported(axis));
+                let aside = seed.at(k as u64).direction() * if i % 2 == 0 { 0.3 } else { 2.0 };
+                transported = transported.transported((transported.y + aside).normalize_or(-transported.y));
+                transported
+            });
+            let turned = Frame::along_all(Frame::WORLD, &run.map(|frame| frame.y));
+            let mut one = Frame::WORLD;
+            for (turned, transported) in turned.iter().zip(&run) {
+                one = one.turned(transported.y);
+                assert!(one.x.distance(turned.x) < 1e-4 && one.z.distance(turned.z) < 1e-4);
                 assert!(turned.x.distance(transported.x) < 1e-4 && turned.z.distance(transported.z) < 1e-4);
+                assert!(turned.x.dot(turned.y).abs() < 1e-4 && (turned.x.length() - 1.0).abs() < 1e-4);
             }
-            assert!(turned.x.dot(turned.y).abs() < 1e-4 && (turned.x.length() - 1.0).abs() < 1e-4);
         }
     }
 

@@ -19,7 +19,7 @@ use crate::relate::{self, Family, FamilyError, Weights};
 use crate::select;
 
 /// Sources in correspondence; kept in memory only.
-const FAMILY: Stage = Stage("family", 3);
+const FAMILY: Stage = Stage("family", 4);
 
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]

@@ -18,8 +18,8 @@ use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
-const SHEET: Stage = Stage("sheet", 11);
-const SHOWN: Stage = Stage("shown", 8);
+const SHEET: Stage = Stage("sheet", 12);
+const SHOWN: Stage = Stage("shown", 9);
 
 /// All trees of a set at all levels, before they have colours.
 pub(super) struct Sheet {

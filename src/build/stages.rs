@@ -19,10 +19,10 @@ use crate::preset::{self, Plan};
 use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 9);
+const GROW: Stage = Stage("grow", 10);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 15);
-const LIKE: Stage = Stage("like", 10);
+const IMPORT: Stage = Stage("import", 16);
+const LIKE: Stage = Stage("like", 11);
 const PICTURES: Stage = Stage("pictures", 9);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);

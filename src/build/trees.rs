@@ -16,20 +16,20 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 14);
+const DRESS: Stage = Stage("dress", 15);
 const SKETCH: Stage = Stage("sketch", 11);
 const LADDER: Stage = Stage("ladder", 49);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 43);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 10);
+const FOOTING: Stage = Stage("footing", 11);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 6);
+const COLORS: Stage = Stage("colors", 7);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 6);
-const REFERENCE: Stage = Stage("reference", 10);
+const OUTLINES: Stage = Stage("outlines", 7);
+const REFERENCE: Stage = Stage("reference", 11);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 3);
+const STOCK: Stage = Stage("stock", 4);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

@@ -276,8 +276,9 @@ pub fn leaf_cards_in<'c>(
         let sin = if bent.is_some() { sin * side } else { sin };
         // Light changes little across a card.
         let tip = if bent.is_some() { along(1.0).1 } else { y * size };
-        let ends = [pose.position, pose.position + tip].map(|end| f32::from(light.shade(end)));
+        let ends = [f32::from(light.shade(pose.position)), f32::from(light.shade(pose.position + tip))];
         let first = mesh.positions.len() as u32;
+        let falling = x.cross(z);
         for &(u, v) in plan.corners {
             let across = (u - 0.5) * width;
             let (up, along) = along(v);
@@ -286,7 +287,7 @@ pub fn leaf_cards_in<'c>(
             let own = up * (side * cos) + x * (sin * (2.0 * u - 1.0));
             let half = f32::from(i8::from(u > 0.5) - i8::from(u < 0.5));
             let growing = if half == 0.0 { x } else { x * cos - up * (half * sin * side) };
-            canopy.add(&mut mesh, position, (own, share), (growing, x.cross(up)));
+            canopy.add(&mut mesh, position, (own, share), (growing, if arch == 0.0 { falling } else { x.cross(up) }));
             mesh.uvs.push(Vec2::new(u, 1.0 - v));
             mesh.occlusion.push((ends[0] + (ends[1] - ends[0]) * v + 0.5) as u8);
         }

@@ -83,8 +83,14 @@ impl Base {
         let Self::Fork { axis, parent, forks: Forks::Collar } = *self else { return normal };
         let away = place - foot;
         let out = away - axis * away.dot(axis);
-        let share = 1.0 - math::smoothstep(0.0, (SEAM * radius).min(parent * 0.5).max(1e-6), out.length() - parent);
-        if share <= 0.0 { normal } else { (normal + out.normalize_or_zero() * (TAKEN * share)).normalize_or(normal) }
+        let (squared, seam) = (out.length_squared(), (SEAM * radius).min(parent * 0.5).max(1e-6));
+        // A hair more than where it ends, for rounding.
+        if squared > (parent + seam) * (parent + seam) * 1.0001 || squared < 1e-30 {
+            return normal;
+        }
+        let length = squared.sqrt();
+        let share = 1.0 - math::smoothstep(0.0, seam, length - parent);
+        (normal + out * (TAKEN * share / length)).normalize_or(normal)
     }
 }
 
@@ -133,7 +139,7 @@ pub(super) fn add_rings(
     for (&p, &r) in points.iter().zip(radii) {
         let r = r.max(thinnest);
         match knots.last_mut() {
-            Some(last) if last.0.distance(p) < apart => last.1 = last.1.max(r),
+            Some(last) if last.0.distance_squared(p) < apart * apart => last.1 = last.1.max(r),
             _ => knots.push((p, r)),
         }
     }
@@ -238,6 +244,7 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32, fine: &mut Vec<(Vec3, f32, f32)>
     fine.clear();
     fine.push((knots[0].0, knots[0].1, 0.0));
     let mut arc = 0.0;
+    let mut bent = 0.0;
     for i in 0..last {
         let (b, c) = (knots[i].0, knots[i + 1].0);
         // Beyond an end the curve goes on as it came.
@@ -246,9 +253,12 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32, fine: &mut Vec<(Vec3, f32, f32)>
         let length = b.distance(c);
         // A chord of an arc that turns by θ over a length L strays by about θ L / 8; k cuts divide that by k². Below
         // four times the error one cut is enough.
+        let (before, after) = (bent, if i + 2 <= last { most_bend(c - b, d - c) } else { 0.0 });
+        bent = after;
+        let slight = error * 3.9 / (length * 0.125);
         let cuts = if error <= 0.0 {
             4
-        } else if most_bend(b - a, c - b).max(most_bend(c - b, d - c)) * length * 0.125 < error * 3.9 {
+        } else if before.max(after) < slight * slight {
             1
         } else {
             let bend = math::angle(b - a, c - b).max(math::angle(c - b, d - c));
@@ -258,14 +268,14 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32, fine: &mut Vec<(Vec3, f32, f32)>
             let t = k as f32 / cuts as f32;
             let p = if k == cuts { c } else { catmull_rom(a, b, c, d, t) };
             let r = knots[i].1 + (knots[i + 1].1 - knots[i].1) * t;
-            arc += fine[fine.len() - 1].0.distance(p);
+            arc += if cuts == 1 { length } else { fine[fine.len() - 1].0.distance(p) };
             fine.push((p, r, arc));
         }
     }
 }
 
-/// No less than the angle between two vectors, and at most 1.6 times as much below a right one: the chord times π/2, since
-/// arc tangents are most of the cost where nothing is bent.
+/// The square of no less than the angle between two vectors, and of at most 1.6 times as much below a right one: the chord times
+/// π/2, since arc tangents are most of the cost where nothing is bent.
 fn most_bend(a: Vec3, b: Vec3) -> f32 {
     let both = a.length_squared() * b.length_squared();
     // Rounding must not take a bend away; what has no length has no angle worth cutting, but is asked.
@@ -273,7 +283,7 @@ fn most_bend(a: Vec3, b: Vec3) -> f32 {
         return f32::INFINITY;
     }
     let cosine = a.dot(b) / both.sqrt();
-    std::f32::consts::FRAC_PI_2 * (2.0 - 2.0 * cosine + 1e-5).max(0.0).sqrt()
+    std::f32::consts::FRAC_PI_2 * std::f32::consts::FRAC_PI_2 * (2.0 - 2.0 * cosine + 1e-5).max(0.0)
 }
 
 /// The centripetal Catmull-Rom curve between `b` and `c`, by Barry and Goldman's pyramid.
@@ -321,8 +331,9 @@ fn with_base(fine: &[(Vec3, f32, f32)], base: Base, error: f32, apart: f32, ring
     };
     rings.clear();
     let mut next = 0;
+    let per_fade = fade.recip();
     let mut push = |p: Vec3, r: f32, arc: f32, end: bool| {
-        let past = ((arc - full) / fade).max(0.0);
+        let past = ((arc - full) * per_fade).max(0.0);
         // Steep at the wood it leaves, flat where it ends.
         let r = if wide > 0.0 && past < FADED { r + wide * math::exp(-1.6 * past) } else { r };
         let r = if arc < full { r.min(most) } else { r };
@@ -384,15 +395,20 @@ fn weigh(rings: &mut [Ring], error: f32, stack: &mut Vec<(usize, usize, f32)>) {
         while let Some((from, to, above)) = stack.pop() {
             let (a, b) = (rings[from], rings[to]);
             let (way, thinner, part) = (b.centre - a.centre, b.radius - a.radius, 1.0 / (b.arc - a.arc).max(1e-9));
-            let mut worst = (0.0, from);
-            for (i, ring) in rings.iter().enumerate().take(to).skip(from + 1) {
+            let mut worst = (error, from);
+            for (i, ring) in (from + 1..).zip(&rings[from + 1..to]) {
                 let t = (ring.arc - a.arc) * part;
-                let moved = (ring.centre - a.centre - way * t).length() + (ring.radius - a.radius - thinner * t).abs();
-                if moved > worst.0 {
-                    worst = (moved, i);
+                let aside = (ring.centre - a.centre - way * t).length_squared();
+                let wider = ring.radius - a.radius - thinner * t;
+                // Their sum squared is no more than twice the sum of squares: mostly that says enough. A hair more, for rounding.
+                if (aside + wider * wider) * 2.001 > worst.0 * worst.0 {
+                    let moved = aside.sqrt() + wider.abs();
+                    if moved > worst.0 {
+                        worst = (moved, i);
+                    }
                 }
             }
-            if worst.0 > error {
+            if worst.1 > from {
                 // Looked at only where the one above is kept.
                 let worth = worst.0.min(above);
                 rings[worst.1].worth = worth;

@@ -1,5 +1,7 @@
 //! How many sides a tube has, and how far out they lie.
 
+use std::sync::LazyLock;
+
 use super::TubeDetail;
 use crate::base::math;
 
@@ -26,15 +28,23 @@ pub(super) fn sides(radius: f32, thickest: f32, detail: &TubeDetail, error: f32)
     usually.max((needed.ceil() as u32).min(most))
 }
 
-/// How much farther out corners stand than the circle, so that a prism is as wide in the mean of all views as what is round: with
-/// corners on the circle one of three sides would cover 17 % too little, and twigs of coarse levels would fade.
+/// By sides, how far out corners and the middles of sides stand; fewer than three count as three.
+static OUT: LazyLock<[(f32, f32); 65]> = LazyLock::new(|| {
+    std::array::from_fn(|sides| {
+        let half = std::f32::consts::PI / sides.max(3) as f32;
+        let (sin, cos) = math::sin_cos(half);
+        (half / sin, half / sin * cos)
+    })
+});
+
+/// How much farther out corners stand than the circle, so that a prism of up to 64 sides is as wide in the mean of all views as what is
+/// round: with corners on the circle one of three sides would cover 17 % too little, and twigs of coarse levels would fade.
 /// [`sides`] counts on it.
 pub(super) fn out_of_corners(sides: u32) -> f32 {
-    let half = std::f32::consts::PI / sides.max(3) as f32;
-    half / math::sin_cos(half).0
+    OUT[sides.min(64) as usize].0
 }
 
 /// How far out the middles of the sides are then, as a share of the radius.
 pub(super) fn out_of_middles(sides: u32) -> f32 {
-    out_of_corners(sides) * math::sin_cos(std::f32::consts::PI / sides.max(3) as f32).1
+    OUT[sides.min(64) as usize].1
 }

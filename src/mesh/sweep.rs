@@ -104,7 +104,7 @@ impl Wood<'_> {
             let step = last.centre.distance(ring.centre);
             v -= step * 0.5 * (density + density_before.unwrap_or(density));
             bend.step(frame, ring.tangent, step / ring.radius.max(1e-6));
-            frame = frame.transported(ring.tangent);
+            frame = frame.turned(ring.tangent);
             density_before = Some(density);
             let shade = Self::shade(light, ring.centre, ring.radius);
             let slope = ring.slope.clamp(-2.0, 2.0);
@@ -235,12 +235,16 @@ impl Cone {
         let way = if is_base { -frame.y } else { frame.y };
         let v = if is_base { v + height * density } else { v - height * density };
         let apexes = mesh.positions.len() as u32;
+        // Normals stand at one angle to the axis all round.
+        let steep = (radius / height).min(2.0);
+        let across = 1.0 / (1.0 + steep * steep).sqrt();
+        let along = way * (steep * across);
         for (k, &(sin, cos)) in (0..).zip(middles) {
             // Each side of the cone has a tip of its own, so that its texture is not pinched to one column.
-            let radial = frame.x * cos + frame.z * -sin;
-            let normal = (radial + way * (radius / height).min(2.0)).normalize_or(radial);
+            let normal = (frame.x * cos - frame.z * sin) * across + along;
             let u = around * ((k as f32 + 0.5) / middles.len() as f32 - 0.5);
-            let tangent = tangent_of(normal, frame.x * -sin - frame.z * cos, -frame.y);
+            let growing = frame.x * -sin - frame.z * cos;
+            let tangent = [growing.x, growing.y, growing.z, 1.0];
             push(mesh, apex, (normal, tangent), Vec2::new(u, v), shade);
             let [from, to] = if is_base { [rim + k + 1, rim + k] } else { [rim + k, rim + k + 1] };
             mesh.indices.extend([from, to, apexes + k]);
@@ -255,6 +259,7 @@ fn is_lit_from_behind(mesh: &Mesh, triangle: [u32; 3]) -> bool {
     triangle.iter().all(|&i| mesh.normals[i as usize].dot(face) < 0.0)
 }
 
+#[inline]
 pub(super) fn push(mesh: &mut Mesh, position: Vec3, (normal, tangent): (Vec3, [f32; 4]), uv: Vec2, shade: u8) {
     mesh.positions.push(position);
     mesh.normals.push(normal);

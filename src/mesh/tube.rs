@@ -176,10 +176,12 @@ impl<'a> Wood<'a> {
     }
 
     fn with_exposed_bases(mut self, finest: &TubeDetail) -> Self {
+        // Of bearers, once they are asked for.
+        let mut skins = vec![None; self.limbs.len()];
         for id in self.plant.chain_ids() {
-            self.limbs[id.index()].is_exposed = self.is_exposed(id, finest);
             let chain = self.plant.chain(id);
             if let Some(parent) = chain.parent {
+                self.limbs[id.index()].is_exposed = self.is_exposed((id, parent), &mut skins[parent.index()], finest);
                 let (own, length) = (self.limbs[id.index()].own, self.length(&self.limbs[parent.index()]));
                 let points = self.posed.chain(self.plant, id);
                 let aside = points[points.len() - 1] - self.posed.chain(self.plant, parent)[0];
@@ -214,10 +216,10 @@ impl<'a> Wood<'a> {
         Limb { rings: (first, rings.len() as u32), base, own, widest, foot, is_exposed: false }
     }
 
-    /// Whether the wood that bears a chain is too thin there, or ends too near, for its first ring to lie within.
-    fn is_exposed(&self, id: ChainId, finest: &TubeDetail) -> bool {
+    /// Whether the wood that bears a chain is too thin there, or ends too near, for its first ring to lie within. `skin` is its
+    /// bearer's, once it is known.
+    fn is_exposed(&self, (id, parent): (ChainId, ChainId), skin: &mut Option<Skin>, finest: &TubeDetail) -> bool {
         let chain = self.plant.chain(id);
-        let Some(parent) = chain.parent else { return false };
         let (limb, bearer) = (&self.limbs[id.index()], &self.limbs[parent.index()]);
         let (own, rings) = (self.rings_of(limb), self.rings_of(bearer));
         let [first, second, ..] = *own else { return false };
@@ -225,7 +227,7 @@ impl<'a> Wood<'a> {
         let arc = last.arc * chain.location;
         let span = span_at(rings, chain.location);
         let (a, b) = (&rings[span], &rings[span + 1]);
-        let skin = self.skin(bearer, finest);
+        let skin = skin.get_or_insert_with(|| self.skin(bearer, finest));
         let end = if skin.is_pointed && span + 2 == rings.len() { 0.0 } else { b.radius };
         let wood = (a.radius + (end - a.radius) * ((arc - a.arc) / (b.arc - a.arc))) * out_of_middles(skin.sides);
         // How far its ring reaches along the bearer.

@@ -101,38 +101,35 @@ impl<'a> Curve<'a> {
         let step = 1.0 / STATIONS as f64;
         // As `point`, but stations follow each other, so that their segments need not be searched for.
         let last = self.arc.len() - 1;
-        let mut i = 0;
-        let at: [Vec3; STATIONS + 1] = std::array::from_fn(|k| {
-            if last == 0 {
-                return self.points[0];
+        let mut at = [self.points[0]; STATIONS + 1];
+        if last > 0 {
+            // A segment and one over its length; without one, any number.
+            let per = |i: usize| (self.arc[i + 1] - self.arc[i]).recip().min(f64::MAX);
+            let (mut i, mut each) = (0, per(0));
+            for (k, place) in at.iter_mut().enumerate() {
+                let s = (k as f64 * step) * self.arc[last];
+                while i + 1 < last && self.arc[i + 1] <= s {
+                    i += 1;
+                    each = per(i);
+                }
+                let f = ((s - self.arc[i]) * each).clamp(0.0, 1.0);
+                *place = self.points[i].lerp(self.points[i + 1], f as f32);
             }
-            let s = (k as f64 * step) * self.arc[last];
-            while i + 1 < last && self.arc[i + 1] <= s {
-                i += 1;
-            }
-            let span = self.arc[i + 1] - self.arc[i];
-            let f = if span > 0.0 { ((s - self.arc[i]) / span).clamp(0.0, 1.0) } else { 0.0 };
-            self.points[i].lerp(self.points[i + 1], f as f32)
-        });
+        }
         let shortest = self.length() * 1e-4;
         // Directions first: they do not wait for each other, as frames do.
+        let mut axes = [start.y; STATIONS + 1];
         let mut axis = start.y;
-        let axes: [Vec3; STATIONS + 1] = std::array::from_fn(|k| {
+        for k in 0..=STATIONS {
             let chord = at[(k + 1).min(STATIONS)] - at[k.saturating_sub(1)];
             let length = chord.length();
             // A chain that folds back on itself has no chord here: keep the last direction.
             if length > shortest {
                 axis = start.to_world(chord / length);
             }
-            axis
-        });
-        // Each station waits for the one before it: what it waits for stays in registers.
-        let (mut x, mut y) = (start.x, start.y);
-        axes.map(|axis| {
-            x = Frame::turned_x(x, y, axis);
-            y = axis;
-            Frame { x, y, z: x.cross(y) }
-        })
+            axes[k] = axis;
+        }
+        Frame::along_all(start, &axes)
     }
 }
 
@@ -154,6 +151,9 @@ pub(crate) fn value_at(parameters: &[f64], values: &[f32], t: f32) -> f32 {
 pub(super) fn tangent_at(frames: &[Frame; STATIONS + 1], t: f32) -> Vec3 {
     let s = t.clamp(0.0, 1.0) * STATIONS as f32;
     let k = (s as usize).min(STATIONS - 1);
+    if s == k as f32 {
+        return frames[k].y;
+    }
     frames[k].y.lerp(frames[k + 1].y, s - k as f32).try_normalize().unwrap_or(frames[k].y)
 }
 
@@ -161,9 +161,12 @@ pub(super) fn tangent_at(frames: &[Frame; STATIONS + 1], t: f32) -> Vec3 {
 pub(crate) fn frame_at(frames: &[Frame; STATIONS + 1], t: f32) -> Frame {
     let s = t.clamp(0.0, 1.0) * STATIONS as f32;
     let k = (s as usize).min(STATIONS - 1);
+    if s == k as f32 {
+        return frames[k];
+    }
     let tangent = frames[k].y.lerp(frames[k + 1].y, s - k as f32);
     match tangent.try_normalize() {
-        Some(tangent) => frames[k].transported(tangent),
+        Some(tangent) => frames[k].turned(tangent),
         None => frames[k],
     }
 }
