@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::colonize::Shoot;
 use crate::base::math;
-use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Crown, Curve, Plant, PlantBuilder, Posed};
+use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Crown, Curve, Plant, PlantBuilder, Posed, frame_at};
 use crate::preset::plan::{DressParams, USUAL_LEAF_SHARE};
 
 /// Share of the thickest radius up to which wood bears twigs.
@@ -249,7 +249,7 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
         for (k, &n) in path.iter().enumerate() {
             for &side in children.of_shoot(n).iter().skip(1) {
                 let t = (parameters[k + 1] as f32).clamp(0.0, 1.0);
-                let station = frame_near(&frames, t);
+                let station = frame_at(&frames, t);
                 work.push((side, shoots[n as usize].position, id, t, station, radii[k + 1]));
             }
         }
@@ -330,15 +330,4 @@ pub(super) fn prune(plant: &Plant, first: usize, leafy: &mut [bool]) -> (PlantBu
         moved.push(place);
     }
     (builder, moved)
-}
-
-/// The frame at `t` as [`Posed`] will find it.
-fn frame_near(frames: &[crate::base::Frame], t: f32) -> crate::base::Frame {
-    let last = frames.len() - 1;
-    let s = t.clamp(0.0, 1.0) * last as f32;
-    let k = (s as usize).min(last - 1);
-    match frames[k].y.lerp(frames[k + 1].y, s - k as f32).try_normalize() {
-        Some(tangent) => frames[k].transported(tangent),
-        None => frames[k],
-    }
 }

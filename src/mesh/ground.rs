@@ -83,34 +83,38 @@ impl Ground {
     /// uses, and count other vertices then.
     pub(super) fn tidy(&self, mesh: &mut Mesh, triangles: usize) {
         let columns = self.cut.len();
-        let is_left = |i: usize| {
-            i < self.start || {
-                let (row, column) = ((i - self.start) / columns, (i - self.start) % columns);
-                row == 0 || row >= self.cut.get(column).copied().unwrap_or(0)
-            }
-        };
-        let mut places = Vec::with_capacity(mesh.positions.len() - self.start);
+        // What was added after the sides counts as further rows.
+        let is_left = |i: usize| i < columns || i / columns >= self.cut[i % columns];
         let mut next = self.start as u32;
-        for i in self.start..mesh.positions.len() {
-            places.push(next);
-            next += u32::from(is_left(i));
-        }
+        let places: Vec<u32> = (0..mesh.positions.len() - self.start)
+            .map(|i| {
+                let place = next;
+                next += u32::from(is_left(i));
+                place
+            })
+            .collect();
         for i in &mut mesh.indices[triangles..] {
             *i = places[*i as usize - self.start];
         }
         let Mesh { positions, normals, tangents, uvs, occlusion, .. } = mesh;
-        keep(positions, is_left);
-        keep(normals, is_left);
-        keep(tangents, is_left);
-        keep(uvs, is_left);
-        keep(occlusion, is_left);
+        keep(positions, self.start, is_left);
+        keep(normals, self.start, is_left);
+        keep(tangents, self.start, is_left);
+        keep(uvs, self.start, is_left);
+        keep(occlusion, self.start, is_left);
     }
 }
 
-/// Those of some numbers.
-fn keep<T>(values: &mut Vec<T>, is_left: impl Fn(usize) -> bool) {
-    let mut numbers = 0..;
-    values.retain(|_| numbers.next().is_some_and(&is_left));
+/// Takes out of what begins at `start` whatever is not left, by its number there.
+fn keep<T: Copy>(values: &mut Vec<T>, start: usize, is_left: impl Fn(usize) -> bool) {
+    let mut end = start;
+    for i in start..values.len() {
+        if is_left(i - start) {
+            values[end] = values[i];
+            end += 1;
+        }
+    }
+    values.truncate(end);
 }
 
 /// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,

@@ -253,12 +253,12 @@ fn subdivide(knots: &[(Vec3, f32)], error: f32, fine: &mut Vec<(Vec3, f32, f32)>
         let length = b.distance(c);
         // A chord of an arc that turns by θ over a length L strays by about θ L / 8; k cuts divide that by k². Below
         // four times the error one cut is enough.
-        let (before, after) = (bent, if i + 2 <= last { most_bend(c - b, d - c) } else { 0.0 });
-        bent = after;
+        let after = if i + 2 <= last { most_bend(c - b, d - c) } else { 0.0 };
+        let most = after.max(std::mem::replace(&mut bent, after));
         let slight = error * 3.9 / (length * 0.125);
         let cuts = if error <= 0.0 {
             4
-        } else if before.max(after) < slight * slight {
+        } else if most < slight * slight {
             1
         } else {
             let bend = math::angle(b - a, c - b).max(math::angle(c - b, d - c));

@@ -103,7 +103,7 @@ impl<'a> Curve<'a> {
         let last = self.arc.len() - 1;
         let mut at = [self.points[0]; STATIONS + 1];
         if last > 0 {
-            // A segment and one over its length; without one, any number.
+            // One over a segment's length; any number where it has none, since no station lies beyond its start.
             let per = |i: usize| (self.arc[i + 1] - self.arc[i]).recip().min(f64::MAX);
             let (mut i, mut each) = (0, per(0));
             for (k, place) in at.iter_mut().enumerate() {

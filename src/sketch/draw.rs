@@ -392,9 +392,7 @@ impl Sketched {
                 limbs.min(base.y)
             });
             for i in plant.span(id) {
-                if places[i].y < floor {
-                    places[i].y = places[i].y.max(floor.min(positions[i].y));
-                }
+                places[i].y = places[i].y.max(floor.min(positions[i].y));
             }
         }
     }
