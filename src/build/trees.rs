@@ -16,7 +16,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 16);
+const DRESS: Stage = Stage("dress", 17);
 const SKETCH: Stage = Stage("sketch", 11);
 const LADDER: Stage = Stage("ladder", 49);
 /// One level; kept in memory only, for edits of one of several.

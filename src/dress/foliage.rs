@@ -306,6 +306,5 @@ fn leaf(
     let local = |v| pose.frame.to_local(v);
     let orientation = Rotation::from_axes(local(x), local(y), local(z));
     let slot = s.child("slot").index(usize::from(params.pictures.max(1))) as u16;
-    let lowest = pose.position.y + (y.y * size).min(0.0);
-    (lowest >= wood.ground).then(|| Leaf::new(site.chain, site.location, orientation, size, slot))
+    (card([x, y, z]).lowest() >= wood.ground).then(|| Leaf::new(site.chain, site.location, orientation, size, slot))
 }

@@ -137,14 +137,21 @@ mod tests {
         let posed = plant.pose();
         plant.leaves().iter().fold((f32::MAX, f32::MIN), |(low, high), leaf| {
             let pose = posed.leaf(plant, leaf);
-            let ends = [pose.position.y, pose.position.y + pose.frame.y.y * leaf.size];
-            (low.min(ends[0]).min(ends[1]), high.max(ends[0]).max(ends[1]))
+            let (along, across) = (pose.frame.y.y * leaf.size, pose.frame.x.y.abs() * leaf.size * 0.5);
+            let [bottom, top] = [f32::min, f32::max].map(|of| of(pose.position.y, pose.position.y + along));
+            (low.min(bottom - across), high.max(top))
         })
     }
 
     #[test]
     fn leaves_stay_above_the_ground_and_hardly_above_the_wood() {
         let mut builder = PlantBuilder::from_plant(tree(4.0, 12));
+        // A stem may dip into the ground: leaves don't.
+        builder.stem(
+            Vec3::X * 0.2,
+            &[Vec3::ZERO, Vec3::new(0.2, -0.4, 0.0), Vec3::new(0.6, 0.9, 0.0)],
+            &[0.1, 0.1, 0.05],
+        );
         for i in 0..24 {
             let s = Seed::new(6).at(i);
             let out = Vec3::new(s.direction().x, 0.0, s.direction().z).normalize() * 1.5;

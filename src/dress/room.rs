@@ -32,6 +32,12 @@ pub(super) struct Card {
 }
 
 impl Card {
+    /// The height of its lowest corner, however far it is folded.
+    pub(super) fn lowest(&self) -> f32 {
+        let corners = [0.0, 1.0].into_iter().flat_map(|along| [-0.5, 0.5].map(|across| (along, across)));
+        corners.map(|(u, v)| self.at(u, v, 0.0).y.min(self.at(u, v, 1.0).y)).fold(f32::MAX, f32::min)
+    }
+
     /// A point of it folded back by so much of what folded cards are.
     fn at(&self, along: f32, across: f32, fold: f32) -> Vec3 {
         let [x, y, z] = self.axes;

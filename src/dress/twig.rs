@@ -41,8 +41,8 @@ pub(super) struct Wood {
     pub(super) swell: f32,
     /// No foliage below this height.
     pub(super) floor: f32,
-    /// The lowest that wood is, lower than which no leaf hangs, and the highest that a twig is sought: [`OVER`] the wood, or a
-    /// tree would be higher than it was asked to be.
+    /// The lowest that branches are and stems begin, lower than which no leaf hangs: the trunk of a bonsai may dip into the ground.
+    /// And the highest that a twig is sought: [`OVER`] the wood, or a tree would be higher than it was asked to be.
     pub(super) ground: f32,
     pub(super) top: f32,
     /// A twig's step.
@@ -119,7 +119,7 @@ impl Wood {
             crown,
             swell,
             floor,
-            ground: low.y,
+            ground: ground(plant, posed),
             top: high.y + swell.min((high.y - low.y) * OVER),
             step,
             reach,
@@ -145,6 +145,15 @@ fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
     tips.sort_by(f32::total_cmp);
     let lowest = tips.get(tips.len() / 50).copied().unwrap_or(low + (high - low) * 0.3);
     lowest.max(low + (high - low) * 0.08)
+}
+
+/// The lowest place of the branches and of the stems' bases.
+fn ground(plant: &Plant, posed: &Posed) -> f32 {
+    let places = |id| match plant.chain(id).parent {
+        Some(_) => posed.chain(plant, id),
+        None => &posed.chain(plant, id)[..1],
+    };
+    plant.chain_ids().flat_map(places).fold(f32::MAX, |low, p| low.min(p.y))
 }
 
 /// For each chain the radius of its end and a little more, where nothing leaves it there: however thick it is, a limb that
