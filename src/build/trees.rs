@@ -17,7 +17,7 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
-const SKETCH: Stage = Stage("sketch", 11);
+const SKETCH: Stage = Stage("sketch", 12);
 const LADDER: Stage = Stage("ladder", 49);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 43);

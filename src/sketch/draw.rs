@@ -20,7 +20,7 @@ use super::outline::{hull, replaced, resampled};
 use super::part::Part;
 use super::prune;
 use super::region::{Fill, Region};
-use super::spine::Guided;
+use super::spine::{Guided, arcs};
 use super::stem::Leads;
 use super::svg::{Drawing, SketchError};
 use super::trim::trimmed;
@@ -374,7 +374,8 @@ impl Sketched {
 
     /// What bends between lobes stays above the ground where they do, and limbs in a level view, where lobes may be drawn to hang below it,
     /// above the lowest of them and their own base: in a narrow foot of a crown a trunk dived into the ground and came out again, and limbs
-    /// went on far below the crown. Nothing is brought higher than it was.
+    /// went on far below the crown. Nothing is brought higher than it was by that. And no limb sags deeper below the straight way to its
+    /// first lobe than it did: base and lobe go ways of their own, and what is between followed each for a while.
     fn keep_up(&self, places: &mut [Vec3], t: f32) {
         let Sketcher { plant, positions, spines, handles, charts, foot, .. } = &*self.sketcher;
         let (stems, limbs) = if charts[0].plane.steepness() == 0.0 {
@@ -385,14 +386,19 @@ impl Sketched {
             (foot.y, foot.y)
         };
         for id in plant.chain_ids() {
+            let span = plant.span(id);
             // Its bearer is where it stays.
             let floor = spines.base(id.index()).map_or(stems, |(point, f)| {
                 let below = places[point as usize];
                 let base = if f == 0.0 { below } else { below.lerp(places[point as usize + 1], f) };
                 limbs.min(base.y)
             });
-            for i in plant.span(id) {
+            for i in span.clone() {
                 places[i].y = places[i].y.max(floor.min(positions[i].y));
+            }
+            let lobe = spines.first_handle(id.index()).filter(|_| plant.chain(id).parent.is_some());
+            if let Some(lobe) = lobe {
+                tighten(&mut places[span.clone()], &positions[span], handles[lobe].arc);
             }
         }
     }
@@ -466,6 +472,18 @@ fn matched(chart: &Chart, ring: &[Vec2], seen: &mut [Vec2]) {
     let by_root = chart.handles_by_root(ring);
     for ((seen, by_root), rim) in seen.iter_mut().zip(by_root).zip(&chart.rim) {
         *seen = seen.lerp(by_root, *rim);
+    }
+}
+
+/// Lets what lies before an arc length of a branch, as it was, sag no deeper below the straight way there than it did.
+fn tighten(places: &mut [Vec3], were: &[Vec3], until: f64) {
+    let arcs = arcs(were);
+    let end = arcs.partition_point(|arc| *arc < until).min(arcs.len() - 1);
+    let (from, to) = ([were[0].y, places[0].y], [were[end].y, places[end].y]);
+    for i in 1..end {
+        let share = (arcs[i] / arcs[end]) as f32;
+        let [was, is] = [0, 1].map(|k| from[k] + (to[k] - from[k]) * share);
+        places[i].y = places[i].y.max(is + (were[i].y - was).min(0.0));
     }
 }
 

@@ -235,6 +235,12 @@ impl Spines {
         near.iter().map(|n| values[*n as usize]).reduce(f32::max)
     }
 
+    /// The first handle of a branch that has any.
+    pub(super) fn first_handle(&self, chain: usize) -> Option<usize> {
+        let Spine { handle, handles, .. } = self.spines[chain];
+        (handles > 0).then_some(handle as usize)
+    }
+
     /// The point of the parent before a branch's base, and the share of the way to the next.
     pub(super) fn base(&self, chain: usize) -> Option<(u32, f32)> {
         self.spines[chain].base

@@ -313,6 +313,36 @@ fn wood_between_lobes_comes_no_lower_than_the_lowest_of_them() {
 }
 
 #[test]
+fn limbs_sag_no_deeper_before_their_first_lobe_than_they_did() {
+    let droplet = drawing("<path d='M5 0L8.5 5A4 4 0 0 1 5.4 8V10H4.6V8A4 4 0 0 1 1.5 5Z'/>");
+    let mut free = 0.0_f32;
+    for seed in 0..20 {
+        let plant = Arc::new(random_plant(Seed::new(seed), 60, Oddity::Tame));
+        let Ok(sketcher) = bound(plant.clone(), FRONT) else { continue };
+        let Ok(sketched) = sketcher.draw(&sketch(&droplet)) else { continue };
+        let made = sketched.key(1.0);
+        let pose = made.pose();
+        for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some()) {
+            let Some(first) = sketcher.handles.iter().find(|handle| handle.chain == id) else { continue };
+            let span = plant.span(id);
+            let were = &sketcher.positions[span.clone()];
+            let arcs = super::spine::arcs(were);
+            let end = arcs.partition_point(|arc| *arc < first.arc).min(arcs.len() - 1);
+            // Below the straight way to the first lobe.
+            let deepest = |at: &dyn Fn(usize) -> f32| {
+                let below = |i: usize| at(i) - at(0) - (at(end) - at(0)) * (arcs[i] / arcs[end]) as f32;
+                (0..end).map(below).fold(0.0, f32::min)
+            };
+            let was = deepest(&|i| were[i].y) - 0.005 * plant.height();
+            let is = deepest(&|i| pose.chain(&made, id)[i].y);
+            assert!(is >= was, "{seed} {id:?}: {is} {was}");
+            free = free.min((deepest(&|i| were[i].y + sketched.shift[span.start + i].y) - was) / plant.height());
+        }
+    }
+    assert!(free < -0.03, "{free}");
+}
+
+#[test]
 fn a_tree_that_is_drawn_larger_has_thicker_wood_and_larger_leaves_on_the_way_as_well() {
     let plant = ball(3);
     let drawn = drawing("<ellipse cx='5' cy='3' rx='3.5' ry='3'/><rect id='trunk' x='4' y='5' width='2' height='5'/>");
