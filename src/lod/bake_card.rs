@@ -136,8 +136,9 @@ impl Card {
 
     /// Makes it a pair of rectangles back to back, each seen from one side only since it hides the other, `apart` metres
     /// from the plane. Normals can then be those of the crown, alike on all cards, without an engine turning them round
-    /// on the back; the normal map is flat.
-    pub(super) fn back_to_back(&mut self, place: &Place, light: &CrownLight, apart: f32) {
+    /// on the back. Wood, which the first `barks` pictures are of, faces the viewer: with the crown's normals the foot of a trunk
+    /// was lit from below.
+    pub(super) fn back_to_back(&mut self, place: &Place, light: &CrownLight, apart: f32, barks: u32) {
         let mut mesh = Mesh::default();
         for side in [1.0_f32, -1.0] {
             let face = place.frame.z * side;
@@ -157,7 +158,13 @@ impl Card {
         // An error only says that the mesh has no triangles to take tangents from.
         let _ = add_tangents(&mut mesh);
         self.mesh = mesh;
-        self.normal.fill([128, 128, 255]);
+        // Both sides have the same normal map: the crown's normals are as good as mirrored in the plane.
+        let bare = Surface { mesh: &self.mesh, pictures: &[], repeat: Repeat::Cutout, closed: false };
+        let ground = rasterize(&[bare], &place.view(), self.size.0, self.size.1, 1, &Shading::Albedo);
+        for ((normal, wood), up) in self.normal.iter_mut().zip(self.recipe.share_of_first(barks)).zip(ground.normal) {
+            let up = up.try_normalize().unwrap_or(place.frame.z);
+            *normal = relative(up.lerp(place.frame.z, wood), up, place.frame.x);
+        }
     }
 
     /// Lets texels that lack something grow towards being solid, and others away from it, by `step` times what `lacks`
@@ -300,11 +307,16 @@ fn relief(drawn: &Target, ground: &Target, place: &Place, through: &[u8]) -> (Ve
         orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
         orm[i][2] = through[i];
         let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
-        let along = (place.frame.x - up * up.dot(place.frame.x)).normalize_or(place.frame.x);
-        let n = (drawn.normal[i] + place.frame.z * FACING).normalize_or(place.frame.z);
-        // A tangent-space normal can't point behind the surface.
-        let n = Vec3::new(n.dot(along), n.dot(up.cross(along)), n.dot(up).max(0.05)).normalize_or(Vec3::Z);
-        normal[i] = [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8);
+        normal[i] = relative(drawn.normal[i] + place.frame.z * FACING, up, place.frame.x);
     }
     (normal, orm)
+}
+
+/// A normal as a texel holds it, of a surface whose own is `up` and whose pictures go along `x`.
+fn relative(normal: Vec3, up: Vec3, x: Vec3) -> [u8; 3] {
+    let along = (x - up * up.dot(x)).normalize_or(x);
+    let n = normal.normalize_or(up);
+    // It can't point behind the surface.
+    let n = Vec3::new(n.dot(along), n.dot(up.cross(along)), n.dot(up).max(0.05)).normalize_or(Vec3::Z);
+    [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8)
 }

@@ -71,7 +71,7 @@ pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe,
             let edge = |half: f32| packed::edge((2.0 * half * density).ceil() as u32);
             let size = (edge(place.half.x), edge(place.half.y));
             let mut card = Card::bake(full, (&place, &Bend::FLAT), size, wardrobe, scene.light)?;
-            card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART);
+            card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART, wardrobe.bark.len() as u32);
             Some(card)
         })
         .collect();
@@ -97,6 +97,28 @@ mod tests {
         let middle = level.mesh.leaf.positions.iter().sum::<Vec3>() / level.mesh.leaf.positions.len() as f32;
         assert!((middle - Vec3::X).with_y(0.0).length() < 0.3, "{middle}");
     }
+
+    #[test]
+    fn wood_on_quads_faces_the_viewer_and_leaves_are_lit_as_the_crown() {
+        let ladder = climbed(&on_trunk(Vec3::X, (4.0, 0.2), (60, 60)), Lod::CrossedQuads);
+        let (mut foot, mut leaves) = (0, 0);
+        for tile in &ladder.tiles {
+            let (width, height) = (tile.width as usize, tile.height as usize);
+            for (i, (wood, normal)) in tile.recipe.share_of_first(1).zip(&tile.normal).enumerate() {
+                let is_solid = tile.alpha[i] > 127;
+                if is_solid && wood == 1.0 && i / width > height * 9 / 10 {
+                    // The rectangle looks down there.
+                    assert!(normal[1] > 140, "{normal:?}");
+                    foot += 1;
+                } else if is_solid && wood == 0.0 {
+                    assert_eq!(*normal, [128, 128, 255]);
+                    leaves += 1;
+                }
+            }
+        }
+        assert!(foot > 4 && leaves > 1000, "{foot} {leaves}");
+    }
+
     #[test]
     fn cards_let_through_what_their_leaves_do_and_wood_nothing() {
         // Pictures of leaves and bark whose blue is 255, which of bark means nothing.
