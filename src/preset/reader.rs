@@ -538,8 +538,14 @@ impl<'t, 'r> Reader<'t, 'r> {
             Value::Name(name) => format!("the name `{}`", clip(name)),
             other => other.is_called().to_string(),
         };
-        // What people who know RON's Option write.
-        let hint = if found == "the name `None`" { "leave the field out" } else { "" };
+        let hint = match (&item.node.value, kind) {
+            // What people who know RON's Option write.
+            (Value::Name(name), _) if name == "None" => "leave the field out",
+            (Value::Text(_), Kind::Number { .. } | Kind::Integer { .. }) => {
+                "write the number alone, without quotes or unit"
+            }
+            _ => "",
+        };
         self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), hint);
     }
 }
