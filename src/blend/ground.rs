@@ -1,36 +1,59 @@
-//! Limbs and shoots of a blend that would hang into the ground.
+//! Limbs, shoots and leaves of a blend that would hang into the ground.
 //!
 //! Between a tree whose limbs hang and one whose limbs stand high or low, a branch may come farther than the height it leaves
 //! its bearer at: blends of two willows reached two metres below the ground that both stand on. Such a branch is made as much
-//! smaller, with all that it bears, as lets it end on the ground: a shoot that has not grown so far yet. (Tried: limbs pressed
+//! smaller, with all that it bears, as lets it end on the ground: a shoot that has not grown so far yet. A leaf that still would goes: it is of one source, and hangs as low on
+//! a twig of the other. (Tried: limbs pressed
 //! together below their bases. Bark is stretched where wood bends more sharply than it is thick.)
 
 use glam::Vec3;
 
 use crate::base::Frame;
-use crate::plant::{Chain, Curve, Leaf, Plant, PlantBuilder, STATIONS, frame_at};
+use crate::plant::{Chain, Curve, Leaf, Plant, PlantBuilder, Posed, STATIONS, frame_at};
 
 /// Depths below the ground that nobody sees, as a share of the plant's height.
 const UNSEEN: f32 = 1e-3;
 /// What at least is left of a branch: one that leaves its bearer at the ground can't be made short enough.
 const LEAST: f32 = 0.15;
 
-/// A blend of some plants whose wood reaches no farther below the ground (y = 0) than that of any of them; as it is
-/// where it does not.
+/// A blend of some plants whose wood and leaves reach no farther below the ground (y = 0) than those of any of them; as it is
+/// where they do not.
 #[must_use]
-pub fn grounded<'s>(blend: Plant, sources: impl IntoIterator<Item = &'s Plant>) -> Plant {
+pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
+    let sources = sources.into_iter();
+    let deepest = |of: &dyn Fn(&Plant) -> f32| sources.clone().map(of).fold(0.0, f32::min);
     let posed = blend.pose();
-    let top = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
-    let deep = |positions: &[Vec3]| positions.iter().fold(0.0_f32, |low, p| low.min(p.y));
-    let hair = top * UNSEEN;
-    if deep(posed.positions()) >= -hair {
-        return blend;
+    let hair = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y)) * UNSEEN;
+    let (wood, leaves) = (lowest_wood(&posed), lowest_leaf(&blend, &posed));
+    let mut blend = blend;
+    if wood < -hair {
+        let ground = deepest(&|source| lowest_wood(&source.pose()));
+        if wood < ground - hair {
+            blend = shortened(&blend, ground);
+        }
     }
-    let ground = sources.into_iter().map(|source| deep(source.pose().positions())).fold(0.0, f32::min);
-    if deep(posed.positions()) >= ground - hair {
-        return blend;
+    if leaves < -hair {
+        let ground = deepest(&|source| lowest_leaf(source, &source.pose())) - hair;
+        let posed = blend.pose();
+        let low: Vec<bool> = blend.leaves().iter().map(|leaf| tip(&blend, &posed, leaf) < ground).collect();
+        blend = blend.keep_leaves(|i, leaf| (!low[i]).then_some(*leaf));
     }
-    shortened(&blend, ground)
+    blend
+}
+
+fn lowest_wood(posed: &Posed) -> f32 {
+    posed.positions().iter().fold(0.0, |low, p| low.min(p.y))
+}
+
+fn lowest_leaf(plant: &Plant, posed: &Posed) -> f32 {
+    plant.leaves().iter().fold(0.0, |low, leaf| low.min(tip(plant, posed, leaf)))
+}
+
+/// The height of the lowest corner of a leaf's card.
+fn tip(plant: &Plant, posed: &Posed, leaf: &Leaf) -> f32 {
+    let pose = posed.leaf(plant, leaf);
+    let [across, along] = [pose.frame.x.y, pose.frame.y.y].map(|rise| rise * leaf.size);
+    pose.position.y + along.min(0.0) - across.abs() * leaf.form.width() * 0.5
 }
 
 /// The plant with every branch that reaches lower than `ground` as much smaller as lets it end there. Stems stay as they are.
@@ -70,7 +93,7 @@ fn shortened(plant: &Plant, ground: f32) -> Plant {
 mod tests {
     use super::*;
     use crate::base::Rotation;
-    use crate::plant::{ChainId, Posed};
+    use crate::plant::ChainId;
 
     /// A trunk of 4 m with a limb at three quarters that goes up and then hangs, `low` being the height of its end, and a twig
     /// with a leaf on it.
@@ -135,6 +158,24 @@ mod tests {
         assert_eq!(grounded(willow(-0.5), &[willow(0.5), willow(-0.6)]), willow(-0.5));
         let less = grounded(willow(-1.5), &[willow(0.5), willow(-0.6)]);
         assert!((lowest(&less) + 0.6).abs() < 0.01, "{}", lowest(&less));
+    }
+
+    #[test]
+    fn leaves_hang_no_deeper_than_those_of_the_sources() {
+        let hung = |size: f32| {
+            let mut builder = PlantBuilder::from_plant(willow(0.5));
+            for k in 0..8 {
+                let turned = Rotation::about(Vec3::X, k as f32 * 0.8);
+                builder.leaf(Leaf::new(ChainId(1), 1.0, turned, size, 0));
+            }
+            builder.finish().unwrap()
+        };
+        let lowest = |plant: &Plant| lowest_leaf(plant, &plant.pose());
+        let deep = hung(2.0);
+        let mended = grounded(deep.clone(), &[hung(0.2)]);
+        assert!(lowest(&deep) < -1.0 && lowest(&mended) > -0.01, "{} {}", lowest(&deep), lowest(&mended));
+        assert!((3..9).contains(&mended.leaves().len()) && mended.chains() == deep.chains());
+        assert_eq!(grounded(deep.clone(), &[hung(0.2), deep.clone()]), deep);
     }
 
     #[test]

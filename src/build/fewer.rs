@@ -54,7 +54,7 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
     let why = format!("would have more leaves than `most: {}` allows", plan.dress.most_leaves);
     let cut = told(&cut, "foliage.most", why, "raise `most`, lower `density`, or ask for a larger `size`");
     let why = "would have more leaves than its branches have room for".to_owned();
-    let help = "they get twice as long at most; lower `density`, or ask for a larger `size`";
+    let help = "lower `density`, or ask for a larger `size`";
     let full = told(if plan.own_density > 1.0 { &full } else { &[] }, "foliage.density", why, help);
     cut.into_iter().chain(full).collect()
 }

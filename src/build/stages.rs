@@ -21,7 +21,7 @@ use crate::source::{estimate, foliage, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 10);
 const GRAPH: Stage = Stage("graph", 2);
-const IMPORT: Stage = Stage("import", 16);
+const IMPORT: Stage = Stage("import", 17);
 const LIKE: Stage = Stage("like", 11);
 const PICTURES: Stage = Stage("pictures", 9);
 const DRAWING: Stage = Stage("drawing", 4);

@@ -67,10 +67,11 @@ pub(super) fn bounded<'a>(
     let left = plant.clone().keep_leaves(|_, leaf| shown[leaf.chain.index()].then_some(*leaf));
     let made = bark.indices.len() / 3;
     let room = if of_stems(&detail) > parts.wood { parts.leaves.of(made) } else { most.saturating_sub(made) };
-    let (cards, count) = affordable(&left, cards, room / sides);
+    let cards = affordable(&left, cards, room / sides);
+    let takes = |leaf: &Leaf| cards.triangles(leaf) * sides;
     // Leaves make up for those that went with their twigs, too.
     let grown = (area(plant) / area(&left).max(f32::MIN_POSITIVE)).sqrt();
-    let leaves = kept(&left, &left.pose(), count, grown, seed).into_iter().map(|card| {
+    let leaves = kept(&left, &left.pose(), (room, &takes), grown, seed).into_iter().map(|card| {
         let leaf = left.leaves()[card.leaf];
         Leaf { size: leaf.size * card.scale, ..leaf }
     });
@@ -160,7 +161,7 @@ mod tests {
     use crate::lod::specimen::{crown, on_trunk};
     use crate::lod::twigs::thin_wood;
     use crate::mesh::TreeMesh;
-    use crate::plant::PlantBuilder;
+    use crate::plant::{LeafForm, PlantBuilder};
     use crate::preset::plan::{ANY, Backs};
 
     /// Three hundred leafy twigs, and leafy limbs with bare ones.
@@ -243,7 +244,14 @@ mod tests {
 
     #[test]
     fn no_budget_that_stems_leave_room_for_is_exceeded() {
-        for plant in plants().into_iter().chain([winding()]) {
+        // Leaves that take more triangles than others, more of them at one end of the order than at the other.
+        let [mixed, _] = plants();
+        let leaves = mixed.leaves().iter().map(|leaf| {
+            let is_low = mixed.chain(leaf.chain).location < 0.5;
+            if is_low { Leaf { form: LeafForm::Flat(1.0), ..*leaf } } else { *leaf }
+        });
+        let leaves = leaves.collect();
+        for plant in plants().into_iter().chain([winding(), mixed.with_leaves(leaves)]) {
             for most in (200..1500).step_by(50) {
                 let full = &levels(&plant, most)[0];
                 let [made, leaves] = [triangles(full), count(&full.leaf)];

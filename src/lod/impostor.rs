@@ -282,8 +282,10 @@ impl<'a> Afar<'a> {
         };
         let flat = |leaves: &[LeafCard]| leaf_cards_in(scene.plant, scene.posed, scene.light, leaves, CardShape::Flat);
         let most = (MOST_LEAVES * texels * texels) as usize;
-        let few =
-            || (scene.plant.leaves().len() > most).then(|| flat(&kept(scene.plant, scene.posed, most, 1.0, seed)));
+        let few = || {
+            (scene.plant.leaves().len() > most)
+                .then(|| flat(&kept(scene.plant, scene.posed, (most, &|_| 1), 1.0, seed)))
+        };
         let leaves = || rayon::join(|| flat(&all_cards(scene.plant)), few);
         let (wood, (leaves, few)) = rayon::join(|| scene.wood.mesh(scene.light, &detail), leaves);
         Self { wood: Cow::Owned(wood), leaves: Cow::Owned(leaves), few }

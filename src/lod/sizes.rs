@@ -17,9 +17,10 @@ pub(super) const COARSE: u32 = 270;
 const STEP: f32 = 0.9;
 /// Differences of IoU that are no reason to take over further away.
 const ALIKE: f32 = 0.005;
-/// By how much a level misses what it must at best that is nowhere like the tree, and differences that say nothing then.
+/// By how much a level misses what it must at best that is nowhere like the tree, and which part of that is a difference that says
+/// nothing then: the worse it is, the less hangs on where it is a little better.
 const HOPELESS: f32 = -0.1;
-const NOTHING: f32 = 0.03;
+const NOTHING: f32 = 0.2;
 /// The most samples a pixel.
 const MOST: usize = 64;
 
@@ -103,7 +104,7 @@ pub(super) fn agrees(lod: &Lod, measured: &Measured) -> f32 {
 pub(super) fn chosen(better: &[f32]) -> Option<usize> {
     let best = better.iter().copied().fold(f32::MIN, f32::max);
     if best < HOPELESS {
-        return better.iter().rposition(|better| *better >= best - NOTHING);
+        return better.iter().rposition(|better| *better >= best * (1.0 + NOTHING));
     }
     let enough = if best >= 0.0 { 0.0 } else { best - ALIKE };
     better.iter().position(|better| *better >= enough)
@@ -145,6 +146,7 @@ mod tests {
         assert_eq!((chosen(&[f32::NAN, -0.3]), chosen(&[])), (Some(1), None));
         // Unlike the tree at all sizes: as far away as it is no worse.
         assert_eq!(chosen(&[-0.58, -0.57, -0.59, -0.71]), Some(2));
+        assert_eq!((chosen(&[-0.47, -0.53, -0.52]), chosen(&[-0.14, -0.2, -0.19])), (Some(2), Some(0)));
     }
 
     #[test]

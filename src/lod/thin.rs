@@ -15,6 +15,8 @@ use crate::preset::plan::MeshParams;
 
 /// Most that a leaf is enlarged by.
 const LARGEST: f32 = 2.0;
+/// How many times as large as most leaves one is that goes last.
+const FAR_LARGER: f32 = 6.0;
 /// Least share of the triangles that leaves are asked to have which they do have, whatever the wood takes.
 const LEAST_LEAVES: f32 = 0.5;
 /// How often what is left of a thinned tree is made larger by what is covered, and by how much it is at most, of leafy
@@ -64,8 +66,9 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: 
     let widened = 1.0 + (grown - 1.0) * scene.wood.bare;
     let of_wood = |most| coarse_wood((scene.plant, scene.light), scene.params, scene.wood, most, widened);
     let mut bark = of_wood(wood);
-    let (cards, affordable) = affordable(scene.plant, cards, leaves.of(count(&bark)) / sides);
-    let kept = kept(scene.plant, scene.posed, affordable, grown, seed);
+    let room = leaves.of(count(&bark)) / sides;
+    let cards = affordable(scene.plant, cards, room);
+    let kept = kept(scene.plant, scene.posed, (room, &|leaf| cards.triangles(leaf)), grown, seed);
     // All leaves may be on simple cards before their triangles are used up: what is left is the wood's.
     let used: usize = kept.iter().map(|card| cards.triangles(&scene.plant.leaves()[card.leaf])).sum();
     let spare = leaves.all.saturating_sub(used * sides + count(&bark));
@@ -112,15 +115,15 @@ pub(super) fn on_cards(cards: &Cards<'_>, leaves: &[Leaf]) -> usize {
     leaves.iter().map(|leaf| cards.triangles(leaf)).sum()
 }
 
-/// The cards on which nearly all leaves fit into so many triangles, or the simplest, and how many leaves do.
-pub(super) fn affordable<'a>(plant: &Plant, mut cards: Cards<'a>, room: usize) -> (Cards<'a>, usize) {
+/// The cards on which nearly all leaves fit into so many triangles, or the simplest.
+pub(super) fn affordable<'a>(plant: &Plant, mut cards: Cards<'a>, room: usize) -> Cards<'a> {
     let mut all = on_cards(&cards, plant.leaves());
     while room < all * 4 / 5
         && let Some(simpler) = cards.simpler()
     {
         (cards, all) = (simpler, on_cards(&simpler, plant.leaves()));
     }
-    (cards, (room as u64 * plant.leaves().len() as u64 / (all as u64).max(1)) as usize)
+    cards
 }
 
 /// As [`thinned`], as large as it must be to cover what the full tree does. `outlines` are that one's, `worn` cuts leaves
@@ -155,17 +158,36 @@ pub(super) fn thinned_as_seen(
     made
 }
 
-/// The first `count` leaves in the fixed order, enlarged.
-pub(super) fn kept(plant: &Plant, posed: &Posed, count: usize, grown: f32, seed: Seed) -> Vec<LeafCard> {
+/// The first leaves in the fixed order that there is room for, by what each takes of it, enlarged. Those that are far larger than
+/// most come first: of a few fronds among leaves each is seen to go.
+pub(super) fn kept(
+    plant: &Plant,
+    posed: &Posed,
+    (room, takes): (usize, &dyn Fn(&Leaf) -> usize),
+    grown: f32,
+    seed: Seed,
+) -> Vec<LeafCard> {
     let leaves = plant.leaves();
     let places: Vec<Vec3> = posed.leaves(plant).iter().map(|pose| pose.position).collect();
     let mut order = spread(&places, seed.child("thin"));
-    order.truncate(count);
+    let areas: Vec<f32> = leaves.iter().map(|leaf| leaf.size * leaf.size * leaf.form.width()).collect();
+    let mut sorted = areas.clone();
+    let middle = sorted.len() / 2;
+    let usual = if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f32::total_cmp).1 };
+    let is_usual = |leaf: usize| areas[leaf] <= usual * FAR_LARGER;
+    if !(0..leaves.len()).all(is_usual) {
+        order.sort_by_key(|&leaf| is_usual(leaf));
+    }
+    let mut taken = 0;
+    let fit = |leaf: &&usize| {
+        taken += takes(&leaves[**leaf]);
+        taken <= room
+    };
+    order.truncate(order.iter().take_while(fit).count());
     // Vertices stay in the order of the plant.
     order.sort_unstable();
-    let area = |i: &usize| f64::from(leaves[*i].size) * f64::from(leaves[*i].size) * f64::from(leaves[*i].form.width());
-    let all: f64 = (0..leaves.len()).map(|i| area(&i)).sum();
-    let left: f64 = order.iter().map(area).sum();
+    let sum = |leaves: &mut dyn Iterator<Item = usize>| leaves.map(|leaf| f64::from(areas[leaf])).sum::<f64>();
+    let (all, left) = (sum(&mut (0..leaves.len())), sum(&mut order.iter().copied()));
     let scale = if left > 0.0 { ((all / left).sqrt() as f32 * grown).clamp(0.8, LARGEST) } else { 1.0 };
     order.into_iter().map(|leaf| LeafCard { leaf, scale }).collect()
 }
@@ -314,6 +336,25 @@ mod tests {
                 let coverage = level.measured.coverage;
                 assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
             }
+        }
+    }
+
+    #[test]
+    fn of_leaves_those_that_are_far_larger_go_last_and_no_more_stay_than_there_is_room_for() {
+        let plant = crown(6, 1.0);
+        let leaves: Vec<Leaf> = (0..)
+            .zip(plant.leaves())
+            .map(|(i, leaf)| if i % 40 == 7 { Leaf { size: leaf.size * 8.0, ..*leaf } } else { *leaf })
+            .collect();
+        let (all, large) = (leaves.len(), leaves.len().div_ceil(40) - 1);
+        let plant = plant.with_leaves(leaves);
+        let takes = |leaf: &Leaf| if leaf.slot == 0 { 2 } else { 4 };
+        for room in [large * 4, all, all * 4] {
+            let kept = kept(&plant, &plant.pose(), (room, &takes), 1.0, Seed::new(1));
+            let is_large = |card: &&LeafCard| card.leaf % 40 == 7;
+            assert!(kept.iter().filter(is_large).count() >= large);
+            let taken: usize = kept.iter().map(|card| takes(&plant.leaves()[card.leaf])).sum();
+            assert!(taken <= room && (taken + 4 > room || kept.len() == all), "{taken} of {room}");
         }
     }
 

@@ -34,7 +34,9 @@ pub(super) fn mesh(
     let mut notes = std::mem::take(&mut scene.notes);
     let overrides = Overrides { leaves: params.leaves.clone(), wood: params.wood.clone() };
     for name in foliage::unmatched(&scene, &overrides) {
-        notes.push(format!("no material or part is called \"{name}\""));
+        let names = scene.names_told();
+        let are = if names.is_empty() { "the file names none".to_owned() } else { format!("there are {names}") };
+        notes.push(format!("no material or part is called \"{name}\"; {are}"));
     }
     let mut parts = foliage::split(&scene, files, &overrides);
     if parts.wood.is_empty() {

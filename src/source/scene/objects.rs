@@ -31,6 +31,13 @@ struct Stand {
 }
 
 impl Scene {
+    /// The names of materials and parts, as a list for people; empty where none has one.
+    pub(in crate::source) fn names_told(&self) -> String {
+        let materials = self.materials.iter().map(|material| material.name.as_str());
+        let all: BTreeSet<&str> = materials.chain(self.parts.iter().map(|part| part.name.as_str())).collect();
+        listed(all.into_iter().filter(|name| !name.is_empty()))
+    }
+
     /// Keeps what objects of these names hold, and what is below them; upper and lower case count as the same.
     ///
     /// # Errors
@@ -232,6 +239,7 @@ mod tests {
         let mut named = scene(&row);
         named.keep_objects(&["ELM".into(), "far".into()], "f").unwrap();
         assert_eq!(names(&named), ["bark", "leaves", "far"]);
+        assert_eq!(named.names_told(), "\"bark\", \"far\", \"leaves\"");
         let error = named.keep_objects(&["ash".into()], "f").unwrap_err();
         assert_eq!(error.message, "no object is called \"ash\"");
         assert!(error.hint.starts_with("its objects are \"bark\", ") && error.hint.ends_with(" and 2 more"), "{error}");
