@@ -1,7 +1,7 @@
 //! A material's mips, for textures that carry them.
 //!
 //! Each is the mean of the one before it: colour in linear light and by its alpha, normals brought to unit length. Of a
-//! cut-out the first eight are left as they are, since the atlas' alpha is made for them (`mip_coverage.rs`); of those beyond
+//! cut-out the first nine are left as they are, since the atlas' alpha is made for them (`mip_coverage.rs`); of those beyond
 //! as many texels are solid as level 0 covers, those of the greatest alpha.
 //! Alpha then keeps [`MARGIN`] steps off the cut-off, also at level 0, so that what block compression rounds stays on its
 //! side. No filter is wider than the box: pictures of an atlas would run into one another.

@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 7);
+const ATLAS: Stage = Stage("atlas", 8);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 3);
@@ -154,8 +154,8 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .iter()
             .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.kind(pictures.leaves.len(), i)));
         let shown: Vec<(Rect, PictureKind)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
-        // Pictures that are made smaller have other mips.
-        let coverage = if layout.scale < 1.0 {
+        // Pictures that are made smaller have other mips, and so have those that begin at other texels than where their levels were settled.
+        let coverage = if layout.scale < 1.0 || plan.atlas.gutter != bake::GUTTER {
             bake::preserve_alpha(&mut alpha, layout.size(), &shown).after
         } else {
             bake::coverage_in(&alpha, layout.size(), &shown)

@@ -18,9 +18,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
 const SKETCH: Stage = Stage("sketch", 12);
-const LADDER: Stage = Stage("ladder", 51);
+const LADDER: Stage = Stage("ladder", 52);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 45);
+const LEVEL: Stage = Stage("level", 46);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 11);
 /// What colours it has there, likewise.

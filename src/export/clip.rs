@@ -20,7 +20,7 @@ use json::accessor::{ComponentType, Type};
 use json::validation::Checked::Valid;
 
 use super::SetMaterials;
-use super::glb::{ExportError, Part, Writer, proper_triangles};
+use super::glb::{ExportError, Part, Writer, proper_triangles, unit};
 use crate::mesh::{Key, Mesh, add_tangents};
 
 /// Most targets of a mesh.
@@ -193,7 +193,7 @@ impl Build<'_> {
                 target.positions.iter().zip(&mesh.positions).map(|(to, from)| *to - *from).collect();
             // What the writer made of the normals.
             let normals = target.normals.iter().zip(&mesh.normals);
-            let normals: Vec<Vec3> = normals.map(|(to, from)| *to - from.normalize_or(Vec3::Y)).collect();
+            let normals: Vec<Vec3> = normals.map(|(to, from)| unit(*to, Vec3::Y) - unit(*from, Vec3::Y)).collect();
             let [positions, normals] = [positions, normals].map(|moves| self.moves(&moves));
             made.push(json::mesh::MorphTarget { positions: Some(positions), normals: Some(normals), tangents: None });
         }

@@ -644,6 +644,9 @@ pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Cow<'_, [u32]>, String> {
             return Err(format!("{count} positions but {length} {what}"));
         }
     }
+    if !mesh.lightmap.is_empty() && mesh.lightmap.len() != count {
+        return Err(format!("{count} positions but {} light map coordinates", mesh.lightmap.len()));
+    }
     if !mesh.indices.len().is_multiple_of(3) {
         return Err(format!("{} indices are no triangles", mesh.indices.len()));
     }
@@ -655,6 +658,9 @@ pub(super) fn proper_triangles(mesh: &Mesh) -> Result<Cow<'_, [u32]>, String> {
     }
     if let Some(i) = mesh.uvs.iter().position(|uv| !uv.is_finite()) {
         return Err(format!("texture coordinate {i} is not finite"));
+    }
+    if let Some(i) = mesh.lightmap.iter().position(|uv| !uv.is_finite()) {
+        return Err(format!("light map coordinate {i} is not finite"));
     }
     let triangles = mesh.indices.as_chunks::<3>().0;
     let is_proper = |t: &&[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];

@@ -127,12 +127,14 @@ fn broken_meshes_are_refused_and_rounding_is_mended() {
         change(&mut mesh.bark);
         write(&[mesh])
     };
-    let refused: [fn(&mut Mesh); 5] = [
+    let refused: [fn(&mut Mesh); 7] = [
         |m| m.indices[0] = 4,
         |m| m.positions[0].x = f32::NAN,
         |m| m.occlusion.truncate(3),
         |m| m.uvs[1].y = f32::INFINITY,
         |m| m.indices.truncate(5),
+        |m| m.lightmap.push(glam::Vec2::ZERO),
+        |m| m.lightmap = vec![glam::Vec2::NAN; m.positions.len()],
     ];
     for change in refused {
         assert!(matches!(with(change), Err(ExportError::Mesh { .. })));

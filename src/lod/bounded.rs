@@ -60,7 +60,7 @@ pub(super) fn bounded<'a>(
         detail = finest_within(&of_stems, parts.wood, COARSEST, at);
     }
     // Leaves get simpler before they go.
-    let simplest = std::iter::successors(Some(cards), |cards| cards.simpler()).last().unwrap_or(cards);
+    let simplest = cards.simplest();
     let of_leaf = |leaf: &Leaf| simplest.triangles(leaf) * sides;
     let shown = shown((plant, posed), (wood, &detail), of_leaf, [parts.wood, most], seed);
     let bark = wood.only(shown.clone()).mesh(light, &detail);

@@ -66,7 +66,9 @@ pub(super) fn thinned(scene: &Scene<'_>, cards: Cards<'_>, share: Share, grown: 
     let widened = 1.0 + (grown - 1.0) * scene.wood.bare;
     let of_wood = |most| coarse_wood((scene.plant, scene.light), scene.params, scene.wood, most, widened);
     let mut bark = of_wood(wood);
-    let room = leaves.of(count(&bark)) / sides;
+    // A tree of one leaf keeps it.
+    let first = scene.plant.leaves().first().map_or(0, |leaf| cards.simplest().triangles(leaf));
+    let room = (leaves.of(count(&bark)) / sides).max(first);
     let cards = affordable(scene.plant, cards, room);
     let kept = kept(scene.plant, scene.posed, (room, &|leaf| cards.triangles(leaf)), grown, seed);
     // All leaves may be on simple cards before their triangles are used up: what is left is the wood's.
@@ -336,6 +338,17 @@ mod tests {
                 let coverage = level.measured.coverage;
                 assert!((coverage - 1.0).abs() < 0.03, "{leaves} leaves a limb, {:?}: {coverage}", level.kind);
             }
+        }
+    }
+
+    #[test]
+    fn a_tree_of_one_leaf_keeps_it() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.02, 0.01]);
+        builder.leaf(Leaf::new(stem, 1.0, Rotation::about(Vec3::Z, 0.4), 0.4, 0));
+        for share in [0.1, 0.3, 0.6] {
+            let levels = climbed(&builder.clone().finish().unwrap(), &[Lod::Full, Lod::thinned(share)]).levels;
+            assert!(!levels[1].mesh.leaf.indices.is_empty(), "{share}");
         }
     }
 

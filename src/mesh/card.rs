@@ -164,6 +164,11 @@ impl<'a> Cards<'a> {
         Some(Self { shape, ..self })
     }
 
+    /// The simplest.
+    pub(crate) fn simplest(self) -> Self {
+        std::iter::successors(Some(self), |cards| cards.simpler()).last().unwrap_or(self)
+    }
+
     /// Triangles of a leaf's card.
     #[must_use]
     pub fn triangles(&self, leaf: &Leaf) -> usize {

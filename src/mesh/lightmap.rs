@@ -127,9 +127,8 @@ fn is_well_formed(mesh: &Mesh) -> bool {
     mesh.indices.len().is_multiple_of(3)
         && mesh.indices.iter().all(|&i| (i as usize) < count)
         && mesh.positions.iter().all(|p| p.is_finite())
-        && [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len(), mesh.occlusion.len(), mesh.tiles.len()]
-            .into_iter()
-            .all(fits)
+        && [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len()].into_iter().all(fits)
+        && [mesh.occlusion.len(), mesh.tiles.len(), mesh.chains.len()].into_iter().all(fits)
 }
 
 #[cfg(test)]
@@ -198,6 +197,8 @@ mod tests {
         let mut level = TreeMesh { bark: broken.clone(), leaf: Mesh::default() };
         assert_eq!(unwrap_lightmap(&mut level, 64), Err(LightmapError::BadMesh));
         assert_eq!(level.bark, broken);
+        let mut level = TreeMesh { bark: Mesh { chains: vec![0; 3], ..cube() }, leaf: Mesh::default() };
+        assert_eq!(unwrap_lightmap(&mut level, 64), Err(LightmapError::BadMesh));
         assert!(unwrap_lightmap(&mut TreeMesh::default(), 64).is_ok());
     }
 }

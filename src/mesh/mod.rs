@@ -60,8 +60,8 @@ pub struct Mesh {
     /// packed.
     #[serde(with = "bulk")]
     pub uvs: Vec<Vec2>,
-    /// Coordinates of the second set, overlap-free in 0..=1 over both primitives of a level; empty unless the preset asks
-    /// for light maps.
+    /// Coordinates of the second set, overlap-free in 0..=1 over both primitives of a level, but that backs of leaves share the light
+    /// of their fronts; empty unless the preset asks for light maps.
     #[serde(with = "bulk")]
     pub lightmap: Vec<Vec2>,
     /// Ambient occlusion, 255 is open sky.

@@ -75,7 +75,8 @@ pub(super) static MESH: Record = Record {
             kind: Kind::Integer { low: 0, high: 8192, unit: "texels" },
             default: Default::Is("0"),
             about: "edge of a light map that a second UV set is unwrapped for, pieces two texels apart there; 0 for none. Trees are \
-                    of thousands of pieces: 1024 and more hold one",
+                    of thousands of pieces: 1024 and more hold one. Backs of leaves share the light of their fronts: bakers that refuse overlaps \
+                    want `backs: DoubleSided`",
         },
         Field {
             name: "most",
