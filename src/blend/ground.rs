@@ -2,9 +2,9 @@
 //!
 //! Between a tree whose limbs hang and one whose limbs stand high or low, a branch may come farther than the height it leaves
 //! its bearer at: blends of two willows reached two metres below the ground that both stand on. Such a branch is made as much
-//! smaller, with all that it bears, as lets it end on the ground: a shoot that has not grown so far yet. A leaf that still would goes: it is of one source, and hangs as low on
-//! a twig of the other. (Tried: limbs pressed
-//! together below their bases. Bark is stretched where wood bends more sharply than it is thick.)
+//! smaller, with all that it bears, as lets it end on the ground: a shoot that has not grown so far yet. A leaf that still would
+//! goes: it is of one source, and hangs as far as there from a twig of another. (Tried: limbs pressed together below their bases.
+//! Bark is stretched where wood bends more sharply than it is thick.)
 
 use glam::Vec3;
 
@@ -19,13 +19,12 @@ const LEAST: f32 = 0.15;
 /// A blend of some plants whose wood and leaves reach no farther below the ground (y = 0) than those of any of them; as it is
 /// where they do not.
 #[must_use]
-pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
+pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(mut blend: Plant, sources: S) -> Plant {
     let sources = sources.into_iter();
     let deepest = |of: &dyn Fn(&Plant) -> f32| sources.clone().map(of).fold(0.0, f32::min);
     let posed = blend.pose();
     let hair = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y)) * UNSEEN;
     let (wood, leaves) = (lowest_wood(&posed), lowest_leaf(&blend, &posed));
-    let mut blend = blend;
     if wood < -hair {
         let ground = deepest(&|source| lowest_wood(&source.pose()));
         if wood < ground - hair {

@@ -154,7 +154,8 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
             .iter()
             .flat_map(|tree| (0..tree.ladder.tiles.len()).map(|i| tree.ladder.kind(pictures.leaves.len(), i)));
         let shown: Vec<(Rect, PictureKind)> = layout.rects.iter().copied().zip(leaves.chain(baked)).collect();
-        // Pictures that are made smaller have other mips, and so have those that begin at other texels than where their levels were settled.
+        // Pictures that are made smaller have other mips, and so have those that begin at other texels than where their levels
+        // were settled.
         let coverage = if layout.scale < 1.0 || plan.atlas.gutter != bake::GUTTER {
             bake::preserve_alpha(&mut alpha, layout.size(), &shown).after
         } else {
@@ -598,5 +599,40 @@ fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height:
             flip: measured.flip,
         }),
         impostor: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use crate::export::Manifest;
+    use crate::plant::{PlantBuilder, dump};
+
+    /// What the mips of a set's atlas cover, of level 0.
+    fn mips(gutter: u32) -> Vec<f32> {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
+        builder.branch(stem, 0.7, &[Vec3::ZERO, Vec3::new(0.9, 0.6, 0.0)], &[0.03, 0.01]);
+        let preset = format!(
+            "(sources: {{\"a\": Import(file: \"a.plant\")}}, variants: [Source(\"a\")], bark: (resolution: 64), \
+             foliage: (leaf: \"ash\", resolution: 128), lods: [Full], atlas: (size: 1024, gutter: {gutter}))"
+        );
+        let plant = dump(&builder.finish().unwrap());
+        let files = [("s.ron", preset), ("a.plant", plant)].map(|(name, text)| (name.to_owned(), text.into_bytes()));
+        let made = crate::build::make_set("s.ron", files.into()).unwrap();
+        let (name, manifest) = made.files.last().unwrap();
+        assert!(name.ends_with("manifest.json"));
+        let manifest: Manifest = serde_json::from_slice(manifest).unwrap();
+        let coverage = manifest.atlas.unwrap().coverage;
+        coverage.iter().map(|mip| mip / coverage[0]).collect()
+    }
+
+    #[test]
+    fn mips_keep_what_level_0_covers_whatever_the_gutter_is() {
+        for gutter in [2, 8, 10, 32] {
+            let mips = mips(gutter);
+            assert!(mips[..4].iter().all(|mip| (mip - 1.0).abs() < 0.04), "{gutter}: {mips:?}");
+        }
     }
 }
