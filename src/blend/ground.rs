@@ -19,8 +19,8 @@ const LEAST: f32 = 0.15;
 /// A blend of some plants whose wood and leaves reach no farther below the ground (y = 0) than those of any of them; as it is
 /// where they do not.
 #[must_use]
-pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(mut blend: Plant, sources: S) -> Plant {
-    let sources = sources.into_iter();
+pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
+    let (mut blend, sources) = (blend, sources.into_iter());
     let deepest = |of: &dyn Fn(&Plant) -> f32| sources.clone().map(of).fold(0.0, f32::min);
     let posed = blend.pose();
     let hair = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y)) * UNSEEN;
