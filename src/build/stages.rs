@@ -220,7 +220,7 @@ fn estimated(
     let estimate = estimate::estimate(&scan.plant).map_err(|error| wrong(error.to_string()))?;
     let params = match like.height {
         ImportHeight::AsIs => estimate.params,
-        ImportHeight::Metres(height) => estimate.at_height(height),
+        ImportHeight::Metres(height) => estimate.params.at_height(height),
     };
     Ok((GrowParams { seed: like.seed, ..params }, scan.notes))
 }

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::base::Note;
 
+pub(crate) use growth::MOST_TAPER;
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
     GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,

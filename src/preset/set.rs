@@ -514,10 +514,9 @@ fn one_tree(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<Gro
     }
     let item = fields.item("species")?;
     let species = files.get(&path, &item, fields.report())?;
-    let height = if fields.has("height") { height } else { species.height };
     // A smaller tree is the same tree, not one with the trunk of the larger.
-    let tip_radius = species.tip_radius * (height / species.height);
-    Some(GrowParams { seed, height, tip_radius, ..species })
+    let species = if fields.has("height") { species.at_height(height) } else { species };
+    Some(GrowParams { seed, ..species })
 }
 
 /// The trees of a list; none when one of them is wrong.

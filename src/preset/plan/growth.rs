@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use super::UpAxis;
 
+/// The most that a metre of wood may add, in tips: a species file's 50 for a plant a twentieth as high.
+pub(crate) const MOST_TAPER: f32 = 1000.0;
+
 /// Parameters of growth, in the words of Xu and Mould 2015.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GrowParams {
@@ -21,7 +24,7 @@ pub struct GrowParams {
     pub tip_radius: f32,
     /// Exponent of the allometric rule for radii, 1..=5.
     pub allometry: f32,
-    /// What a metre of wood adds to what is below it, in tips, 0..=50: 0 leaves branches of even thickness between forks.
+    /// What a metre of wood adds to what is below it, in tips, 0..=1000: 0 leaves branches of even thickness between forks.
     pub taper: f32,
     /// How much wider a stem is at the ground than the rule says, as a share of its radius, 0..=3.
     pub flare: f32,
@@ -36,6 +39,18 @@ pub struct GrowParams {
     pub slenderness: f32,
     /// The graph, and what else is in the space that the plant grows in.
     pub space: GrowSpace,
+}
+
+impl GrowParams {
+    /// The parameters for a plant of another height, metres, of the same proportions: wood as thick for its length, so that
+    /// the same branches are too slim to stay. What stands around it stays in metres.
+    #[must_use]
+    pub fn at_height(self, height: f32) -> Self {
+        let scale = height / self.height;
+        // A taper is by the metre, of which there are more or fewer.
+        let taper = (self.taper / scale).min(MOST_TAPER);
+        Self { height, tip_radius: self.tip_radius * scale, taper, ..self }
+    }
 }
 
 /// Where a plant grows: how fine the graph is, light, obstacles and neighbours.

@@ -29,6 +29,19 @@ fn light_obstacles_and_neighbours_reach_the_plan() {
 }
 
 #[test]
+fn a_height_asks_for_the_same_tree_larger_or_smaller() {
+    let own = grown("Grow(species: \"species/oak.ron\")");
+    for height in [0.1, 5.0, 30.0, 150.0] {
+        let asked = grown(&format!("Grow(species: \"species/oak.ron\", height: {height:?})"));
+        assert_eq!(asked, own.clone().at_height(height));
+        assert_eq!(asked.height, height);
+        let times = height / own.height;
+        assert!((asked.tip_radius / own.tip_radius / times - 1.0).abs() < 1e-4);
+        assert!(own.taper > 0.0 && (asked.taper * times / own.taper - 1.0).abs() < 1e-4);
+    }
+}
+
+#[test]
 fn a_stand_keeps_its_trees_around_the_first() {
     let params = grown(
         "Stand(trees: [(species: \"species/oak.ron\", x: 1.0), (species: \"species/oak.ron\", x: 4.0, z: -2.0, seed: 2)])",

@@ -64,21 +64,6 @@ pub struct Estimate {
     pub distance: f32,
 }
 
-impl Estimate {
-    /// The parameters for a plant of another height, metres: thicker or thinner as it is higher or lower, so that it keeps
-    /// its proportions. A species file's `height` leaves radii as they are.
-    #[must_use]
-    pub fn at_height(&self, height: f32) -> GrowParams {
-        let scale = height / self.params.height;
-        GrowParams {
-            height,
-            tip_radius: self.params.tip_radius * scale,
-            taper: self.params.taper / scale,
-            ..self.params.clone()
-        }
-    }
-}
-
 /// Why nothing was estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimateError {

@@ -95,7 +95,8 @@ fn odd_plants_give_an_estimate_or_an_error() {
 fn another_height_keeps_the_proportions() {
     let estimate = quick(&grown(POLE, 3)).unwrap();
     let plant = |params: &GrowParams| grow(params, Seed::new(2)).unwrap().0;
-    let (own, twice) = (plant(&estimate.params), plant(&estimate.at_height(estimate.params.height * 2.0)));
+    let (own, twice) =
+        (plant(&estimate.params), plant(&estimate.params.clone().at_height(estimate.params.height * 2.0)));
     let ratio = |p: &Plant| p.all_radii()[0] / p.height();
     assert!((twice.height() / own.height() - 2.0).abs() < 1e-3);
     assert!((ratio(&own) / ratio(&twice) - 1.0).abs() < 0.05, "{} {}", ratio(&own), ratio(&twice));

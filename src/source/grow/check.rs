@@ -2,7 +2,8 @@
 
 use super::GrowError;
 use crate::preset::plan::{
-    Count, Endpoints, FieldPrimitive, FieldRegion, GrowParams, Guide, GuideStart, Obstacle, Sampling, Volume,
+    Count, Endpoints, FieldPrimitive, FieldRegion, GrowParams, Guide, GuideStart, MOST_TAPER, Obstacle, Sampling,
+    Volume,
 };
 
 /// Most plants beside another.
@@ -28,7 +29,7 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("slenderness", params.slenderness, 50.0, 10_000.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
     within("allometry", params.allometry, 0.5, 10.0)?;
-    within("taper", params.taper, 0.0, 1000.0)?;
+    within("taper", params.taper, 0.0, MOST_TAPER)?;
     within("flare", params.flare, 0.0, 10.0)?;
     within("flare_height", params.flare_height, 0.0, 100.0)?;
     space(params, &within)?;

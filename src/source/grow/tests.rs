@@ -77,6 +77,22 @@ fn a_tree_stands_at_the_origin_as_tall_as_asked() {
 }
 
 #[test]
+fn a_plant_of_another_height_is_the_same_one_scaled() {
+    // Some of its branches are shed, and which ones hangs on how thick they are for their length.
+    let params = GrowParams { slenderness: 170.0, ..small() };
+    let plant = grown(&params);
+    let counts = [&plant, &grown(&small())].map(|p| p.chains().len());
+    assert!(counts[0] > 20 && counts[0] < counts[1], "{counts:?}");
+    for scale in [0.2, 3.0] {
+        let other = grown(&params.clone().at_height(9.0 * scale));
+        assert_eq!(plant.chains().len(), other.chains().len(), "{scale}");
+        let near = |a: f32, b: f32| (a * scale - b).abs() < 1e-3 * scale;
+        assert!(plant.all_radii().iter().zip(other.all_radii()).all(|(a, b)| near(*a, *b)), "{scale}");
+        assert!(plant.all_points().iter().zip(other.all_points()).all(|(a, b)| near(a.distance(*b / scale), 0.0)));
+    }
+}
+
+#[test]
 fn a_trunk_that_leads_up_to_the_top_is_straight_up_to_its_tip() {
     let text = "(height: 10.0, nodes: 8000, width: 0.5, tip_radius: 0.005, allometry: 2.3, crookedness: 0.05, bole: 0.05,\
         slenderness: 10000.0, iterations: [\
