@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use super::stages::SourcePlant;
 use crate::base::Note;
-use crate::preset::Plan;
 use crate::preset::plan::{BarkArt, LeafArt, Wear};
+use crate::preset::{KEPT_COLORS, Plan};
 use crate::source::foliage;
 
 /// Fields of `foliage` that made leaves alone take, and those that leaves take which Treewright puts on branches.
@@ -149,9 +149,13 @@ fn makes_leaves(sources: &[Arc<SourcePlant>]) -> bool {
 
 /// What the plan tells of itself, less what nothing wears, and what there is to tell of what its trees wear.
 pub(super) fn notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
-    // The size of a made leaf is of no concern where none is.
-    let is_idle = plan.leaf_wear == Wear::Rest && !makes_leaves(sources);
-    let of_plan = plan.notes.iter().filter(|note| !is_idle || note.about != "foliage.size").cloned();
+    let is_rest = plan.leaf_wear == Wear::Rest;
+    // The size of a made leaf is of no concern where none is, nor are the colours of those that sources bring where none does.
+    let makes_none = is_rest && !makes_leaves(sources);
+    let brings_none = is_rest && made(sources).all(|(_, source)| source.plant.leaves().is_empty());
+    let concerns =
+        |note: &&Note| !(makes_none && note.about == "foliage.size" || brings_none && note.message == KEPT_COLORS);
+    let of_plan = plan.notes.iter().filter(concerns).cloned();
     of_plan.chain(one_bark(plan, sources)).chain(idle(plan, sources)).collect()
 }
 
@@ -187,6 +191,25 @@ mod tests {
             "(sources: {{\"a\": Import(file: \"a.obj\"), \"b\": Import(file: \"b.obj\")}}, variants: [Source(\"a\")], {fields})"
         );
         crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap_or_else(|found| panic!("{found:?}"))
+    }
+
+    #[test]
+    fn a_season_tells_of_leaves_that_keep_their_colours() {
+        let told = |fields: &str, leafy: [bool; 2]| {
+            notes(&plan(fields), &leafy.map(|leafy| source(leafy, None))).iter().any(|note| note.message == KEPT_COLORS)
+        };
+        for season in ["Spring", "Autumn"] {
+            let fields = |more: &str| format!("foliage: (season: {season}{more})");
+            assert!(told(&fields(""), [true, false]) && !told(&fields(""), [false, false]));
+            assert!(told(&fields(", leaf: From(\"a\")"), [true, false]));
+            assert!(told(&fields(", leaf: Files(color: \"leaf.png\")"), [false, false]));
+            for turning in [", leaf: \"birch\"", ", density: 0.0"] {
+                assert!(!told(&fields(turning), [true, true]), "{turning}");
+            }
+        }
+        for season in ["Summer", "Winter"] {
+            assert!(!told(&format!("foliage: (season: {season})"), [true, true]));
+        }
     }
 
     #[test]

@@ -98,7 +98,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "season",
             kind: Kind::Choice(&SEASONS),
             default: Default::Is("Summer"),
-            about: "colour of made leaves where `color` is not given, and how many of all leaves there are",
+            about: "colour of made leaves where `color` is not given, and how many of all leaves there are; leaves that sources \
+                    bring keep their colours",
         },
         Field {
             name: "density",
@@ -426,6 +427,10 @@ pub(super) struct Named {
     pub(super) grown: BTreeSet<usize>,
 }
 
+/// What is told where a season would turn leaves that are pictures.
+pub(crate) const KEPT_COLORS: &str = "leaves that sources bring, and pictures of your own, become fewer and keep their \
+                                      colours: `leaf: \"oak\"` puts made leaves in their place, which turn";
+
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
 pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliage> {
     let season = Season::of(fields);
@@ -461,7 +466,8 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     };
     let is_made = matches!(art, LeafArt::Made { .. });
     // What made pictures show little of, sources' leaves need not make up for.
-    let own_density = fields.number("density") * season.share(is_made && leaf.is_evergreen());
+    let asked = fields.number("density");
+    let own_density = asked * season.share(is_made && leaf.is_evergreen());
     let dress = DressParams {
         density: own_density * leaf.full,
         most_leaves: fields.count("most"),
@@ -476,7 +482,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     };
     // Who asks for winter and no leaves at all knows.
     let unknown = !is_made || matches!(wear, Wear::Source(_));
-    let falls = season == Season::Winter && unknown && fields.number("density") > 0.0;
+    let falls = season == Season::Winter && unknown && asked > 0.0;
     let winter = falls.then(|| Note {
         about: "foliage.season".to_owned(),
         message:
@@ -484,8 +490,12 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
                   they are evergreen: leave `season` out to keep them"
                 .to_owned(),
     });
+    // Whether sources bring leaves is known once they are read.
+    let turns = is_made && wear == Wear::All || asked <= 0.0;
+    let kept = (matches!(season, Season::Spring | Season::Autumn) && !turns)
+        .then(|| Note { about: "foliage.season".to_owned(), message: KEPT_COLORS.to_owned() });
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
-    let notes = winter.into_iter().chain(huge).collect();
+    let notes = winter.into_iter().chain(kept).chain(huge).collect();
     let told =
         FOLIAGE.fields.iter().map(|field| field.name).filter(|name| fields.has(name)).map(str::to_owned).collect();
     Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes, told })
