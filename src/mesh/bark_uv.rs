@@ -119,9 +119,9 @@ impl BarkScale {
         }
     }
 
-    /// Repeats a metre round wood of some girth; those along it are as many.
-    pub(super) fn density(self, girth: f32) -> f32 {
-        if girth > 0.0 { self.around(girth) / girth } else { 1.0 / self.tile }
+    /// Repeats a metre along wood of any girth.
+    pub(super) fn along(self) -> f32 {
+        1.0 / self.tile
     }
 }
 

@@ -82,19 +82,17 @@ pub fn keyed_tubes(plants: &[KeyPlant<'_>], most: usize, bark_tile: f32) -> (Mes
         let widest = plants.iter().max_by(|a, b| widest(a).total_cmp(&widest(b))).map_or(middle, |p| *p);
         let curve = widest.posed.curve(widest.plant, sweep.chain);
         let step = curve.length() / (sweep.rings - 1) as f32;
-        let mut density_before = None;
         let mut v = Seed::new(0).child("bark").at(u64::from(sweep.chain.0)).unit();
         for j in 0..sweep.rings {
             let along = j as f32 / (sweep.rings - 1) as f32;
             let place = middle.posed.at(middle.plant, sweep.chain, along).position;
             let radius = curve.value(widest.plant.radii(sweep.chain), f64::from(along)).max(THINNEST);
-            let girth = std::f32::consts::TAU * radius;
-            let density = bark.density(girth);
-            if let Some(before) = density_before.replace(density) {
-                v -= step * 0.5 * (before + density);
+            let around = bark.around(std::f32::consts::TAU * radius);
+            if j > 0 {
+                v -= step * bark.along();
             }
             for k in 0..=sweep.sides {
-                let u = density * girth * (k as f32 / sweep.sides as f32 - 0.5);
+                let u = around * (k as f32 / sweep.sides as f32 - 0.5);
                 mesh.uvs.push(Vec2::new(u, v));
                 mesh.occlusion.push(light.shade(place));
             }

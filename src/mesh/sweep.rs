@@ -76,7 +76,8 @@ impl Wood<'_> {
         };
         let around = |radius: f32| self.bark.around(girth(radius)).min(most);
         let mut v = Seed::new(0).child("bark").at(u64::from(id.0)).unit();
-        let at_base = (v, around(first.radius) / girth(first.radius).max(1e-6));
+        let density = self.bark.along();
+        let v_at_base = v;
         let mut frame = if self.plant.chain(id).parent.is_some() { self.posed.frame(id, 0.0) } else { Frame::WORLD };
         frame = frame.transported(first.tangent);
         let base_frame = frame;
@@ -84,7 +85,7 @@ impl Wood<'_> {
         let turn = if self.plant.chain(id).parent.is_some() { uppermost(once, frame) } else { 0 };
         let (corners, middles) = (&circle.corners[turn..][..columns], &circle.middles[turn..][..sides as usize]);
         let roots = (shape.foot.share > 0.0).then(|| Roots::of(id.0, shape.foot.turn()).corners(sides));
-        let (mut density_before, mut bend) = (None, Bend::default());
+        let mut bend = Bend::default();
         let mut last = first;
         let (start, triangles) = (mesh.positions.len() as u32, mesh.indices.len());
         let is_capped = self.is_capped(id, detail);
@@ -99,13 +100,13 @@ impl Wood<'_> {
         let leaning = body.iter().rposition(|ring| !base.is_clear_of(foot, ring)).map_or(0, |i| i + 1);
         own.clear();
         for (j, ring) in body.iter().enumerate() {
-            let (here, girth) = (around(ring.radius), girth(ring.radius));
-            let density = here / girth.max(1e-6);
+            let here = around(ring.radius);
             let step = last.centre.distance(ring.centre);
-            v -= step * 0.5 * (density + density_before.unwrap_or(density));
+            // On the skin, which a flare and a collar have more of than their axis.
+            let wider = ring.radius - last.radius;
+            v -= (step * step + wider * wider).sqrt() * density;
             bend.step(frame, ring.tangent, step / ring.radius.max(1e-6));
             frame = frame.turned(ring.tangent);
-            density_before = Some(density);
             let shade = Self::shade(light, ring.centre, ring.radius);
             let slope = ring.slope.clamp(-2.0, 2.0);
             // Normals stand at one angle to the axis all round.
@@ -141,7 +142,6 @@ impl Wood<'_> {
         }
         let mut ground = Ground::default();
         if matches!(base, Base::Ground { .. }) {
-            let density = around(first.radius) / girth(first.radius).max(1e-6);
             set_down(mesh, start as usize..start as usize + columns, (foot.y, first.tangent), density);
             ground = Ground::cut(mesh, (start as usize, columns), (foot.y, &first));
         }
@@ -183,18 +183,15 @@ impl Wood<'_> {
             }
         }
         let apex = if is_pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
-        let density = density_before.unwrap_or(0.0);
         let end = Cone { rim: start + (body.len() as u32 - 1) * columns, apex, frame, v, density, is_base: false };
         let shade = |place, radius| Self::shade(light, place, radius);
         end.add(mesh, middles, (last.radius, self.thinnest), around(last.radius), shade(apex, last.radius));
         if is_capped {
-            let (v, density) = at_base;
             let apex = first.centre - base_frame.y * (first.radius * 0.6);
-            let cap = Cone { rim: start, apex, frame: base_frame, v, density, is_base: true };
+            let cap = Cone { rim: start, apex, frame: base_frame, v: v_at_base, density, is_base: true };
             cap.add(mesh, middles, (first.radius, self.thinnest), around(first.radius), shade(apex, first.radius));
         }
         if is_sunk {
-            let (_, density) = at_base;
             sink(mesh, start as usize..(start + columns) as usize, &ground, (foot.y, detail.below), density);
         }
         if ground.any() {
