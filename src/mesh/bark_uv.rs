@@ -10,6 +10,8 @@
 //!   these stretches the number runs from one to the next along the wood, so nothing jumps, and below one repeat it is the
 //!   girth itself: there the texture does not close, and a seam runs along the branch, on its upper side, where it is
 //!   seen the least from the ground. It is a change of picture, not of shading: normals go on.
+//! - Along wood there are as many repeats a metre everywhere, counted on its skin, which a flare has more of than its axis. While they
+//!   were as many as go round, bark that is a sixth finer there had no room left for bends.
 //! - A stem's flare goes round as often as the wood above it; it is the one place that is coarser than a fifth allows.
 //! - At a bend the inner side is shorter than the outer: bark runs ahead there ([`Bend`]), so that it is neither crushed nor
 //!   stretched, as far as it then leans no more than a fifth allows. No map of a ring that is bent has neither.

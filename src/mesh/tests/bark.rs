@@ -83,3 +83,21 @@ fn bark_runs_ahead_on_the_outside_of_bends() {
     let off = |share: f32| (along[(along.len() as f32 * share) as usize] / middle - 1.0).abs();
     assert!(off(0.05) < 0.12 && off(0.95) < 0.12, "{} {}", off(0.05), off(0.95));
 }
+
+#[test]
+fn bark_runs_as_often_a_metre_along_the_skin_of_a_flare() {
+    // Upright, with a foot twice as wide as the wood above, which bark goes round too seldom; and wood whose bark closes though it is
+    // thinner than asks for that.
+    let mut builder = PlantBuilder::new();
+    let points: Vec<Vec3> = (0..=20).map(|i| Vec3::Y * (i as f32 * 0.25)).collect();
+    let radii: Vec<f32> = (0..=20).map(|i| 0.25 - i as f32 * 0.004 + 0.25 * (1.0 - i as f32 / 3.0).max(0.0)).collect();
+    builder.stem(Vec3::ZERO, &points, &radii);
+    let plant = builder.finish().unwrap();
+    let mesh = tubes(&plant, &plant.pose(), &TubeDetail { roots: 0.0, ..DETAIL });
+    // But for the cone that closes it.
+    let ends = |t: &[u32; 3]| t.iter().any(|&i| mesh.positions[i as usize].y > 4.99);
+    let triangles = mesh.indices.as_chunks::<3>().0.iter().zip(densities(&mesh));
+    let along: Vec<f32> = triangles.filter(|(t, _)| !ends(t)).map(|(_, (_, v, _))| v).collect();
+    let (least, most) = along.iter().fold((f32::MAX, 0.0_f32), |(a, b), &v| (a.min(v), b.max(v)));
+    assert!(along.len() > 20 && most < least * 1.05, "{least} {most}");
+}
