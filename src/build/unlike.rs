@@ -4,12 +4,15 @@
 use super::trees::Tree;
 use crate::base::{Note, counted};
 use crate::lod::{Level, Measured};
+use crate::mesh::bareness;
 use crate::preset::Plan;
 use crate::preset::plan::{ANY, Lod};
 
 /// Overlap of outlines below which a level is another tree, and how far what it covers may be off.
 const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
+/// From which bareness on a tree is one of twigs: a few leaves on them change nothing.
+const BARE: f32 = 0.9;
 /// Share of its leaves' area that a tree may lose to its bound on triangles.
 const BARED: f32 = 0.75;
 
@@ -34,7 +37,7 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
                  for a smaller `below` in `mesh`"
             );
             // Twigs are thinner than cards and frames show, of any number of texels: only triangles hold them.
-            let is_bare = tree.plant.leaves().is_empty();
+            let is_bare = bareness(&tree.plant, &tree.plant.pose()) > BARE;
             let help = match lod.lod {
                 _ if below > height => &sunk,
                 Lod::BillboardCloud { .. } if is_bare => {
@@ -161,10 +164,15 @@ mod tests {
             };
             [unlike(1), unlike(2)]
         };
-        let [cloud, impostor] = of(0);
-        assert!(cloud.contains("leave it out") && !cloud.contains("atlas") && !cloud.contains("`cards`"), "{cloud}");
-        assert!(impostor.contains("no impostor") && impostor.contains("smaller `screen`"), "{impostor}");
-        assert!(!impostor.contains("atlas"), "{impostor}");
+        for leaves in [0, 2] {
+            let [cloud, impostor] = of(leaves);
+            assert!(
+                cloud.contains("leave it out") && !cloud.contains("atlas") && !cloud.contains("`cards`"),
+                "{cloud}"
+            );
+            assert!(impostor.contains("no impostor") && impostor.contains("smaller `screen`"), "{impostor}");
+            assert!(!impostor.contains("atlas"), "{impostor}");
+        }
         let [cloud, impostor] = of(60);
         assert!(cloud.contains("more `cards`") && impostor.contains("the atlas a larger"), "{cloud}, {impostor}");
     }

@@ -13,7 +13,7 @@ const LEAFY: f32 = 0.25;
 const BARE: f32 = 0.75;
 
 /// 0 where leaves hide the wood, 1 of a bare tree.
-pub(super) fn bareness(plant: &Plant, posed: &Posed) -> f32 {
+pub(crate) fn bareness(plant: &Plant, posed: &Posed) -> f32 {
     let leaves: f64 = plant.leaves().iter().map(|l| f64::from(l.size * l.size * l.form.width() * LEAF)).sum();
     let wood: f64 = plant
         .chain_ids()

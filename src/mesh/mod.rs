@@ -31,6 +31,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::bulk;
 
+pub(crate) use bareness::bareness;
 pub(crate) use card::least_leaf;
 pub use card::{CardShape, Cards, LeafCard, all_cards, leaf_cards, leaf_cards_in};
 pub use check::{Closure, closure, fork_gaps, problems};
