@@ -225,6 +225,15 @@ fn estimated(
     Ok((GrowParams { seed: like.seed, ..params }, scan.notes))
 }
 
+/// A note on a plant whose species is in no file: the fields that it advises are in none either.
+fn of_no_file(note: String) -> String {
+    if note.contains('`') {
+        format!("{note} in the species file that `treewright estimate` writes of the scan")
+    } else {
+        note
+    }
+}
+
 /// A plant grown like a scan.
 fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<SourcePlant, Vec<Diagnostic>> {
     let (params, mended) = estimated(source, like, inputs)?;
@@ -232,6 +241,7 @@ fn grown_like(source: &Source, like: &LikeParams, inputs: &Inputs) -> Result<Sou
         let field = format!("sources[\"{}\"].like", source.name);
         vec![Diagnostic::new("", format!("nothing like it grows: {error}")).with_field(field).with_hint(LIKE_NEEDS)]
     })?;
+    notes = notes.into_iter().map(of_no_file).collect();
     // Its leaves and bark are not the scan's.
     let mended = mended.into_iter().filter(|note| !wears::is_of_looks(note));
     notes.splice(0..0, mended.map(|note| format!("the scan: {note}")));
@@ -523,5 +533,14 @@ mod tests {
         };
         assert_eq!(made(Wanted::Used), (vec![true, false, true], vec!["sources[\"b\"]".to_owned()]));
         assert_eq!(made(Wanted::All).0, [true; 3]);
+    }
+
+    #[test]
+    fn fields_of_a_species_that_is_in_no_file_are_told_with_where_to_get_one() {
+        let told = of_no_file("2 branches shed; raise `slenderness`".to_owned());
+        assert!(
+            told.ends_with("raise `slenderness` in the species file that `treewright estimate` writes of the scan")
+        );
+        assert_eq!(of_no_file("2 branches moved out of others".to_owned()), "2 branches moved out of others");
     }
 }
