@@ -155,26 +155,30 @@ pub(super) fn stock(plan: &Plan, pictures: &Pictures, cache: &Cache) -> Arc<Stoc
     made.expect("what is made of sound parts never fails")
 }
 
-/// Says so where an atlas is so small that cards lose more than a quarter of their texels along an edge: that costs more of
-/// a cloud's silhouette than anything else.
+/// Says so where an atlas is so small that cards, quads or sheets of frames lose more than a quarter of their texels along an
+/// edge: that costs more of their silhouettes than anything else.
 pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
-    let has_cards = plan.lods.iter().any(|level| matches!(level.lod, Lod::BillboardCloud { .. }));
     let size = plan.atlas.size;
     let at = |size: u32| {
         let atlas = AtlasParams { size, ..plan.atlas.clone() };
-        texels(&Plan { atlas, ..plan.clone() }, pictures).cards
+        texels(&Plan { atlas, ..plan.clone() }, pictures)
     };
-    let (own, usual) = (at(size), lod::CARD_TEXELS);
-    let is_enough = |texels: u32| texels * 4 >= usual * 3;
-    if !has_cards || is_enough(own) {
-        return None;
-    }
+    let edge = |level: &Lod, texels: Texels| lod::pictures(level, texels).into_iter().map(|(_, edge)| edge).max();
+    let (own, usual) = (at(size), Texels::all(lod::CARD_TEXELS));
+    let share = |level: &Lod, texels| Some(f64::from(edge(level, texels)?) / f64::from(edge(level, usual)?));
+    let is_enough = |level: &Lod, texels| share(level, texels).is_none_or(|share| share >= 0.75);
+    let level = plan.lods.iter().map(|level| &level.lod).find(|level| !is_enough(level, own))?;
     let mut larger = std::iter::successors(Some(size), |size| Some(size * 2)).take_while(|&size| size <= LARGEST);
-    let better = larger.find(|&size| is_enough(at(size)))?;
+    let better = larger.find(|&size| is_enough(level, at(size)))?;
+    let what = match level {
+        Lod::CrossedQuads => "crossed quads",
+        Lod::Impostor { .. } => "sheets of impostors",
+        _ => "cards",
+    };
+    let [own, usual, there] = [own, usual, at(better)].map(|texels| edge(level, texels).unwrap_or(0));
     let message = format!(
-        "at {size} texels an edge, cards have {own} of {usual} texels along theirs; `atlas: (size: {better})` would give \
-         them {}",
-        at(better)
+        "at {size} texels an edge, {what} have {own} of {usual} texels along theirs; `atlas: (size: {better})` would give \
+         them {there}"
     );
     Some(Note { about: "atlas".to_owned(), message })
 }
@@ -338,7 +342,7 @@ mod tests {
     use super::*;
 
     /// So many trees with a leaf picture of 256 texels.
-    fn texels_of(trees: usize, lods: &str, size: u32) -> Texels {
+    fn set_of(trees: usize, lods: &str, size: u32) -> (Plan, Pictures) {
         const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
         let text = format!(
             "(sources: {{\"a\": Grow(species: \"oak.ron\", seed: 1)}}, variants: [Source(\"a\")], lods: {lods}, \
@@ -354,7 +358,30 @@ mod tests {
             normal: vec![[0; 3]; 256 * 256],
             orm: vec![[0; 3]; 256 * 256],
         };
-        texels(&plan, &Pictures { leaves: vec![maps.clone()], bark: maps })
+        (plan, Pictures { leaves: vec![maps.clone()], bark: maps })
+    }
+
+    fn texels_of(trees: usize, lods: &str, size: u32) -> Texels {
+        let (plan, pictures) = set_of(trees, lods, size);
+        texels(&plan, &pictures)
+    }
+
+    #[test]
+    fn pictures_that_an_atlas_leaves_few_texels_are_told() {
+        let told = |trees, lods: &str, size| {
+            let (plan, pictures) = set_of(trees, lods, size);
+            small_atlas(&plan, &pictures).map_or_else(String::new, |note| note.message)
+        };
+        let clouds = "[Full, BillboardCloud(cards: 48), Impostor(frames: 8)]";
+        assert!(told(16, clouds, 1024).contains("cards have"), "{}", told(16, clouds, 1024));
+        let impostors = told(16, "[Full, Impostor(frames: 8)]", 512);
+        assert!(impostors.contains("sheets of impostors have"), "{impostors}");
+        // What it advises is enough.
+        let size = impostors.split("size: ").nth(1).and_then(|rest| rest.split(')').next()).expect("a size");
+        assert_eq!(told(16, "[Full, Impostor(frames: 8)]", size.parse().expect("a number")), "");
+        for (trees, lods) in [(1, clouds), (9, "[Full, Thinned(triangles: 0.4)]")] {
+            assert_eq!(told(trees, lods, 2048), "");
+        }
     }
 
     #[test]
