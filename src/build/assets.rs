@@ -28,9 +28,9 @@ use crate::preset::plan::{Engine, Lod, Profile, WindData};
 const ATLAS: Stage = Stage("atlas", 8);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
-const FILES: Stage = Stage("files", 3);
+const FILES: Stage = Stage("files", 4);
 const COLORS: Stage = Stage("colors", 1);
-const FACTS: Stage = Stage("facts", 5);
+const FACTS: Stage = Stage("facts", 6);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {

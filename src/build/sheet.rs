@@ -19,7 +19,7 @@ use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
 const SHEET: Stage = Stage("sheet", 12);
-const SHOWN: Stage = Stage("shown", 9);
+const SHOWN: Stage = Stage("shown", 10);
 
 /// All trees of a set at all levels, before they have colours.
 pub(super) struct Sheet {

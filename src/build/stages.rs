@@ -22,7 +22,7 @@ use crate::source::{estimate, foliage, grow, import};
 const GROW: Stage = Stage("grow", 10);
 const GRAPH: Stage = Stage("graph", 2);
 const IMPORT: Stage = Stage("import", 17);
-const LIKE: Stage = Stage("like", 11);
+const LIKE: Stage = Stage("like", 12);
 const PICTURES: Stage = Stage("pictures", 9);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);

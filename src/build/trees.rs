@@ -18,16 +18,16 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
 const SKETCH: Stage = Stage("sketch", 12);
-const LADDER: Stage = Stage("ladder", 52);
+const LADDER: Stage = Stage("ladder", 53);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 46);
+const LEVEL: Stage = Stage("level", 47);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 11);
+const FOOTING: Stage = Stage("footing", 12);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 7);
+const COLORS: Stage = Stage("colors", 8);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 7);
-const REFERENCE: Stage = Stage("reference", 11);
+const OUTLINES: Stage = Stage("outlines", 8);
+const REFERENCE: Stage = Stage("reference", 12);
 /// Pictures that are ready to be drawn; kept in memory only.
 const STOCK: Stage = Stage("stock", 4);
 

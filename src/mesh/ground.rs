@@ -13,14 +13,24 @@ use super::rings::Ring;
 use super::sweep::push;
 use super::tangent::tangent_of;
 
-/// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres.
+/// How upright a stem must be for its foot to be taken down to the ground: the rise of a metre of it, metres; and after how many radii it may
+/// begin to rise. Trunks that set out level do stand, and what lies on the ground is the whole of a stem.
 const LEANS: f32 = 0.15;
+const RISES: f32 = 6.0;
 /// How far a stem lies that doesn't go on below the ground: how high its first ring is, as a share of its girth. At 70 degrees.
 const LIES: f32 = 0.15;
 /// The same of one that stands upright.
 const UPRIGHT: f32 = 0.02;
 /// What lies no higher above the ground than that falls to it when a stem is cut off there, as a share of its radius: no slivers.
 const NEAR: f32 = 0.05;
+
+/// Whether a stem of some rings, the first of them square to a direction, stands on the ground, and does not lie on it.
+pub(super) fn stands(rings: &[Ring], tangent: Vec3) -> bool {
+    let (Some(first), Some(last)) = (rings.first(), rings.last()) else { return false };
+    let ahead = rings.iter().find(|ring| ring.arc - first.arc >= first.radius * RISES).unwrap_or(last);
+    let way = (ahead.centre - first.centre).normalize_or(tangent);
+    tangent.y.max(way.y) > LEANS
+}
 
 /// By how many rings each column of a stem's vertices is cut off by the ground; nothing where the stem is not cut.
 #[derive(Debug, Default)]
@@ -32,13 +42,13 @@ pub(super) struct Ground {
 
 impl Ground {
     /// Cuts a stem off whose rings, of `columns` vertices each, are all the mesh has from `start` on: the vertices of a
-    /// column are moved along it to where it comes out of the ground, and all but the first used no more. What does not come out, or
-    /// lies, stays as it is.
+    /// column are moved along it to where it comes out of the ground, and all but the first used no more. What does not come out stays as
+    /// it is.
     pub(super) fn cut(mesh: &mut Mesh, (start, columns): (usize, usize), (ground, first): (f32, &Ring)) -> Self {
         let near = first.radius * NEAR;
         let height = |mesh: &Mesh, i: usize| mesh.positions[i].y - ground;
         let is_sunk = (start..start + columns).any(|i| height(mesh, i) < -near);
-        if first.tangent.y <= LEANS || !is_sunk {
+        if !is_sunk {
             return Self::default();
         }
         let column = |k: usize| (start + k..mesh.positions.len()).step_by(columns);
@@ -120,10 +130,7 @@ fn keep<T: Copy>(values: &mut Vec<T>, start: usize, is_left: impl Fn(usize) -> b
 /// Takes the first ring of a leaning stem, which is square to it, down to the ground all round: along the stem it would be a spur,
 /// and straight down flat. `density` is of bark, repeats a metre.
 pub(super) fn set_down(mesh: &mut Mesh, ring: Range<usize>, (ground, tangent): (f32, Vec3), density: f32) {
-    if tangent.y <= LEANS {
-        return;
-    }
-    let way = (tangent + Vec3::Y).normalize_or(Vec3::Y);
+    let way = (tangent.with_y(tangent.y.max(0.0)) + Vec3::Y).normalize_or(Vec3::Y);
     for (place, uv) in mesh.positions[ring.clone()].iter_mut().zip(&mut mesh.uvs[ring]) {
         let down = ((place.y - ground) / way.y).max(0.0);
         *place -= way * down;
@@ -207,6 +214,23 @@ mod tests {
                 let out = (a + b + c) / 3.0 - middle;
                 assert!((b - a).cross(c - a).dot(out.with_y(0.0)) > 0.0, "{lean}: {t:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_trunk_that_sets_out_level_and_rises_stands_on_the_ground() {
+        for first in [0.03, 0.0, -0.02] {
+            let mut builder = PlantBuilder::new();
+            let points = [Vec3::ZERO, Vec3::new(0.5, first, 0.0), Vec3::new(1.0, 0.4, 0.0), Vec3::new(1.3, 2.0, 0.0)];
+            builder.stem(Vec3::ZERO, &points, &[0.2, 0.19, 0.18, 0.1]);
+            let plant = builder.finish().unwrap();
+            let params = MeshParams::told(12, 0.004);
+            let mesh = crate::mesh::tubes(&plant, &plant.pose(), &TubeDetail::full(&params));
+            assert_eq!((problems(&mesh), closure(&mesh).inside_out), (Vec::new(), 0), "{first}");
+            // Nothing of it is below, and it is open nowhere else: an end that stood upright would be.
+            assert!(mesh.positions.iter().all(|p| p.y > -1e-5), "{first}");
+            let rim = mesh.positions.iter().filter(|p| p.y.abs() < 1e-5).count();
+            assert!(rim >= 12, "{first}: {rim}");
         }
     }
 }

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 
 use super::bark_uv::{Bend, drawn_in};
-use super::ground::{Ground, set_down, sink};
+use super::ground::{Ground, set_down, sink, stands};
 use super::rings::{Base, span_at};
 use super::roots::Roots;
 use super::shapes::Shapes;
@@ -141,7 +141,7 @@ impl Wood<'_> {
             last = *ring;
         }
         let mut ground = Ground::default();
-        if matches!(base, Base::Ground { .. }) {
+        if matches!(base, Base::Ground { .. }) && stands(self.rings_of(limb), first.tangent) {
             set_down(mesh, start as usize..start as usize + columns, (foot.y, first.tangent), density);
             ground = Ground::cut(mesh, (start as usize, columns), (foot.y, &first));
         }
