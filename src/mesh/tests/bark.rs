@@ -86,11 +86,10 @@ fn bark_runs_ahead_on_the_outside_of_bends() {
 
 #[test]
 fn bark_runs_as_often_a_metre_along_the_skin_of_a_flare() {
-    // Upright, with a foot twice as wide as the wood above, which bark goes round too seldom; and wood whose bark closes though it is
-    // thinner than asks for that.
+    // Upright, with a foot three times as wide as the wood above, at half a right angle: its skin is 1.4 times as long as its axis.
     let mut builder = PlantBuilder::new();
     let points: Vec<Vec3> = (0..=20).map(|i| Vec3::Y * (i as f32 * 0.25)).collect();
-    let radii: Vec<f32> = (0..=20).map(|i| 0.25 - i as f32 * 0.004 + 0.25 * (1.0 - i as f32 / 3.0).max(0.0)).collect();
+    let radii: Vec<f32> = (0..=20).map(|i| 0.25 - i as f32 * 0.004 + 0.5 * (1.0 - i as f32 / 2.0).max(0.0)).collect();
     builder.stem(Vec3::ZERO, &points, &radii);
     let plant = builder.finish().unwrap();
     let mesh = tubes(&plant, &plant.pose(), &TubeDetail { roots: 0.0, ..DETAIL });
