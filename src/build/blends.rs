@@ -19,7 +19,7 @@ use crate::relate::{self, Family, FamilyError, Weights};
 use crate::select;
 
 /// Sources in correspondence; kept in memory only.
-const FAMILY: Stage = Stage("family", 4);
+const FAMILY: Stage = Stage("family", 5);
 
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]
@@ -90,13 +90,12 @@ pub(super) fn blends(plan: &Plan, sources: &[Plant], cache: &Cache) -> Result<Bl
 }
 
 fn family(plan: &Plan, params: &BlendParams, sources: &[Plant]) -> Result<Family, Diagnostic> {
-    let plants = || params.of.iter().map(|&s| sources[s].clone());
-    let matched = match (params.stems, &params.of[..]) {
-        (StemRule::Merge, &[from, to]) => {
-            relate::merged_family(sources[from].clone(), sources[to].clone(), &params.matching)
-        }
-        _ => relate::nway_family(plants().collect(), &params.matching),
-    };
+    let plants = params.of.iter().map(|&s| sources[s].clone()).collect();
+    let matched = Family::at_one_size(plants, |plants| match (params.stems, <[Plant; 2]>::try_from(plants)) {
+        (StemRule::Merge, Ok([from, to])) => relate::merged_family(from, to, &params.matching),
+        (_, Ok(pair)) => relate::nway_family(pair.to_vec(), &params.matching),
+        (_, Err(plants)) => relate::nway_family(plants, &params.matching),
+    });
     let matched = match params.scale {
         BlendScale::Chain => matched,
         BlendScale::GrowthUnit => matched.map(Family::by_units),

@@ -221,7 +221,7 @@ impl Studio {
     fn family(&self, of: &[usize]) -> Result<Arc<(Family, Habits)>, Vec<Diagnostic>> {
         kept(&self.families, of, || {
             let plants = of.iter().map(|&s| self.prepared.wardrobe.plants[s].clone()).collect();
-            let family = relate::nway_family(plants, &MATCHING)
+            let family = Family::at_one_size(plants, |plants| relate::nway_family(plants, &MATCHING))
                 .map_err(|error| vec![Diagnostic::new("", format!("these sources can't be blended: {error}"))])?;
             let habits = Habits::of(&family, &FilterParams::CLEARED);
             Ok((family, habits))

@@ -255,6 +255,18 @@ impl Plant {
         self
     }
 
+    /// The same plant, its wood `factor` times as large; leaves keep their size, as those of saplings do.
+    #[must_use]
+    pub(crate) fn scaled(mut self, factor: f32) -> Self {
+        if factor != 1.0 {
+            self.chains.iter_mut().for_each(|chain| chain.origin *= factor);
+            self.points.iter_mut().for_each(|point| *point *= factor);
+            self.radii.iter_mut().for_each(|radius| *radius *= factor);
+            self.leaves.iter_mut().for_each(|leaf| leaf.offset *= factor);
+        }
+        self
+    }
+
     /// The same plant with other radii, one a point.
     #[must_use]
     pub(crate) fn with_radii(mut self, radii: Vec<f32>) -> Self {

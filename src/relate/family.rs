@@ -17,6 +17,7 @@ use super::alignment::alignment;
 use super::elastic::Elastic;
 use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
+use super::size::Sizes;
 use super::topology_tree::branching_vector;
 use super::units::Units;
 use crate::base::{Rotation, Seed, math};
@@ -132,6 +133,7 @@ pub(super) struct LeafSite {
 /// N plants in correspondence. See the head of this file.
 #[derive(Clone, Debug)]
 pub struct Family {
+    /// The sources, brought to one size where [`Family::at_one_size`] says so.
     pub(super) plants: Vec<Plant>,
     /// Arc-length parameters of all points of each source.
     pub(super) parameters: Vec<Vec<f64>>,
@@ -160,6 +162,8 @@ pub struct Family {
     pub(super) primary: Vec<Vec<u32>>,
     /// In order of source and leaf.
     pub(super) leaf_sites: Vec<LeafSite>,
+    /// The sources' own sizes, where `plants` were brought to one.
+    pub(super) sizes: Option<Sizes>,
 }
 
 impl Family {
@@ -198,6 +202,7 @@ impl Family {
             units: None,
             elastic: None,
             leaf_sites: leaf_sites(&plants, kins),
+            sizes: None,
             plants,
             parameters,
             parents,
@@ -214,7 +219,7 @@ impl Family {
     /// The sources.
     #[must_use]
     pub fn sources(&self) -> &[Plant] {
-        &self.plants
+        self.sizes.as_ref().map_or(&self.plants, |sizes| &sizes.sources)
     }
 
     /// How many kins.

@@ -174,7 +174,7 @@ impl<'f> Blender<'f> {
             self.apply_rule();
             self.fit_to_parents();
         }
-        *plant = self.assemble(std::mem::take(plant));
+        *plant = self.assemble(std::mem::take(plant)).scaled(self.size());
     }
 
     /// The kin of each chain of the tree made last.

@@ -21,6 +21,7 @@ mod pruned;
 pub(crate) mod random_plant;
 mod resample;
 mod rule;
+mod size;
 #[cfg(test)]
 mod tests;
 mod topology_tree;

@@ -38,19 +38,9 @@ pub(super) fn read(bytes: &[u8], file: &str, params: &ImportParams) -> Result<Im
     Ok(Imported { plant, format: Format::Dump, art: Art::default(), notes })
 }
 
-/// The plant's wood, `factor` times as large; none where that leaves the range of numbers.
+/// The plant `factor` times as large; none where that leaves the range of numbers.
 fn scaled(plant: &Plant, factor: f32) -> Option<Plant> {
-    let mut builder = PlantBuilder::new();
-    for id in plant.chain_ids() {
-        let chain = plant.chain(id);
-        let points: Vec<_> = plant.points(id).iter().map(|&p| p * factor).collect();
-        let radii: Vec<_> = plant.radii(id).iter().map(|&r| r * factor).collect();
-        match chain.parent {
-            None => builder.stem(chain.origin * factor, &points, &radii),
-            Some(parent) => builder.branch(parent, chain.location, &points, &radii),
-        };
-    }
-    builder.finish().ok()
+    PlantBuilder::from_plant(plant.clone().scaled(factor)).finish().ok()
 }
 
 #[cfg(test)]
