@@ -19,8 +19,8 @@ use crate::preset::{self, Plan};
 use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 10);
-const GRAPH: Stage = Stage("graph", 2);
+const GROW: Stage = Stage("grow", 11);
+const GRAPH: Stage = Stage("graph", 3);
 const IMPORT: Stage = Stage("import", 17);
 const LIKE: Stage = Stage("like", 12);
 const PICTURES: Stage = Stage("pictures", 9);

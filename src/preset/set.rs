@@ -477,7 +477,6 @@ fn grow(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowPar
     let around = around(fields);
     let mut params = params?;
     params.space = GrowSpace { beside: beside?, ..around.given(params.space) };
-    in_reach(fields, "beside", &params);
     Some(params)
 }
 
@@ -493,7 +492,6 @@ fn stand(fields: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Option<GrowPa
         tree.at = [tree.at[0] - first.at[0], tree.at[1] - first.at[1]];
     }
     params.space = GrowSpace { beside: trees, company: Company::Kept, ..around.given(params.space) };
-    in_reach(fields, "trees", &params);
     Some(params)
 }
 
@@ -550,21 +548,6 @@ fn around(fields: &Reader<'_, '_>) -> Around {
         light: fields.group("light", surroundings::light).unwrap_or_default(),
         obstacles: obstacles.iter().filter_map(|item| fields.kind(&OBSTACLE, item, surroundings::obstacle)).collect(),
         clearance: fields.number("clearance"),
-    }
-}
-
-/// Trees in company are near enough, and near enough in size, to share a graph.
-fn in_reach(fields: &Reader<'_, '_>, name: &str, params: &GrowParams) {
-    for beside in &params.space.beside {
-        let (height, far) = (params.height, beside.at[0].abs().max(beside.at[1].abs()));
-        if far > 4.0 * height {
-            let message = format!("a tree stands {far} m from the first, which is {height} m tall");
-            fields.fault(name, message, "at most four heights of the first; farther ones don't touch it");
-        }
-        if !(height * 0.1..=height * 10.0).contains(&beside.params.height) {
-            let message = format!("a tree is {} m tall, the first {height} m", beside.params.height);
-            fields.fault(name, message, "within a factor of ten of each other");
-        }
     }
 }
 

@@ -49,11 +49,3 @@ fn a_stand_keeps_its_trees_around_the_first() {
     assert_eq!(params.space.company, Company::Kept);
     assert_eq!((params.space.beside[0].at, params.space.beside[0].params.seed), ([3.0, -2.0], 2));
 }
-
-#[test]
-fn a_neighbour_out_of_reach_is_an_error_that_says_so() {
-    let text = "(sources: { \"a\": Grow(species: \"species/oak.ron\", \
-                beside: [(species: \"species/oak.ron\", x: 900.0)]) }, variants: [Source(\"a\")])";
-    let errors = load_with_oak(text).expect_err("it is too far");
-    assert!(errors.iter().any(|e| e.message.contains("stands 900 m from the first")), "{errors:?}");
-}

@@ -34,7 +34,7 @@ pub fn detail(params: &GrowParams, solids: &Solids, seed: Seed) -> Result<Detail
     checked(params, solids)?;
     let graph = Graph::new(&GraphParams::of(params, solids)?, &ObstacleMeshes::new())?;
     let mut trees = [Tree::new(params, 1.0, seed.child("grow").at(params.seed))];
-    let ways = growth::grow_all(&graph, &mut trees, &params.space, solids);
+    let ways = growth::grow_all(graph.own(), &mut trees, &[], &params.space, solids);
     let Ways { places, parents, .. } = &ways[0];
     let count = places.len();
     let mut hops = vec![0_u32; count];

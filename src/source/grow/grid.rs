@@ -72,7 +72,7 @@ pub(super) struct Grid {
 impl Grid {
     /// Sorts points by cell: the grid, and the order in which the points must be put. Linear.
     pub(super) fn sort(points: &[Vec3], edge: f32) -> (Self, Vec<u32>) {
-        let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut low, mut high) = points.first().map_or((Vec3::ZERO, Vec3::ZERO), |&first| (first, first));
         for &p in points {
             (low, high) = (low.min(p), high.max(p));
         }

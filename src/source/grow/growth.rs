@@ -15,7 +15,7 @@ use super::endpoints;
 use super::paths::{Party, PathSource, Paths};
 use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
-use super::space::{Graph, GraphParams, ObstacleMeshes, Space};
+use super::space::{Graph, GraphParams, ObstacleMeshes, Patch, Space};
 use super::structure::Structure;
 use crate::base::Seed;
 use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
@@ -82,9 +82,15 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Grows all plants on a graph, the first of which stands at the origin; gives back the ways of their branches.
-pub(super) fn grow_all(graph: &Graph, trees: &mut [Tree<'_>], space: &GrowSpace, solids: &Solids) -> Vec<Ways> {
-    let views = run(graph, trees, space.light, solids);
+/// Grows all plants of a patch, but not where its nodes are `taken`; gives back the ways of their branches.
+pub(super) fn grow_all(
+    patch: &Patch,
+    trees: &mut [Tree<'_>],
+    taken: &[bool],
+    space: &GrowSpace,
+    solids: &Solids,
+) -> Vec<Ways> {
+    let views = run(patch, trees, taken, space.light, solids);
     let detail = space.detail;
     if detail < FINER {
         return trees.iter().zip(&views).map(|(tree, view)| Ways::of(&tree.structure, &view.nodes)).collect();
@@ -104,7 +110,7 @@ pub(super) fn grow_all(graph: &Graph, trees: &mut [Tree<'_>], space: &GrowSpace,
             light,
         })
         .collect();
-    refined(graph, &plants, detail)
+    refined(patch, &plants, detail)
 }
 
 /// How high a plant reaches alone in a region of height 1, on a coarse graph.
@@ -116,21 +122,26 @@ pub(super) fn height_alone(params: &GrowParams, solids: &Solids) -> f32 {
     };
     let Ok(graph) = Graph::new(&GraphParams::with_heights(&alone, &[1.0]), &ObstacleMeshes::new()) else { return 1.0 };
     let mut trees = [Tree::new(&alone, 1.0, Seed::new(1))];
-    run(&graph, &mut trees, Light::default(), solids);
-    let top = trees[0].structure.members.iter().fold(0.0_f32, |top, m| top.max(graph.space().nodes.at(m.node).y));
+    let patch = graph.own();
+    run(patch, &mut trees, &[], Light::default(), solids);
+    let top = trees[0].structure.members.iter().fold(0.0_f32, |top, m| top.max(patch.space.nodes.at(m.node).y));
     if top > 0.05 { top } else { 1.0 }
 }
 
 /// Takes all iterations from the root on; gives back the space as each plant sees it.
-fn run<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], light: Light, solids: &Solids) -> Vec<Cow<'g, Space>> {
-    let space = graph.space();
-    let views: Vec<Cow<'g, Space>> = trees
-        .iter()
-        .enumerate()
-        .map(
-            |(i, t)| if i == 0 { Cow::Borrowed(space) } else { Cow::Owned(space.seen_from(graph.roots()[i], t.share)) },
-        )
-        .collect();
+fn run<'g>(
+    patch: &'g Patch,
+    trees: &mut [Tree<'_>],
+    taken: &[bool],
+    light: Light,
+    solids: &Solids,
+) -> Vec<Cow<'g, Space>> {
+    let space = &patch.space;
+    let view = |(tree, &root): (&Tree<'_>, &u32)| {
+        let own = root == space.nodes.root && space.nodes.at(root) == Vec3::ZERO;
+        if own { Cow::Borrowed(space) } else { Cow::Owned(space.seen_from(root, tree.share)) }
+    };
+    let views: Vec<Cow<'g, Space>> = trees.iter().zip(&patch.roots).map(view).collect();
     for (tree, view) in trees.iter_mut().zip(&views) {
         tree.structure = Structure::new(&view.nodes);
         tree.notes.clear();
@@ -138,7 +149,7 @@ fn run<'g>(graph: &'g Graph, trees: &mut [Tree<'_>], light: Light, solids: &Soli
     }
     let iterations = trees.iter().map(|t| t.params.iterations.len()).max().unwrap_or(0);
     for i in 0..iterations {
-        pass(trees, &views, i, light, solids);
+        pass(trees, &views, taken, i, light, solids);
     }
     for tree in trees {
         tree.notes.extend(short_of_places(&tree.short));
@@ -161,7 +172,7 @@ pub(super) fn extend(
     let mut tree = Tree::new(&params, 1.0, seed);
     tree.structure = structure.clone();
     let mut trees = [tree];
-    pass(&mut trees, &[Cow::Borrowed(space)], 0, Light::default(), solids);
+    pass(&mut trees, &[Cow::Borrowed(space)], &[], 0, Light::default(), solids);
     let [tree] = trees;
     *structure = tree.structure;
     tree.notes.into_iter().chain(short_of_places(&tree.short)).for_each(note);
@@ -180,18 +191,19 @@ struct Wish<'a> {
     seed: Seed,
 }
 
-/// One iteration of all plants.
-fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light, solids: &Solids) {
+/// One iteration of all plants; nodes that are `taken` belong to none, where there are such.
+fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usize, light: Light, solids: &Solids) {
     let direction = Vec3::from(light.direction).normalize_or(Vec3::Y);
     let held = |trees: &[Tree<'_>], own: usize, node: u32| {
-        trees.iter().enumerate().any(|(other, tree)| other != own && tree.structure.holds(node))
+        taken.get(node as usize).is_some_and(|taken| *taken)
+            || trees.iter().enumerate().any(|(other, tree)| other != own && tree.structure.holds(node))
     };
     let mut wishes = Vec::with_capacity(trees.len());
     for t in 0..trees.len() {
         let (params, view) = (trees[t].params, &*views[t]);
         let seed = trees[t].seed_of(i);
         let Some(iteration) = params.iterations.get(i) else {
-            let sources = closed(&trees[t].structure);
+            let sources = trees[t].structure.members.iter().map(|m| closed(m.node)).collect();
             wishes.push(Wish {
                 iteration: None,
                 rule: EndpointRule::Any,
@@ -229,7 +241,8 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
         wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed });
     }
     let straight = Guide::Constant { alpha: 0.0 };
-    let parties: Vec<Party<'_>> = wishes
+    let others: Vec<PathSource> = (0..).zip(taken).filter(|(_, taken)| **taken).map(|(node, _)| closed(node)).collect();
+    let mut parties: Vec<Party<'_>> = wishes
         .iter()
         .zip(views)
         .map(|(wish, view)| Party {
@@ -240,6 +253,11 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], i: usize, light: Light
             seed: wish.seed,
         })
         .collect();
+    if !others.is_empty() {
+        // The plants' own nodes come first, wherever others stand.
+        let nodes = &views[0].nodes;
+        parties.insert(0, Party { nodes, sources: &others, guide: &straight, light: Vec3::ZERO, seed: Seed::new(0) });
+    }
     let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
     if targets.is_empty() {
         trees.iter_mut().for_each(|tree| tree.structure.passes += 1);
@@ -293,10 +311,9 @@ fn confined(wishes: &[Wish<'_>]) -> Option<Vec<bool>> {
     all
 }
 
-/// A structure that takes part in no pass but stands in the way.
-fn closed(structure: &Structure) -> Vec<PathSource> {
-    let source = |node| PathSource { node, vector: Vec3::Y, lean: 0.0, closed: true };
-    structure.members.iter().map(|m| source(m.node)).collect()
+/// A node that takes part in no pass but stands in the way.
+const fn closed(node: u32) -> PathSource {
+    PathSource { node, vector: Vec3::Y, lean: 0.0, closed: true }
 }
 
 /// How light bends vectors at a hop.

@@ -12,6 +12,7 @@
 //! stage's. Time is `n log n` in nodes; memory about 52 bytes a node for a graph and 46 for a pass over it.
 
 mod check;
+mod company;
 mod detail;
 mod endpoints;
 mod field;
@@ -51,17 +52,19 @@ use space::Space;
 
 use std::collections::BTreeSet;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
+use company::Grown;
 pub use detail::{Detail, detail};
 use growth::Tree;
 pub use obstacle::{Obstacles, obstacle_triangles};
 pub use overlap::{Mended, crossings, mend_overlaps, overlaps};
 pub use solid::{ShapeFile, ShapeReading, Solid, SolidError, Solids};
+use space::Patch;
 pub use space::{Graph, GraphParams, ObstacleMeshes};
 
 use crate::base::{Seed, counted};
-use crate::plant::{Plant, PlantBuilder, PlantError};
+use crate::plant::{Plant, PlantBuilder, PlantError, Skeleton};
 use crate::preset::plan::{Company, Endpoints, GrowParams, Obstacle};
 
 /// Why nothing could be grown.
@@ -116,9 +119,8 @@ pub enum GrowError {
     Plant(#[from] PlantError),
 }
 
-/// Share of its height below which a plant among others has not grown, and how many of such are named.
+/// Share of its height below which a plant among others has not grown.
 const STUNTED: f32 = 0.35;
-const TOLD: usize = 8;
 /// Share of a plant's branches whose loss is told with what helps.
 const MUCH: f32 = 0.4;
 
@@ -175,118 +177,120 @@ pub fn grow_on(
     if *graph.params() != GraphParams::with_heights(params, &tops) {
         return Err(GrowError::OtherGraph);
     }
-    let first = params.height / tops[0];
-    let seed = seed.child("grow").at(params.seed);
-    let beside = params.space.beside.iter().zip(&tops[1..]).enumerate().map(|(i, (beside, top))| {
-        let seed = seed.child("beside").at(i as u64).at(beside.params.seed);
-        Tree::new(&beside.params, beside.params.height / top / first, seed)
-    });
-    let mut trees: Vec<Tree<'_>> = std::iter::once(Tree::new(params, 1.0, seed)).chain(beside).collect();
-    let ways = growth::grow_all(graph, &mut trees, &params.space, solids);
-
+    let kept = params.space.company == Company::Kept;
     let bound = !params.space.beside.is_empty() || !params.space.obstacles.is_empty();
-    let mut notes = Vec::new();
-    let mut plants: Vec<Plant> = Vec::new();
-    let mut stunted: Vec<usize> = Vec::new();
-    for (i, tree) in trees.iter().enumerate() {
-        if i > 0 && params.space.company == Company::LeftOut {
+    let mut grown: Vec<Option<Grown>> = tops.iter().map(|_| None).collect();
+    let mut notes: Vec<Vec<String>> = vec![Vec::new(); tops.len()];
+    let mut stunted: Vec<(usize, f32)> = Vec::new();
+    // How long a patch's unit is, metres.
+    let unit = |patch: &Patch| company::member(params, patch.plants[0]).height / tops[patch.plants[0]];
+    for patch in graph.patches() {
+        if !kept && grown[0].is_some() {
+            // Nobody that comes later is in the first one's way.
             break;
         }
-        let named = |note: String| if i == 0 { note } else { format!("plant {}: {note}", i + 1) };
-        // A plant that shares its space keeps the scale that neighbours and obstacles have.
-        let scale = bound.then(|| tree.params.height / tops[i]);
-        let (region, foot, share) = (graph.region(), graph.space().nodes.at(graph.roots()[i]), tree.share());
-        let barred = |a: Vec3, b: Vec3| region.obstacles().bar(a * share + foot, b * share + foot);
-        let Some(mut skeleton) = skeleton::skeleton(&ways[i], tree.params, scale, &barred) else {
-            if i == 0 {
-                return Err(match nearest(params, 0) {
-                    Some((nearest, away)) => {
-                        let hop = graph.space().nodes.hop() * first;
-                        GrowError::Crowded { number: 1, of: trees.len(), nearest: nearest + 1, away, hop }
-                    }
-                    None => GrowError::Nothing,
-                });
-            }
-            stunted.push(i + 1);
-            continue;
-        };
-        let top = skeleton.nodes.iter().fold(0.0_f32, |top, node| top.max(node.position.y));
-        if trees.len() > 1 && top < tree.params.height * STUNTED {
-            stunted.push(i + 1);
-        } else {
-            notes.extend(tree.notes.iter().cloned().map(named));
-        }
-        if i > 0 {
-            let [x, z] = params.space.beside[i - 1].at;
-            skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
-        }
-        let plant = radii::with_radii(&skeleton.into_plant()?, tree.params);
-        let (slenderness, all) = (tree.params.slenderness, plant.chains().len());
-        let (plant, slim) =
-            if bound { shed::shed_in_place(&plant, slenderness) } else { shed::shed(&plant, slenderness) };
-        if slim > 0 {
-            let lost = 1.0 - plant.chains().len() as f32 / all as f32;
-            // Most of a crown is no blemish that was mended, but a species that asks for what it forbids.
-            let much = if lost > MUCH {
-                format!(", and with them {:.0} % of all branches; raise `slenderness` or `tip_radius`", lost * 100.0)
-            } else {
-                String::new()
+        let unit = unit(patch);
+        let hop = patch.space.nodes.hop() * unit;
+        let mut trees: Vec<Tree<'_>> = patch.plants.iter().map(|&i| tree(params, &tops, i, unit, seed)).collect();
+        let earlier = || grown.iter().flatten();
+        let taken = if earlier().next().is_some() { company::taken(&patch.space, unit, earlier()) } else { Vec::new() };
+        let ways = growth::grow_all(patch, &mut trees, &taken, &params.space, solids);
+        for (place, &i) in patch.plants.iter().enumerate() {
+            let (tree, foot) = (&trees[place], patch.space.nodes.at(patch.roots[place]));
+            // A plant that shares its space keeps the scale that neighbours and obstacles have.
+            let scale = bound.then(|| tree.params.height / tops[i]);
+            let share = tree.share();
+            let barred = |a: Vec3, b: Vec3| patch.region.obstacles().bar(a * share + foot, b * share + foot);
+            let Some(skeleton) = skeleton::skeleton(&ways[place], tree.params, scale, &barred) else {
+                if i == 0 {
+                    return Err(match company::nearest(params, 0) {
+                        Some((nearest, away)) => {
+                            GrowError::Crowded { number: 1, of: tops.len(), nearest: nearest + 1, away, hop }
+                        }
+                        None => GrowError::Nothing,
+                    });
+                }
+                stunted.push((i, hop));
+                continue;
             };
-            notes.push(named(format!(
-                "{} longer than {slenderness} times the radius shed{much}",
-                counted(slim, "branch", "branches")
-            )));
+            let top = skeleton.nodes.iter().fold(0.0_f32, |top, node| top.max(node.position.y));
+            let low = tops.len() > 1 && top < tree.params.height * STUNTED;
+            if low {
+                stunted.push((i, hop));
+            }
+            // A tuft at another's foot is no tree. The one that was asked for stays.
+            if !low || i == 0 {
+                let plant;
+                (plant, notes[i]) = finished(skeleton, tree.params, company::stands(params, i), bound)?;
+                if !low {
+                    notes[i].splice(0..0, tree.notes.iter().cloned());
+                }
+                grown[i] = Some(Grown { plant, hop });
+            }
         }
-        plants.push(plant);
     }
-    if !stunted.is_empty() {
-        notes.insert(0, crowded(params, &stunted, graph.space().nodes.hop() * first));
+    let mut told: Vec<String> = Vec::new();
+    stunted.sort_by_key(|(i, _)| *i);
+    stunted.retain(|(i, _)| kept || *i == 0);
+    if let Some(&(first, hop)) = stunted.first() {
+        let numbers: Vec<usize> = stunted.iter().map(|(i, _)| *i).collect();
+        told.push(company::crowded(params, &numbers, hop, first > 0));
     }
-    let plant = joined(plants)?;
-    // Obstacles stand in heights of the first plant.
-    let obstacles = graph.region().obstacles();
+    let plants = grown.into_iter().enumerate().filter(|(i, _)| kept || *i == 0);
+    for (i, plant_notes) in notes.into_iter().enumerate().filter(|(i, _)| kept || *i == 0) {
+        let named = |note: String| if i == 0 { note } else { format!("plant {}: {note}", i + 1) };
+        told.extend(plant_notes.into_iter().map(named));
+    }
+    let plant = joined(plants.filter_map(|(_, grown)| Some(grown?.plant)).collect())?;
+    let (obstacles, first) = (graph.own().region.obstacles(), unit(graph.own()));
     let barred = |a: Vec3, b: Vec3| obstacles.bar(a / first, b / first);
     let among: Option<&dyn Fn(Vec3, Vec3) -> bool> = if obstacles.is_empty() { None } else { Some(&barred) };
     let (mended, overlap, heights) = overlap::mend_among(&plant, among);
     // The highest twig may be among what was moved or dropped.
     let plant = if bound || overlap.found == 0 { mended } else { shed::as_high_as(heights, mended) };
-    notes.extend(told(overlap));
-    Ok((plant, notes))
+    told.extend(mended_notes(overlap));
+    Ok((plant, told))
 }
 
-/// Where a plant of several stands, metres from the first.
-fn stands(params: &GrowParams, i: usize) -> [f32; 2] {
-    i.checked_sub(1).and_then(|i| params.space.beside.get(i)).map_or([0.0; 2], |beside| beside.at)
-}
-
-/// The plant that stands nearest to one of several, and how far away; none where it stands alone.
-fn nearest(params: &GrowParams, i: usize) -> Option<(usize, f32)> {
-    let away = |j: usize| Vec2::from(stands(params, i)).distance(Vec2::from(stands(params, j)));
-    let others = (0..=params.space.beside.len()).filter(|j| *j != i).map(|j| (j, away(j)));
-    others.min_by(|a, b| a.1.total_cmp(&b.1))
-}
-
-/// Which plants found no room, by number from 1 and place, and what helps.
-fn crowded(params: &GrowParams, stunted: &[usize], hop: f32) -> String {
-    let (many, all) = (stunted.len(), params.space.beside.len() + 1);
-    let one = |&number: &usize| {
-        let [x, z] = stands(params, number - 1);
-        let from = nearest(params, number - 1);
-        let from = from.map_or_else(String::new, |(other, away)| format!(", {away:.2} m from number {}", other + 1));
-        format!("number {number} of {:.1} m at ({x}, {z}){from}", height(params, number - 1))
+/// A plant of several that is yet to grow, in a patch whose unit is that long, metres.
+fn tree<'a>(params: &'a GrowParams, tops: &[f32], i: usize, unit: f32, seed: Seed) -> Tree<'a> {
+    let own = company::member(params, i);
+    let seed = seed.child("grow").at(params.seed);
+    let seed = match i.checked_sub(1) {
+        None => seed,
+        Some(beside) => seed.child("beside").at(beside as u64).at(own.seed),
     };
-    let told: Vec<String> = stunted.iter().take(TOLD).map(one).collect();
-    let more = if many > TOLD { format!("; and {} more", many - TOLD) } else { String::new() };
-    format!(
-        "{many} of {all} plants found no room to grow: {}{more}; the ways that wood may take are {hop:.2} m apart: move \
-         them farther apart or away from obstacles, or raise their species' `nodes`, which brings ways closer together",
-        told.join("; ")
-    )
+    Tree::new(own, own.height / tops[i] / unit, seed)
 }
 
-/// How tall a plant of several is to be, metres.
-fn height(params: &GrowParams, i: usize) -> f32 {
-    i.checked_sub(1).and_then(|i| params.space.beside.get(i)).map_or(params.height, |beside| beside.params.height)
+/// A plant with its radii, without branches that are too slim, where it stands; and what is to be told of it.
+fn finished(
+    mut skeleton: Skeleton,
+    params: &GrowParams,
+    [x, z]: [f32; 2],
+    bound: bool,
+) -> Result<(Plant, Vec<String>), GrowError> {
+    if x != 0.0 || z != 0.0 {
+        skeleton.nodes.iter_mut().for_each(|n| n.position += Vec3::new(x, 0.0, z));
+    }
+    let plant = radii::with_radii(&skeleton.into_plant()?, params);
+    let (slenderness, all) = (params.slenderness, plant.chains().len());
+    let (plant, slim) = if bound { shed::shed_in_place(&plant, slenderness) } else { shed::shed(&plant, slenderness) };
+    let mut notes = Vec::new();
+    if slim > 0 {
+        let lost = 1.0 - plant.chains().len() as f32 / all as f32;
+        // Most of a crown is no blemish that was mended, but a species that asks for what it forbids.
+        let much = if lost > MUCH {
+            format!(", and with them {:.0} % of all branches; raise `slenderness` or `tip_radius`", lost * 100.0)
+        } else {
+            String::new()
+        };
+        notes.push(format!(
+            "{} longer than {slenderness} times the radius shed{much}",
+            counted(slim, "branch", "branches")
+        ));
+    }
+    Ok((plant, notes))
 }
 
 /// The files whose shapes a species and its neighbours need, in order and each once.
@@ -320,7 +324,7 @@ fn checked(params: &GrowParams, solids: &Solids) -> Result<(), GrowError> {
 }
 
 /// What was done about branches that grow into each other.
-fn told(Mended { found, dropped, left }: Mended) -> Vec<String> {
+fn mended_notes(Mended { found, dropped, left }: Mended) -> Vec<String> {
     let moved = found.saturating_sub(dropped + left);
     let what = |count: usize, done: &str| {
         let (branches, others) = if count == 1 { ("branch", "another") } else { ("branches", "others") };

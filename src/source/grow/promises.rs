@@ -197,6 +197,44 @@ fn trees_of_a_stand_share_the_space_without_touching() {
 }
 
 #[test]
+fn a_shrub_in_company_of_a_tree_is_as_whole_as_alone() {
+    let shrub = |seed: u64| GrowParams { seed, height: 1.0, ..small(1.0) };
+    let alone = grown(&shrub(3)).chains().len();
+    // Beneath its crown, and far from it; the tree first, and the shrub.
+    let near = |first: GrowParams, second: GrowParams, x: f32| {
+        let mut params = first;
+        params.space.beside = vec![Beside { params: second, at: [x, 0.3] }];
+        params.space.company = Company::Kept;
+        let (stand, notes) = grow(&params, Seed::new(7)).unwrap();
+        let second = stand.chain_ids().filter(|&id| stand.chain(id).parent.is_none()).nth(1).unwrap();
+        let posed = stand.pose();
+        let (own, others) = posed.positions().split_at(stand.span(second).start);
+        let apart = own.iter().flat_map(|p| others.iter().map(|q| p.distance(*q))).fold(f32::MAX, f32::min);
+        let bounds = |all: &[Vec3]| all.iter().fold(0.0_f32, |top, p| top.max(p.y));
+        (second.index(), stand.chains().len() - second.index(), apart, [bounds(own), bounds(others)], notes)
+    };
+    for x in [1.6, 30.0] {
+        let (tree, shrubs, apart, [high, low], notes) = near(small(1.0), shrub(3), x);
+        assert!(tree > 20 && shrubs * 3 > alone * 2, "{x}: {shrubs} of {alone}: {notes:?}");
+        assert!(apart > 0.02 && (7.0..9.0).contains(&high) && (0.8..1.2).contains(&low), "{x}: {apart} {high} {low}");
+        let (shrubs, tree, apart, [low, high], notes) = near(shrub(3), small(1.0), x);
+        assert!(tree > 20 && shrubs * 3 > alone * 2, "{x}: {shrubs} of {alone}: {notes:?}");
+        assert!(apart > 0.02 && (7.0..9.0).contains(&high) && (0.8..1.2).contains(&low), "{x}: {apart} {high} {low}");
+    }
+    // Trees of unlike heights whose crowns meet keep to themselves, whoever is higher.
+    for [first, second] in [[8.0, 3.0], [3.0, 8.0]] {
+        let of = |height: f32, seed: u64| GrowParams { seed, height, ..small(1.0) };
+        let (_, _, apart, ..) = near(of(first, 1), of(second, 2), 1.5);
+        assert!(apart > 0.02, "{first} and {second}: {apart}");
+    }
+    // What is left out takes room all the same.
+    let mut params = shrub(3);
+    params.space.beside = vec![Beside { params: small(1.0), at: [1.2, 0.0] }];
+    let beside = grown(&params);
+    assert!(beside.chains().iter().filter(|chain| chain.parent.is_none()).count() == 1 && beside != grown(&shrub(3)));
+}
+
+#[test]
 fn nothing_grows_through_obstacles() {
     let (low, high) = ([0.6, 0.0, -4.0], [0.9, 9.0, 4.0]);
     for (detail, mesh) in [(1.0, false), (2.0, false), (1.0, true)] {
@@ -268,7 +306,7 @@ fn extremes_of_the_surroundings_end_in_a_plant_or_an_error() {
         match grow(&params, Seed::new(1)) {
             Ok((plant, _)) => assert!(plant.height() > 0.0, "change {i}"),
             Err(GrowError::OutOfRange { field, .. }) => assert!(!field.is_empty()),
-            Err(GrowError::Nothing) => assert!(i >= 4, "change {i}"),
+            Err(GrowError::Nothing | GrowError::Crowded { .. }) => assert!(i >= 4, "change {i}"),
             Err(other) => panic!("change {i}: {other}"),
         }
     }

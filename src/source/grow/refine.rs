@@ -24,7 +24,7 @@ use super::guide;
 use super::nodes::Nodes;
 use super::paths::{State, Stepping, Turning, weight};
 use super::region::Region;
-use super::space::Graph;
+use super::space::Patch;
 use super::structure::Structure;
 use super::tile::{Layer, tile};
 use super::way::{self, Entry, Spot};
@@ -98,12 +98,12 @@ struct Course {
 }
 
 /// The axes of plants that share a graph, `detail` times finer than its edges; in each plant's own lengths.
-pub(super) fn refined(graph: &Graph, plants: &[Planned<'_>], detail: f32) -> Vec<Ways> {
-    let nodes = &graph.space().nodes;
+pub(super) fn refined(graph: &Patch, plants: &[Planned<'_>], detail: f32) -> Vec<Ways> {
+    let nodes = &graph.space.nodes;
     let runs = runs(plants);
     let disc = nodes.disc / detail * CLOSER;
     let spots = spots(graph, plants, &runs, disc);
-    let scale = Scale { disc, hop: nodes.hop(), region: graph.region(), nodes };
+    let scale = Scale { disc, hop: nodes.hop(), region: &graph.region, nodes };
     let mut courses: Vec<Course> = vec![Course::default(); runs.len()];
     let last = runs.iter().map(|run| run.generation).max().unwrap_or(0);
     let mut generations: Vec<Vec<u32>> = vec![Vec::new(); last as usize + 1];
@@ -159,8 +159,8 @@ struct Segment {
 }
 
 /// The finer nodes of each run, by the run's segments, the graph's own among them.
-fn spots(graph: &Graph, plants: &[Planned<'_>], runs: &[Run<'_>], disc: f32) -> Vec<Vec<Spot>> {
-    let nodes = &graph.space().nodes;
+fn spots(graph: &Patch, plants: &[Planned<'_>], runs: &[Run<'_>], disc: f32) -> Vec<Vec<Spot>> {
+    let nodes = &graph.space.nodes;
     let mut segments = Vec::new();
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for (r, run) in runs.iter().enumerate() {
@@ -205,10 +205,10 @@ fn spots(graph: &Graph, plants: &[Planned<'_>], runs: &[Run<'_>], disc: f32) -> 
         }
         let least = (APART * disc) * (APART * disc);
         let apart = segments[best.1 as usize].ends.iter().all(|end| end.distance_squared(p) >= least);
-        (apart && graph.region().holds(p)).then_some(best.1)
+        (apart && graph.region.holds(p)).then_some(best.1)
     };
     let density = tile().density(disc);
-    let layer = Layer::new(tile().edge(density), graph.seed().child("fine"));
+    let layer = Layer::new(tile().edge(density), graph.seed.child("fine"));
     for (at, i) in layer.points(low, high, owner) {
         let Segment { run, index, .. } = segments[i as usize];
         spots[run as usize].push(Spot { at, segment: index });

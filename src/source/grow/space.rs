@@ -8,13 +8,13 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde::Serialize;
 
-use super::GrowError;
 use super::nodes::Nodes;
 use super::obstacle::Obstacles;
 use super::paths::{Party, PathSource, Paths};
 use super::region::{Column, Region};
 use super::solid::Solids;
 use super::yao::Edges;
+use super::{GrowError, company};
 use crate::base::Seed;
 use crate::preset::plan::{GrowParams, Guide, Obstacle};
 
@@ -60,18 +60,25 @@ impl Space {
 /// What a graph is made from; equal parameters make equal graphs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GraphParams {
-    /// Nodes, about.
-    nodes: u32,
     /// Address of all randomness.
     seed: u64,
-    /// Foot along x and z, radius and height of each plant's cylinder, in heights of the first; none for one plant.
-    columns: Vec<[f32; 4]>,
-    /// The cylinder of the first plant: its width.
-    width: f32,
+    /// In the order in which their plants grow.
+    patches: Vec<PatchParams>,
     obstacles: Vec<Obstacle>,
-    /// Heights.
+}
+
+/// The part of a graph that some plants of a company share. Its lengths are heights of the first of them, and its origin that of
+/// the first plant of all.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct PatchParams {
+    /// Who grows here, by number from 0.
+    plants: Vec<usize>,
+    /// Nodes, about.
+    nodes: u32,
+    /// Foot along x and z, radius and height of each plant's cylinder.
+    columns: Vec<[f32; 4]>,
     clearance: f32,
-    /// Heights a metre, where there are obstacles; else 0.
+    /// Heights a metre, where there are obstacles or a foot is elsewhere; else 0.
     per_metre: f32,
 }
 
@@ -89,32 +96,36 @@ impl GraphParams {
     /// As [`of`](Self::of), given how high the plants reach in regions of height 1, the first one's first.
     pub(super) fn with_heights(params: &GrowParams, tops: &[f32]) -> Self {
         let space = &params.space;
-        let first = params.height / tops[0];
-        let columns = space.beside.iter().zip(&tops[1..]).map(|(beside, top)| {
-            let share = beside.params.height / top / first;
-            [beside.at[0] / first, beside.at[1] / first, beside.params.width * 0.5 * share, share]
-        });
         let solid = !space.obstacles.is_empty();
+        let patch = |plants: Vec<usize>| {
+            let first = company::member(params, plants[0]);
+            let unit = first.height / tops[plants[0]];
+            let column = |&i: &usize| {
+                let (own, [x, z]) = (company::member(params, i), company::stands(params, i));
+                let share = own.height / tops[i] / unit;
+                [x / unit, z / unit, own.width * 0.5 * share, share]
+            };
+            PatchParams {
+                nodes: first.nodes,
+                columns: plants.iter().map(column).collect(),
+                plants,
+                clearance: if solid { space.clearance / unit } else { 0.0 },
+                per_metre: if solid { 1.0 / unit } else { 0.0 },
+            }
+        };
         Self {
-            nodes: params.nodes,
             seed: space.graph_seed,
-            columns: columns.collect(),
-            width: params.width,
+            patches: company::groups(params, tops).into_iter().map(patch).collect(),
             obstacles: space.obstacles.clone(),
-            clearance: if solid { space.clearance / first } else { 0.0 },
-            per_metre: if solid { 1.0 / first } else { 0.0 },
         }
     }
+}
 
-    fn region(&self, meshes: &ObstacleMeshes) -> Result<Region, GrowError> {
-        let mut columns = vec![Column { foot: Vec3::ZERO, radius: self.width * 0.5, height: 1.0 }];
-        columns.extend(self.columns.iter().map(|&[x, z, radius, height]| Column {
-            foot: Vec3::new(x, 0.0, z),
-            radius,
-            height,
-        }));
-        let obstacles = Obstacles::scaled(&self.obstacles, self.clearance, self.per_metre, meshes)?;
-        Ok(Region::new(columns, obstacles))
+impl PatchParams {
+    fn region(&self, obstacles: &[Obstacle], meshes: &ObstacleMeshes) -> Result<Region, GrowError> {
+        let column = |&[x, z, radius, height]: &[f32; 4]| Column { foot: Vec3::new(x, 0.0, z), radius, height };
+        let obstacles = Obstacles::scaled(obstacles, self.clearance, self.per_metre, meshes)?;
+        Ok(Region::new(self.columns.iter().map(column).collect(), obstacles))
     }
 }
 
@@ -122,10 +133,20 @@ impl GraphParams {
 #[derive(Clone, Debug)]
 pub struct Graph {
     params: GraphParams,
-    region: Region,
-    space: Space,
-    /// The nodes where the plants stand, the first one's first.
-    roots: Vec<u32>,
+    patches: Vec<Patch>,
+}
+
+/// The part of a graph that some plants share.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    /// Who grows here, by number from 0.
+    pub(super) plants: Vec<usize>,
+    pub(super) region: Region,
+    pub(super) space: Space,
+    /// The nodes where the plants stand, in their order.
+    pub(super) roots: Vec<u32>,
+    /// Address of its randomness.
+    pub(super) seed: Seed,
 }
 
 impl Graph {
@@ -135,11 +156,15 @@ impl Graph {
     ///
     /// When an obstacle's mesh is not in `meshes`, not finite or too large.
     pub fn new(params: &GraphParams, meshes: &ObstacleMeshes) -> Result<Self, GrowError> {
-        let region = params.region(meshes)?;
         let seed = Seed::new(params.seed).child("graph");
-        let (nodes, roots) = Nodes::even(&region, shared(params.nodes, &region), seed);
-        let space = Space::linked(nodes, region.obstacles());
-        Ok(Self { params: params.clone(), region, space, roots })
+        let patch = |of: &PatchParams| {
+            let region = of.region(&params.obstacles, meshes)?;
+            let (nodes, roots) = Nodes::even(&region, shared(of.nodes, &region), seed);
+            let space = Space::linked(nodes, region.obstacles());
+            Ok(Patch { plants: of.plants.clone(), region, space, roots, seed })
+        };
+        let patches = params.patches.iter().map(patch).collect::<Result<_, GrowError>>()?;
+        Ok(Self { params: params.clone(), patches })
     }
 
     /// What it was made from.
@@ -148,46 +173,62 @@ impl Graph {
         &self.params
     }
 
+    /// The parts of it, in the order in which their plants grow.
+    pub(super) fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// The part in which the first plant grows.
+    pub(super) fn own(&self) -> &Patch {
+        self.patches.iter().find(|patch| patch.plants.contains(&0)).unwrap_or(&self.patches[0])
+    }
+
+    /// The nodes and edges among which the first plant grows.
+    pub(super) fn space(&self) -> &Space {
+        &self.own().space
+    }
+
     /// How many nodes it has.
     #[must_use]
     pub fn nodes(&self) -> usize {
-        self.space.nodes.len()
+        self.patches.iter().map(|patch| patch.space.nodes.len()).sum()
     }
 
-    /// How many edges leave its nodes.
+    /// How many edges leave them.
     #[must_use]
     pub fn edges(&self) -> usize {
-        self.space.graph.edges.iter().flatten().filter(|&&target| target != super::yao::NONE).count()
+        let edges = self.patches.iter().flat_map(|patch| patch.space.graph.edges.iter().flatten());
+        edges.filter(|&&target| target != super::yao::NONE).count()
     }
 
     /// Bytes of its arrays.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.space.bytes()
+        self.patches.iter().map(|patch| patch.space.bytes()).sum()
     }
 
-    /// Places of its nodes, in heights of the first plant.
+    /// Places of the nodes among which the first plant grows, in its heights.
     #[must_use]
     pub fn positions(&self) -> &[Vec3] {
-        &self.space.nodes.positions
+        &self.space().nodes.positions
     }
 
-    /// For each node the node that its edge in each octant leads to; `u32::MAX` for none.
+    /// For each of these nodes the one that its edge in each octant leads to; `u32::MAX` for none.
     #[must_use]
     pub fn links(&self) -> &[[u32; 8]] {
-        &self.space.graph.edges
+        &self.space().graph.edges
     }
 
     /// The node at the foot of the first plant.
     #[must_use]
     pub fn root(&self) -> u32 {
-        self.space.nodes.root
+        self.space().nodes.root
     }
 
     /// How far an octant looks for a node, in heights of the first plant.
     #[must_use]
     pub fn reach(&self) -> f32 {
-        self.space.nodes.disc * super::yao::REACH
+        self.space().nodes.disc * super::yao::REACH
     }
 
     /// The least cost of every node from the first plant's root with upright guiding vectors: one whole pass.
@@ -195,27 +236,10 @@ impl Graph {
     pub fn costs_from_root(&self) -> Vec<f32> {
         let sources = [PathSource { node: self.root(), vector: Vec3::Y, lean: 0.0, closed: false }];
         let guide = Guide::Constant { alpha: 0.0 };
-        let (nodes, seed) = (&self.space.nodes, Seed::new(1));
+        let (nodes, seed) = (&self.space().nodes, Seed::new(1));
         let party = Party { nodes, sources: &sources, guide: &guide, light: Vec3::ZERO, seed };
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
-        Paths::find_among(&self.space.graph, &[party], &all, None).into_costs()
-    }
-
-    pub(super) fn space(&self) -> &Space {
-        &self.space
-    }
-
-    pub(super) fn roots(&self) -> &[u32] {
-        &self.roots
-    }
-
-    pub(super) fn region(&self) -> &Region {
-        &self.region
-    }
-
-    /// Address of its randomness.
-    pub(super) fn seed(&self) -> Seed {
-        Seed::new(self.params.seed).child("graph")
+        Paths::find_among(&self.space().graph, &[party], &all, None).into_costs()
     }
 }
 

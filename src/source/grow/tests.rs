@@ -31,7 +31,7 @@ fn point(height: f32) -> Endpoints {
     volume(Volume::Point { height, out: 0.0 }, 1)
 }
 
-fn small() -> GrowParams {
+pub(super) fn small() -> GrowParams {
     let crown = Volume::HalfEllipsoid { bottom: 0.4, top: 0.8, radius: 0.3, hollow: 0.2 };
     GrowParams {
         seed: 1,
@@ -133,7 +133,7 @@ fn another_seed_grows_another_tree() {
 fn structure(params: &GrowParams) -> (Structure, Graph, Ways, Vec<String>) {
     let graph = Graph::new(&GraphParams::of(params, &Solids::new()).unwrap(), &ObstacleMeshes::new()).unwrap();
     let mut trees = [Tree::new(params, 1.0, Seed::new(4))];
-    let ways = grow_all(&graph, &mut trees, &params.space, &Solids::new()).remove(0);
+    let ways = grow_all(graph.own(), &mut trees, &[], &params.space, &Solids::new()).remove(0);
     let [tree] = trees;
     (tree.structure, graph, ways, tree.notes)
 }
