@@ -375,7 +375,13 @@ fn leaves_that_are_too_few_and_sources_that_nothing_is_made_of_are_told() {
     let note = said.lines().find(|line| line.contains("foliage.most")).expect("200 are few");
     assert!(note.contains("1 of 1 tree would") && note.contains("raise `most`"), "{note}");
     let said = told("density: 2, most: 200, size: 0.02", one);
-    assert!(said.contains("as long as asked for (0.020 m)"), "{said}");
+    assert!(said.contains("as long as asked for (0.020 m)") && !said.contains("foliage.size"), "{said}");
+    let said = told("density: 0.3, most: 300, size: 0.2", one);
+    let note = said.lines().find(|line| line.contains("foliage.size")).expect("such twigs are as large as the shrub");
+    assert!(
+        note.contains("pictures of twigs are up to") && note.contains("leave `size` out, or ask for 0.0"),
+        "{note}"
+    );
     let said = told("density: 0.3, most: 20000", two);
     assert!(said.contains("sources[\"b\"]: no variant is made of it"), "{said}");
 }

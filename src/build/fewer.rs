@@ -1,14 +1,19 @@
-//! Leaves that there are fewer of than are wanted, since a preset's `most` allows no more or branches have no room for them:
-//! those that are there are longer for it, which is told where it shows.
+//! Leaves that are larger than their tree bears, which is told where it shows: there are fewer than are wanted, since a preset's `most`
+//! allows no more or branches have no room for them, and those that are there are longer for it; or the preset asks for such.
 
 use super::trees::Tree;
 use super::wardrobe::{Dressing, Wardrobe, picture_span};
 use crate::base::{Note, counted};
 use crate::preset::Plan;
-use crate::preset::plan::Variant;
+use crate::preset::plan::{USUAL_LEAF_SHARE, Variant};
 
 /// How much longer than asked for leaves are told of.
 const LONGER: f32 = 1.35;
+
+/// So much longer they are at least where they would have to be longer yet: a little less than dressing allows, as lengths are spread.
+const MOST_LONGER: f32 = 1.9;
+/// What share of its tree a picture of leaves is at the most that nobody is told of: usual ones are a fifteenth.
+const LARGE: f32 = 1.0 / 3.0;
 
 /// A tree whose leaves are longer than asked for.
 #[derive(Clone, Copy)]
@@ -29,17 +34,44 @@ impl Longer {
             return None;
         }
         let asked = params.leaf_size.min(params.leaf_share * tree.plant.pose().extent());
-        let pictures = first..first.saturating_add(plan.dress.pictures);
-        // Of those that are made: what a source brings is as long as it is.
-        let made = tree.plant.leaves().iter().filter(|leaf| pictures.contains(&leaf.slot));
-        let longest = made.map(|leaf| leaf.size).fold(0.0, f32::max);
+        let longest = longest(plan, first, tree);
         let times = longest / (asked * (1.0 + params.leaf_spread)).max(1e-6);
         let has_most = tree.plant.leaves().len() >= params.most_leaves as usize;
         (times >= LONGER).then_some(Self { times, asked, has_most })
     }
 }
 
-/// One note for all trees of a set that may not have more leaves, and one for those that have no room for more where the
+/// The longest picture on a tree, metres, of those that are made: what a source brings is as long as it is.
+fn longest(plan: &Plan, first: u16, tree: &Tree) -> f32 {
+    let pictures = first..first.saturating_add(plan.dress.pictures);
+    let made = tree.plant.leaves().iter().filter(|leaf| pictures.contains(&leaf.slot));
+    made.map(|leaf| leaf.size).fold(0.0, f32::max)
+}
+
+/// What is told of the tree that the preset's `size` of a leaf is too large for most: a picture shows a twig of many.
+fn large(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Option<Note> {
+    // Left out, the size follows the tree; one that suits no tree has been told of.
+    if plan.dress.leaf_share > 0.0 || plan.notes.iter().any(|note| note.about == "foliage.size") {
+        return None;
+    }
+    let share = |((n, variant), tree): ((i32, &Variant), &Tree)| {
+        let Some(Dressing::Made { first, .. }) = wardrobe.dressing(plan, variant) else { return None };
+        let (long, extent) = (longest(plan, first, tree), tree.plant.pose().extent());
+        (long > extent * LARGE).then_some((long / extent, n, long, extent))
+    };
+    let (_, n, long, extent) =
+        (1..).zip(&plan.variants).zip(trees).filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let fits = extent * USUAL_LEAF_SHARE / picture_span(plan);
+    Some(Note {
+        about: "foliage.size".to_owned(),
+        message: format!(
+            "pictures of twigs are up to {long:.2} m long on number {n}, which reaches {extent:.2} m: leave `size` out, or ask \
+             for {fits:.3}"
+        ),
+    })
+}
+
+/// One note for trees whose leaves the preset wants too large, one for all trees of a set that may not have more leaves, and one for those that have no room for more where the
 /// preset asks for more than usual.
 pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Note> {
     let longer = plan.variants.iter().zip(trees).filter_map(|(v, tree)| Longer::of(plan, wardrobe, v, tree));
@@ -48,7 +80,8 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
         let worst = some.iter().copied().reduce(|a, b| if b.times > a.times { b } else { a })?;
         let (times, asked) = (worst.times, worst.asked / picture_span(plan));
         let trees = counted(trees.len(), "tree", "trees");
-        let longer = format!("so leaves are up to {times:.1} times as long as asked for ({asked:.3} m)");
+        let most = if times >= MOST_LONGER { ", the most they may be, and crowns are thinner" } else { "" };
+        let longer = format!("so leaves are up to {times:.1} times as long as asked for ({asked:.3} m){most}");
         Some(Note { about: about.to_owned(), message: format!("{} of {trees} {why}, {longer}: {help}", some.len()) })
     };
     let why = format!("would have more leaves than `most: {}` allows", plan.dress.most_leaves);
@@ -56,5 +89,5 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
     let why = "would have more leaves than its branches have room for".to_owned();
     let help = "lower `density`, or ask for a larger `size`";
     let full = told(if plan.own_density > 1.0 { &full } else { &[] }, "foliage.density", why, help);
-    cut.into_iter().chain(full).collect()
+    large(plan, wardrobe, trees).into_iter().chain(cut).chain(full).collect()
 }
