@@ -17,7 +17,7 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
-const SKETCH: Stage = Stage("sketch", 12);
+const SKETCH: Stage = Stage("sketch", 13);
 const LADDER: Stage = Stage("ladder", 53);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 47);

@@ -147,9 +147,9 @@ static METRES: Record = Record {
         name: "height",
         kind: Kind::Number { low: 0.01, high: 1000.0, unit: "m" },
         default: Default::Required,
-        about: "of all that is drawn; a crown without a trunk stays at the height where the tree's begins, and the tree is as much \
-                higher. Wood gets as much thicker as the tree gets higher, leaves as much larger as the crown; for leaves \
-                of their own size, give the source that `height`. An open line is placed by it only: the tree stays as large as it is",
+        about: "of all that is drawn: the tree is made as at the size `Crown` and is then as much larger or smaller, its bole, the \
+                thickness of its wood and its leaves, too; for leaves of their own size, give the source that `height`. An \
+                open line is placed by it only: the tree stays as large as it is",
     }],
 };
 

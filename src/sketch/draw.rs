@@ -14,7 +14,7 @@ use super::adapt;
 use super::along::Along;
 use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
-use super::fit::{Fitted, Placing, SketchSize, grown, placed, placed_beside};
+use super::fit::{Fitted, Placing, SketchSize, fitting, placed, placed_beside};
 use super::frame::ViewPlane;
 use super::outline::{hull, replaced, resampled};
 use super::part::Part;
@@ -81,11 +81,10 @@ pub struct Sketched {
     pub(super) told: Vec<Vec3>,
     shares: Vec<f32>,
     along: Along,
-    /// Where a drawn trunk leads the stem, and how much larger the tree gets as a whole.
+    /// Where a drawn trunk leads the stem.
     pub(super) guided: Guided,
-    /// How much thicker wood gets, and how much larger leaves.
-    wood: f32,
-    leaf: f32,
+    /// How many times as large the whole tree gets about its foot, wood and leaves.
+    scale: f32,
     /// What is drawn, in the plane of each view, metres.
     pub targets: Vec<Region>,
     /// For each view the outline of the crown as it was, and what becomes of each of its places.
@@ -103,8 +102,8 @@ impl Sketcher {
         if sketch.front.trunk.area() > 0.0 && self.charts[0].plane.steepness() != 0.0 {
             return Err(SketchError::Raised { what: "a trunk" });
         }
-        let front = self.target(&self.charts[0], sketch.front, sketch.size, None, round)?;
-        let [wood, leaf] = grown(sketch.front, sketch.size, &self.fitted(&self.charts[0], round), round);
+        let (size, scale) = fitting(sketch.front, sketch.size, &self.fitted(&self.charts[0], round), round);
+        let front = self.target(&self.charts[0], sketch.front, size, None, round)?;
         let mut leads = Leads::NONE;
         let mut lead = |drawing: &Drawing, placing: &Placing, chart: &Chart| {
             leads.add(drawing, placing, &chart.plane, chart.plane.seen(self.foot));
@@ -114,13 +113,13 @@ impl Sketcher {
         }
         let mut targets = vec![front];
         if let (Some(chart), Some(side)) = (self.charts.get(1), sketch.side) {
-            let target = self.target(chart, side, sketch.size, Some(targets[0].region.bounds()), false)?;
+            let target = self.target(chart, side, size, Some(targets[0].region.bounds()), false)?;
             if sketch.method == Method::Adaptive {
                 lead(side, &target.placing, chart);
             }
             targets.push(target);
         }
-        let guided = Guided { leads, scale: wood.max(leaf), standing: sketch.method == Method::Adaptive };
+        let guided = Guided { leads, standing: sketch.method == Method::Adaptive };
         let chart = &self.charts[0];
         let adaptive = sketch.method == Method::Adaptive;
         let front = &targets[0];
@@ -142,9 +141,9 @@ impl Sketcher {
             if front.part.is_some() {
                 seen.iter_mut().zip(&chart.seen).zip(&near).for_each(|((is, was), near)| *is = was.lerp(*is, *near));
             }
-            self.fill((chart, leaf), &front.region, &mut seen, &weights, &shares, Freedom::Plane);
+            self.fill(chart, &front.region, &mut seen, &weights, &shares, Freedom::Plane);
         }
-        let depth = self.depth(chart, &front.region, targets.len(), leaf);
+        let depth = self.depth(chart, &front.region, targets.len());
         let mut told: Vec<Vec3> = self
             .handles
             .iter()
@@ -153,7 +152,7 @@ impl Sketcher {
             .zip(&near)
             .map(|(((handle, is), was), near)| {
                 let way = chart.plane.lifted(handle.position, *is - *was) + depth(handle.position) * *near;
-                chart.plane.grounded(handle.position, way, self.floor(leaf))
+                chart.plane.grounded(handle.position, way, self.floor())
             })
             .collect();
         let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &front.region, &near) } else { Vec::new() };
@@ -175,7 +174,7 @@ impl Sketcher {
                 seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
                 let everywhere = vec![1.0; seen.len()];
                 let shares = vec![changed; seen.len()];
-                self.fill((chart, leaf), &side.region, &mut seen, &weights, &shares, Freedom::Level);
+                self.fill(chart, &side.region, &mut seen, &weights, &shares, Freedom::Level);
                 let outside = prune::pruned(self, chart, &vertices, &side.region, &everywhere);
                 wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
             }
@@ -183,11 +182,15 @@ impl Sketcher {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
             }
         }
-        let shift = trimmed((self, &guided, leaf), chart, &front.region, &wilts, &mut told, &shares);
-        let (targets, rings): (Vec<Region>, Vec<Vec<Vec2>>) = targets.into_iter().map(|t| (t.region, t.ring)).unzip();
-        let outlines = self.charts.iter().map(|c| c.root.clone()).zip(rings).collect();
+        let shift = trimmed((self, &guided), chart, &front.region, &wilts, &mut told, &shares);
+        let as_large = |(target, chart): (Target, &Chart)| {
+            let foot = self.fitted(chart, round).foot * (1.0 - scale);
+            let ring = target.ring.iter().map(|p| *p * scale + foot).collect();
+            (target.region.moved(Vec2::splat(scale), foot), (chart.root.clone(), ring))
+        };
+        let (targets, outlines) = targets.into_iter().zip(&self.charts).map(as_large).unzip();
         let (sketcher, along) = (self.clone(), Along::default());
-        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, wood, leaf, targets, outlines })
+        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, scale, targets, outlines })
     }
 
     /// The crown that drawings of a view are fitted to.
@@ -205,9 +208,9 @@ impl Sketcher {
         Fitted { outline: &chart.outline, area: chart.area, foot, low, height, steepness }
     }
 
-    /// The lowest that lobes are brought in raised views, metres: their leaves, `leaf` times as large, end on the ground.
-    pub(super) fn floor(&self, leaf: f32) -> f32 {
-        self.foot.y + self.reach * leaf
+    /// The lowest that lobes are brought in raised views, metres: their leaves end on the ground.
+    pub(super) fn floor(&self) -> f32 {
+        self.foot.y + self.reach
     }
 
     /// What is drawn in a view's plane.
@@ -272,7 +275,7 @@ impl Sketcher {
 
     fn fill(
         &self,
-        (chart, leaf): (&Chart, f32),
+        chart: &Chart,
         target: &Region,
         seen: &mut [Vec2],
         weights: &[f32],
@@ -283,7 +286,7 @@ impl Sketcher {
             return;
         }
         let cells = CELLS.0 + (CELLS.1 - CELLS.0) * self.views.detail.clamp(0.0, 1.0);
-        let basin = Basin::new(target, self.reach * leaf, cells as usize);
+        let basin = Basin::new(target, self.reach, cells as usize);
         let mut spread = seen.to_vec();
         basin.fill(&mut spread, weights, freedom);
         let round = matches!(chart.plane, ViewPlane::Round { .. });
@@ -302,8 +305,8 @@ impl Sketcher {
     }
 
     /// How depth follows a single view: as much as the crown grows in it, unless it is kept.
-    fn depth(&self, chart: &Chart, target: &Region, views: usize, leaf: f32) -> impl Fn(Vec3) -> Vec3 + use<> {
-        let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2 * leaf, 4.0 * leaf);
+    fn depth(&self, chart: &Chart, target: &Region, views: usize) -> impl Fn(Vec3) -> Vec3 + use<> {
+        let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2, 4.0);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
         // What gets higher by it stays on the ground.
         let from = middle.with_y(self.foot.y);
@@ -405,12 +408,12 @@ impl Sketched {
 
     /// The tree when points have moved, and what wilts has done so for a time.
     pub(super) fn made(&self, moved: &(dyn Fn(usize) -> Vec3 + Sync), t: f32, finished: bool) -> Plant {
-        let Sketcher { plant, positions, spines, leaves, .. } = &*self.sketcher;
+        let Sketcher { plant, positions, spines, leaves, foot, .. } = &*self.sketcher;
         let place = |(i, p): (usize, &Vec3)| *p + moved(i);
         let mut places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
         self.keep_up(&mut places, t);
         let left = (1.0 - t).max(1e-4);
-        let [wood, leafy] = [self.wood, self.leaf].map(|scale| 1.0 + (scale - 1.0) * t);
+        let scale = 1.0 + (self.scale - 1.0) * t;
         let mut bears = vec![false; plant.chains().len()];
         plant.chains().iter().filter_map(|c| c.parent).for_each(|p| bears[p.index()] = true);
         // Where on the bent axis each point lies, 0..=1; base and whole length for each chain.
@@ -441,18 +444,19 @@ impl Sketched {
             let location = spines.base(i).map_or(0.0, on);
             let frame = parent.map_or(Frame::WORLD, |p| frame_at(&frames[p.index()], location));
             let own = &places[plant.span(id)];
-            let size = if wilts { left } else { 1.0 };
+            let size = if wilts { left * scale } else { scale };
             local.clear();
             local.extend(own.iter().map(|p| frame.to_local(*p - own[0]) * size));
             radii.clear();
-            radii.extend(plant.radii(id).iter().map(|r| r * (size * wood)));
+            radii.extend(plant.radii(id).iter().map(|r| r * size));
             frames.push(if bears[i] { Curve::new(&local).frames(frame) } else { nothing });
             let parent = parent.and_then(|p| named[p.index()]);
+            let origin = if scale == 1.0 { origin } else { *foot + (origin - foot) * scale };
             named.push(Some(builder.chain(parent, location, origin, &local, &radii)));
         }
         for (leaf, place) in plant.leaves().iter().zip(leaves) {
             if let Some(chain) = named[leaf.chain.index()] {
-                let size = if self.wilts[leaf.chain.index()] { left * leafy } else { leafy };
+                let size = if self.wilts[leaf.chain.index()] { left * scale } else { scale };
                 builder.leaf(Leaf {
                     chain,
                     location: on(*place),

@@ -18,8 +18,8 @@ pub enum SketchSize {
     Crown,
     /// The box of the crown as it is seen, whatever that does to the sketch's proportions.
     Stretched,
-    /// This height in metres, in the plane of the view, of all that is drawn: with a trunk on the ground, without one where
-    /// `Crown` has it. Of an open line it is the height of the canvas: the line is placed by it, and the tree stays as large
+    /// As `Crown`, and the whole tree as much larger or smaller as gives all that is drawn this height in metres, in the plane of
+    /// the view. Of an open line it is the height of the canvas: the line is placed by it, and the tree stays as large
     /// as it is.
     Metres(f32),
 }
@@ -131,18 +131,17 @@ pub(super) fn placed_beside(drawing: &Drawing, front: [Vec2; 2], size: SketchSiz
     Placing { scale: Vec2::new(across, up), shift: Vec2::new(to - from * across, front[0].y - drawn_low.y * up) }
 }
 
-/// How much larger a sketch makes a tree than the same sketch would that is as large as its crown: its height, and its
-/// crown. Both are 1 unless a size in metres is told, and where a line replaces a part of the crown only. What is seen of
-/// heights is lost with the elevation: from straight above a tree gets as much higher as its crown gets larger.
-pub(super) fn grown(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, round: bool) -> [f32; 2] {
+/// The size to which a tree is deformed, and how many times as large it is afterwards: 1 unless a size in metres is told, and where a
+/// line replaces a part of the crown only.
+pub(super) fn fitting(drawing: &Drawing, size: SketchSize, crown: &Fitted<'_>, round: bool) -> (SketchSize, f32) {
     if !matches!(size, SketchSize::Metres(_)) || drawing.is_open() {
-        return [1.0; 2];
+        return (size, 1.0);
     }
-    let [own, usual] = [size, SketchSize::Crown].map(|size| placed(drawing, size, crown, round));
-    let top = |placing: &Placing| drawing.crown.bounds()[1].y * placing.scale.y + placing.shift.y - crown.low;
-    let (higher, larger) = (top(&own) / top(&usual), own.scale.y / usual.scale.y);
-    let both = [higher + (larger - higher) * crown.steepness, larger];
-    both.map(|share| if share.is_finite() { share.clamp(1e-3, 1e3) } else { 1.0 })
+    let [own, usual] = [size, SketchSize::Crown].map(|size| placed(drawing, size, crown, round).scale.y);
+    match own / usual {
+        times if times.is_finite() => (SketchSize::Crown, times.clamp(1e-3, 1e3)),
+        _ => (size, 1.0),
+    }
 }
 
 /// Lower left and upper right corner of a ring.
@@ -222,7 +221,7 @@ mod tests {
             let drawing = drawing(&format!("{line}{mark}"));
             let placing = placed(&drawing, SketchSize::Metres(20.0), &crown, false);
             assert!(placing.line(&drawing.open)[0].distance(at) < 1e-3, "{mark}");
-            assert_eq!(grown(&drawing, SketchSize::Metres(20.0), &crown, false), [1.0; 2]);
+            assert_eq!(fitting(&drawing, SketchSize::Metres(20.0), &crown, false), (SketchSize::Metres(20.0), 1.0));
         }
     }
 }

@@ -63,8 +63,6 @@ struct Spine {
 pub(super) struct Guided {
     /// Where stems are led.
     pub(super) leads: Leads,
-    /// How much larger the tree gets as a whole.
-    pub(super) scale: f32,
     /// Whether stems keep the direction that they have at the foot.
     pub(super) standing: bool,
 }
@@ -207,9 +205,9 @@ impl Spines {
                 leads => leads.along((place + moved).y, moved, with(led, &led_by, place.y)),
             };
             own.iter_mut().zip(at).for_each(|(own, at)| *own += leads(*at, *own));
-            let share = SHARES.into_iter().find(|&share| {
-                share == 0.0 || is_natural(at, &own, share, *bounds.get(s).unwrap_or(&0.0), guided.scale)
-            });
+            let share = SHARES
+                .into_iter()
+                .find(|&share| share == 0.0 || is_natural(at, &own, share, *bounds.get(s).unwrap_or(&0.0)));
             let share = share.unwrap_or(0.0);
             for (k, d) in own.iter().enumerate() {
                 let moved = base + *d * share;
@@ -283,7 +281,7 @@ fn stand(points: &[Vec3], own: &mut [Vec3]) {
 }
 
 /// Whether a branch that follows its handles by a share is within its bounds.
-fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32, scale: f32) -> bool {
+fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32) -> bool {
     let last = points.len() - 1;
     let was = points[last] - points[0];
     let is = was + own[last] * share;
@@ -298,7 +296,7 @@ fn is_natural(points: &[Vec3], own: &[Vec3], share: f32, turn: f32, scale: f32) 
         let d = if i == 1 { own[1] } else { own[i] - own[i - 1] };
         after += (step + d * share).length();
     }
-    after <= before * STRETCH * scale.max(1.0)
+    after <= before * STRETCH
 }
 
 /// How a stem moves at the height at which another has a point.
@@ -330,7 +328,7 @@ mod tests {
     use crate::base::Seed;
     use crate::relate::random_plant::{Oddity, random_plant};
 
-    const FREE: Guided = Guided { leads: Leads::NONE, scale: 1.0, standing: false };
+    const FREE: Guided = Guided { leads: Leads::NONE, standing: false };
 
     fn bound(seed: u64) -> (Plant, Posed, Vec<Handle>, Spines) {
         let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);

@@ -26,10 +26,9 @@ const DEEP: (f32, f32) = (0.04, 0.22);
 /// Farthest that a lobe moves in a round, over the crown's size.
 const FARTHEST: f32 = 0.05;
 
-/// Improves what handles are told in a view, each by its share of the way; gives back how points move. Leaves get `leaf`
-/// times as large.
+/// Improves what handles are told in a view, each by its share of the way; gives back how points move.
 pub(super) fn trimmed(
-    (sketcher, guided, leaf): (&Sketcher, &Guided, f32),
+    (sketcher, guided): (&Sketcher, &Guided),
     chart: &Chart,
     target: &Region,
     wilts: &[bool],
@@ -41,11 +40,11 @@ pub(super) fn trimmed(
         return shift;
     }
     let bounds = target.bounds();
-    let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach * leaf;
+    let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach;
     let grid = Grid::over(bounds, CELLS, margin);
     let drawn = Depths::of(&Mask::of_region(target, grid));
     let inside: Vec<bool> = drawn.0.iter().map(|d| *d > 0.0).collect();
-    let mut covered = cover((sketcher, leaf), chart, grid, wilts, &shift);
+    let mut covered = cover(sketcher, chart, grid, wilts, &shift);
     let mut best = likeness(&covered, &inside);
     let mut next = told.clone();
     for _ in 0..ROUNDS {
@@ -55,7 +54,7 @@ pub(super) fn trimmed(
             *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, *share);
         }
         let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
-        let now = cover((sketcher, leaf), chart, grid, wilts, &moved);
+        let now = cover(sketcher, chart, grid, wilts, &moved);
         let near = likeness(&now, &inside);
         if near <= best {
             break;
@@ -82,7 +81,7 @@ pub(super) fn give_way(
     let (is, wanted) = (covered.at(grid, seen), drawn.at(grid, seen));
     let free = 1.0 - math::smoothstep(DEEP.0 * sketcher.size, DEEP.1 * sketcher.size, wanted.max(0.0));
     let way = drawn.inwards(grid, seen) * ((is - wanted) * GAIN * free * share).clamp(-most, most);
-    chart.plane.grounded(place, chart.plane.lifted(place, way), sketcher.floor(1.0))
+    chart.plane.grounded(place, chart.plane.lifted(place, way), sketcher.floor())
 }
 
 /// The shift of a place between points.
@@ -92,7 +91,7 @@ pub(super) fn between(shift: &[Vec3], point: u32, f: f32) -> Vec3 {
 }
 
 /// What leaves cover when points have moved: gaps are closed as in the crown's own silhouette.
-fn cover((sketcher, leaf): (&Sketcher, f32), chart: &Chart, grid: Grid, wilts: &[bool], shift: &[Vec3]) -> Depths {
+fn cover(sketcher: &Sketcher, chart: &Chart, grid: Grid, wilts: &[bool], shift: &[Vec3]) -> Depths {
     let round = matches!(chart.plane, ViewPlane::Round { .. });
     let mut discs: Vec<(Vec2, f32)> = Vec::with_capacity(sketcher.discs.len() * (1 + usize::from(round)));
     for ((place, radius), (of, (point, f))) in
@@ -100,13 +99,13 @@ fn cover((sketcher, leaf): (&Sketcher, f32), chart: &Chart, grid: Grid, wilts: &
     {
         if !wilts[of.chain.index()] {
             let seen = chart.plane.seen(*place + between(shift, *point, *f));
-            discs.push((seen, radius * leaf));
+            discs.push((seen, *radius));
             if round {
-                discs.push((Vec2::new(-seen.x, seen.y), radius * leaf));
+                discs.push((Vec2::new(-seen.x, seen.y), *radius));
             }
         }
     }
-    Depths::covered(&discs, grid, sketcher.size * leaf * CLOSE)
+    Depths::covered(&discs, grid, sketcher.size * CLOSE)
 }
 
 /// Cells of both over cells of either.
