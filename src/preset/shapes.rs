@@ -200,7 +200,7 @@ static SMALLS: Choice = Choice {
         KindOf {
             name: "Removed",
             form: Form::Fields(&REMOVED),
-            about: "they are left out with all that they bear, unless that is leaves of the source's own",
+            about: "they are left out, unless they bear branches that are long enough, or leaves of the source's own",
         },
         KindOf { name: "Kept", form: Form::Plain, about: "they stay" },
     ],
