@@ -54,12 +54,14 @@ pub struct ArtLimits {
     pub edge: u32,
     /// Bytes that decoding one picture may take.
     pub bytes: u64,
+    /// Longest edge of a leaf's maps: what is larger is shrunk.
+    pub leaf: u32,
 }
 
 impl Default for ArtLimits {
-    /// 8192 pixels, 512 MiB.
+    /// 8192 pixels, 512 MiB, 2048 texels.
     fn default() -> Self {
-        Self { edge: 8192, bytes: 512 << 20 }
+        Self { edge: 8192, bytes: 512 << 20, leaf: 2048 }
     }
 }
 
@@ -96,6 +98,9 @@ pub enum ArtError {
     /// A leaf that is transparent all over.
     #[error("the leaf's colour picture is transparent all over")]
     NothingSeen,
+    /// A leaf that no texel of is at least half opaque: leaves are cut out there.
+    #[error("the leaf's colour picture is nowhere more than half opaque")]
+    NowhereOpaque,
 }
 
 impl ArtError {
@@ -106,6 +111,7 @@ impl ArtError {
             Self::Format { .. } | Self::Decode { .. } => "save the picture again as PNG, JPEG or WebP",
             Self::TooLarge { .. } => "scale the picture down",
             Self::NoAlpha => "save it as PNG or WebP with an alpha channel that cuts the leaf out",
+            Self::NowhereOpaque => "leaves are cut out at half their alpha: raise it to 1 where the leaf is",
             Self::NothingSeen => "its alpha channel may be inverted: what is opaque is the leaf",
         }
     }
@@ -115,13 +121,11 @@ impl ArtError {
     pub const fn file(&self) -> ArtFile {
         match self {
             Self::Format { file } | Self::Decode { file, .. } | Self::TooLarge { file, .. } => *file,
-            Self::NoAlpha | Self::NothingSeen => ArtFile::Color,
+            Self::NoAlpha | Self::NothingSeen | Self::NowhereOpaque => ArtFile::Color,
         }
     }
 }
 
-/// Bytes of a texel of all maps.
-const MAPS: u64 = 4 + 3 + 3;
 /// Roughness where no map says otherwise: leaves, bark.
 const ROUGH: [u8; 2] = [148, 224];
 
@@ -141,16 +145,12 @@ pub fn maps_from_images(
 ) -> Result<Maps, ArtError> {
     let picture = decode(color, ArtFile::Color, limits)?.into_rgba8();
     let (width, height) = picture.dimensions();
-    let edge = u64::from(width.max(height));
-    // What is made square has three maps of that edge.
-    if purpose == ArtUse::Leaf && width != height && edge * edge * MAPS > limits.bytes {
-        return Err(ArtError::TooLarge { file: ArtFile::Color, edge: limits.edge, bytes: limits.bytes });
-    }
     let mut pixels: Vec<[u8; 4]> = picture.pixels().map(|p| p.0).collect();
     match purpose {
         ArtUse::Bark => pixels.iter_mut().for_each(|p| p[3] = 255),
         ArtUse::Leaf if pixels.iter().all(|p| p[3] == 255) => return Err(ArtError::NoAlpha),
-        ArtUse::Leaf if pixels.iter().all(|p| p[3] < 128) => return Err(ArtError::NothingSeen),
+        ArtUse::Leaf if pixels.iter().all(|p| p[3] == 0) => return Err(ArtError::NothingSeen),
+        ArtUse::Leaf if pixels.iter().all(|p| p[3] < 128) => return Err(ArtError::NowhereOpaque),
         ArtUse::Leaf => {}
     }
     let resized = |bytes: &[u8], file: ArtFile| -> Result<DynamicImage, ArtError> {
@@ -179,7 +179,7 @@ pub fn maps_from_images(
     }
     let mut maps = Maps { width, height, color: pixels, normal, orm };
     if purpose == ArtUse::Leaf {
-        maps = squared(maps);
+        maps = squared(maps.within(limits.leaf).into_owned());
         dilate(&mut maps);
     }
     Ok(maps)
@@ -313,6 +313,18 @@ mod tests {
     }
 
     #[test]
+    fn a_leaf_larger_than_any_is_shown_is_shrunk_before_it_is_squared() {
+        let limits = ArtLimits { leaf: 16, ..ArtLimits::default() };
+        for size in [(64, 4), (4, 64), (64, 64)] {
+            let bytes = png(size.0, size.1, |x, y| if (x + y) % 64 == 0 { [0; 4] } else { [60, 90, 30, 255] });
+            let maps = maps_from_images(&bytes, None, None, None, ArtUse::Leaf, limits).unwrap();
+            assert_eq!((maps.width, maps.height, maps.color.len(), maps.orm.len()), (16, 16, 256, 256), "{size:?}");
+            let seen = maps.color.iter().filter(|c| c[3] >= 128).count() as u32;
+            assert!(seen.abs_diff(size.0 * size.1 / 16) < 3, "{size:?}: {seen}");
+        }
+    }
+
+    #[test]
     fn maps_of_another_size_are_brought_to_the_colours() {
         let bump = png(3, 9, |_, _| [128, 200, 220, 255]);
         let rough = png(16, 2, |_, _| [40, 40, 40, 255]);
@@ -345,6 +357,7 @@ mod tests {
         assert_eq!(opaque, ArtError::NoAlpha);
         assert!(opaque.help().contains("alpha channel"));
         assert_eq!(load(&png(4, 4, |_, _| [0; 4]), ArtUse::Leaf), Err(ArtError::NothingSeen));
+        assert_eq!(load(&png(4, 4, |_, _| [60, 90, 30, 127]), ArtUse::Leaf), Err(ArtError::NowhereOpaque));
     }
 
     #[test]
@@ -366,14 +379,14 @@ mod tests {
 
     #[test]
     fn pictures_beyond_the_limits_are_refused_by_their_header() {
-        let limits = ArtLimits { edge: 16, bytes: 1 << 20 };
+        let limits = ArtLimits { edge: 16, bytes: 1 << 20, ..ArtLimits::default() };
         let error = maps_from_images(&png(17, 4, leaf), None, None, None, ArtUse::Leaf, limits).unwrap_err();
         assert!(matches!(error, ArtError::TooLarge { edge: 16, .. }), "{error}");
         // A header that claims 2^31 pixels an edge.
         let mut bomb = png(8, 8, leaf);
         bomb[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(load(&bomb, ArtUse::Bark).is_err());
-        let small = ArtLimits { edge: 8192, bytes: 100 };
+        let small = ArtLimits { bytes: 100, ..ArtLimits::default() };
         assert!(maps_from_images(&png(32, 32, leaf), None, None, None, ArtUse::Leaf, small).is_err());
     }
 }

@@ -281,6 +281,7 @@ fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected)
     notes.extend(sketches::notes(plan, inputs));
     notes.extend(selected.notes.iter().cloned());
     notes.extend(prepared.morphs.note.clone());
+    notes.extend(prepared.wardrobe.note());
     notes.extend(super::trees::small_atlas(plan, &prepared.wardrobe.pictures));
     notes
 }

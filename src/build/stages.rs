@@ -23,7 +23,7 @@ const GROW: Stage = Stage("grow", 11);
 const GRAPH: Stage = Stage("graph", 3);
 const IMPORT: Stage = Stage("import", 17);
 const LIKE: Stage = Stage("like", 12);
-const PICTURES: Stage = Stage("pictures", 9);
+const PICTURES: Stage = Stage("pictures", 10);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
 

@@ -7,13 +7,14 @@ use serde::Serialize;
 
 use super::around::{Around, Surroundings};
 use super::stages::{Pictures, SourcePlant, ingredients};
+use super::trees::cell;
 use super::wears;
 use crate::bake::{self, Maps};
-use crate::base::{Diagnostic, Seed};
+use crate::base::{Diagnostic, Note, Seed};
 use crate::dress;
 use crate::plant::{Leaf, LeafForm, Plant};
 use crate::preset::Plan;
-use crate::preset::plan::{AtlasParams, DressParams, LeafArt, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
+use crate::preset::plan::{AtlasParams, DressParams, LeafArt, Lod, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
 
 /// What the trees of a set wear, and how slots count in it.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub(super) struct Wardrobe {
     leaf_size: f32,
     /// What is around the sources, and so around what is made of them.
     around: Surroundings,
+    /// Texels along the edge of the largest picture of a leaf, and of it as it came, where it was shrunk.
+    shrunk: Option<[u32; 2]>,
 }
 
 /// Decides what leaves and bark wear: the plan's art, or what sources bring.
@@ -103,10 +106,11 @@ pub(super) fn wardrobe(
             (0, leaves.len() as u16)
         }
     };
+    let (leaves, shrunk) = in_their_share(leaves, plan);
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
     let bare = sources.iter().map(|s| wears::stays_bare(plan) && s.is_bare_mesh()).collect();
-    Ok(Wardrobe { pictures, plants, bare, dressed, leaf_size, around })
+    Ok(Wardrobe { pictures, plants, bare, dressed, leaf_size, around, shrunk })
 }
 
 /// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
@@ -122,6 +126,28 @@ pub(super) fn lacking<'a>(plan: &Plan, source: impl Fn(usize) -> Option<&'a Arc<
     };
     let leaves = lacks(plan.leaf_wear, "leaves", "foliage.leaf", SourcePlant::is_leafy);
     leaves.into_iter().chain(lacks(plan.bark_wear, "bark", "bark.texture", |source| source.bark.is_some())).collect()
+}
+
+/// Pictures of leaves, as much smaller as leaves room for what is baked of trees: one leaf of a few centimetres may come with as many
+/// texels as the atlas has. None is made smaller than usual made ones are; and what the largest has of what it had, if less.
+fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]>) {
+    let is_baked = |level: &Lod| matches!(level, Lod::BillboardCloud { .. } | Lod::CrossedQuads | Lod::Impostor { .. });
+    let full = leaves.iter().map(|maps| maps.width.max(maps.height)).max().unwrap_or(0);
+    if full == 0 || !plan.lods.iter().any(|level| is_baked(&level.lod)) {
+        return (leaves, None);
+    }
+    let (size, least) = (plan.atlas.size, USUAL_PICTURE.min(plan.atlas.size / 2));
+    let room = f64::from(size) * f64::from(size) * SHARE;
+    let area = |edge: u32| leaves.iter().map(|maps| cell(maps.size_within(edge), plan.atlas.gutter)).sum::<f64>();
+    let mut edge = full;
+    while area(edge) > room && edge > least {
+        // By powers of two from the first on.
+        edge = least.max(edge.next_power_of_two() / 2);
+    }
+    if edge == full {
+        return (leaves, None);
+    }
+    (leaves.into_iter().map(|maps| maps.within(edge).into_owned()).collect(), Some([edge, full]))
 }
 
 /// A picture that is a square of a power of two, so much smaller that its cell in the atlas is one: then mips that are coarser
@@ -168,12 +194,26 @@ fn refitted(plan: &Plan, source: &SourcePlant, worn: Plant, size: f32, pictures:
     dress::refit(worn, scale, area, |leaf| share(&now, leaf), Seed::new(plan.seed).child("refit"))
 }
 
+/// Share of the atlas that pictures of leaves may take where trees are baked, if they are larger than usual made ones, and the edge
+/// of those.
+const SHARE: f64 = 0.3;
+const USUAL_PICTURE: u32 = 256;
 /// Least share of a crown that leaves are made for where sources bring the rest.
 const LEAST: f32 = 0.02;
 /// Longest leaf that a preset may ask for, as a share of the largest source's extent.
 const LARGEST_LEAF: f32 = 0.8;
 
 impl Wardrobe {
+    /// What is told of pictures that were shrunk.
+    pub(super) fn note(&self) -> Option<Note> {
+        let [is, was] = self.shrunk?;
+        let message = format!(
+            "the largest picture of leaves has {is} of {was} texels along its edge, so that the levels that are baked have room; a \
+             larger `size` leaves it more"
+        );
+        Some(Note { about: "atlas".to_owned(), message })
+    }
+
     /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.
     pub(super) fn dressing(&self, plan: &Plan, variant: &Variant) -> Option<Dressing> {
         if matches!(variant, Variant::Frame { .. }) {
@@ -322,6 +362,40 @@ mod tests {
             normal: vec![[128, 128, 255]; 64],
             orm: vec![[255, 200, 0]; 64],
         }
+    }
+
+    #[test]
+    fn pictures_of_leaves_leave_room_for_what_is_baked() {
+        let edges = |size: u32, own: &[u32], lods: &str| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], atlas: (size: {size}), lods: [{lods}])"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let one = |&edge: &u32| {
+                let texels = (edge * edge / 2) as usize;
+                let [color, normal, orm] = [[60, 110, 30, 255], [128, 128, 255, 0], [255, 200, 0, 0]];
+                let three = |[a, b, c, _]: [u8; 4]| vec![[a, b, c]; texels];
+                Maps {
+                    width: edge,
+                    height: edge / 2,
+                    color: vec![color; texels],
+                    normal: three(normal),
+                    orm: three(orm),
+                }
+            };
+            let (maps, told) = in_their_share(own.iter().map(one).collect(), &plan);
+            (maps.iter().map(|maps| (maps.width, maps.height)).collect::<Vec<_>>(), told)
+        };
+        let baked = "Full, Impostor";
+        // Half an atlas is too much, but nothing is baked; a quarter of it is not.
+        assert_eq!(edges(1024, &[1024], "Full, Thinned(triangles: 0.5)"), (vec![(1024, 512)], None));
+        assert_eq!(edges(1024, &[1024], baked), (vec![(512, 256)], Some([512, 1024])));
+        assert_eq!(edges(2048, &[1024], baked), (vec![(1024, 512)], None));
+        assert_eq!(edges(1024, &[1500, 300, 64], baked), (vec![(512, 256), (300, 150), (64, 32)], Some([512, 1500])));
+        // As large as usual made ones they stay, but in the smallest atlas.
+        assert_eq!(edges(512, &[256; 9], baked), (vec![(256, 128); 9], None));
+        assert_eq!(edges(512, &[2048; 3], baked), (vec![(256, 128); 3], Some([256, 2048])));
+        assert_eq!(edges(256, &[256], baked), (vec![(128, 64)], Some([128, 256])));
     }
 
     /// A pole of eight metres with 400 opaque leaves of a length, half as wide as they are long.

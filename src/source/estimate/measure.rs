@@ -91,8 +91,7 @@ impl Measures {
         let rows = measure_branches(plant);
         let height = plant.height().max(1e-6);
         let (tips, wood) = carried(plant, &rows);
-        let first = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none());
-        let first = first.max_by_key(|id| (tips[id.index()] as u64, std::cmp::Reverse(id.0))).unwrap_or(ChainId(0));
+        let first = leading(plant, &tips);
         let (mut branches, mut stems, mut stem_leans) = (Vec::new(), Vec::new(), Vec::new());
         for id in plant.chain_ids() {
             let branch = Branch::of(plant, &posed, id, &rows[id.index()], height);
@@ -232,6 +231,18 @@ fn carried(plant: &Plant, rows: &[BranchMeasures]) -> (Vec<f32>, Vec<f32>) {
         }
     }
     (tips, wood)
+}
+
+/// Radius of the foot of the stem that bears most, without its flare, metres.
+pub(super) fn base_radius(plant: &Plant) -> f32 {
+    let (tips, _) = carried(plant, &measure_branches(plant));
+    foot(plant, leading(plant, &tips)).0
+}
+
+/// The stem that bears most tips, the first of equals.
+fn leading(plant: &Plant, tips: &[f32]) -> ChainId {
+    let stems = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none());
+    stems.max_by_key(|id| (tips[id.index()] as u64, std::cmp::Reverse(id.0))).unwrap_or(ChainId(0))
 }
 
 /// Radius of a stem's foot without its flare, the flare and its height. The stem from 8 % of its length on is taken to

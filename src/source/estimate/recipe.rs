@@ -13,6 +13,11 @@ const NODES: [f32; 2] = [12_000.0, 60_000.0];
 /// Share of what a trial missed that is corrected at once.
 const GAIN: f32 = 0.7;
 
+/// How many times as thick as a tip a trunk is at least, and exponents of what trees are (`plant/allometry.rs`): radii that scans get
+/// wrong lead beyond.
+const THICKER: f32 = 1.5;
+const EXPONENTS: [f32; 2] = [1.5, 3.5];
+
 /// Most crookedness: the noise of a scan counts as winding, too, and would make a trunk a corkscrew.
 const WINDING: f32 = 0.4;
 
@@ -109,9 +114,7 @@ impl Recipe {
             }
         };
         self.crown.radius = (self.crown.radius * factor(target.out, grown.out)).clamp(0.01, self.width * 0.48);
-        let radius = factor(target.base_radius, grown.base_radius);
-        self.tip_radius *= math::pow(radius, 0.5);
-        self.allometry = (self.allometry / math::pow(radius, 0.3)).clamp(1.0, 5.0);
+        self.thicken(target, grown.base_radius);
         self.slenderness *= factor(target.slenderness, grown.slenderness).max(1.0);
         self.crookedness = (self.crookedness + (target.winding - grown.winding) * 2.0).clamp(0.0, WINDING);
         let more = factor(target.branches as f32, grown.branches as f32);
@@ -129,6 +132,20 @@ impl Recipe {
         }
     }
 
+    /// Makes a trunk as thick as the plant's that was `grown` thick, metres: what it carries is what it is over a tip, and the exponent
+    /// is the one that leads from tips as thick as the plant's to its trunk.
+    pub(super) fn thicken(&mut self, target: &Measures, grown: f32) {
+        let load = math::pow(grown / self.tip_radius, self.allometry);
+        if !(load.is_finite() && load > 0.0 && target.base_radius > 0.0) {
+            return;
+        }
+        let thicker = (target.base_radius / target.rule.tip_radius).max(THICKER);
+        if load > 1.0 {
+            self.allometry = (math::ln(load) / math::ln(thicker)).clamp(EXPONENTS[0], EXPONENTS[1]);
+        }
+        self.tip_radius = target.base_radius / math::pow(load, 1.0 / self.allometry);
+    }
+
     /// A recipe near this one: every measure that trial trees can miss by chance up or down, by up to a share of `size`;
     /// angles by as many right angles.
     pub(super) fn varied(&self, seed: Seed, size: f32) -> Self {
@@ -136,8 +153,6 @@ impl Recipe {
         let times = |name: &str, i: usize| math::exp(chance(name, i));
         let angle = |name: &str, i: usize| chance(name, i) * 90.0;
         let mut near = self.clone();
-        near.tip_radius *= times("tip", 0);
-        near.allometry = (near.allometry * times("allometry", 0)).clamp(1.0, 5.0);
         near.taper *= times("taper", 0);
         near.crookedness = (near.crookedness + chance("crooked", 0) * 0.5).clamp(0.0, WINDING);
         near.bole = (near.bole * times("bole", 0)).clamp(0.0, 0.95);

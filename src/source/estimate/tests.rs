@@ -61,6 +61,23 @@ fn a_broad_plant_is_grown_broad_and_nearer_to_it_than_a_pole() {
 }
 
 #[test]
+fn trunks_are_as_thick_as_the_plant_s_whatever_its_twigs_are() {
+    let plant = grown(DOME, 3);
+    let trunk = plant.all_radii()[0];
+    // Twigs that a scan shows far too thick, and ones that hold the trunk's whole cross section together.
+    for (name, thick) in [("as grown", 0.0_f32), ("thick twigs", 0.5), ("all alike", 0.95)] {
+        let radii: Vec<f32> = plant.all_radii().iter().map(|r| r.max(trunk * thick)).collect();
+        let plant = plant.clone().with_radii(radii);
+        let params = quick(&plant).unwrap().params;
+        let base = |p: &Plant| super::measure::base_radius(p);
+        let likes =
+            (60..64).map(|seed| base(&grow(&GrowParams { seed, ..params.clone() }, Seed::new(seed)).unwrap().0));
+        let times = likes.sum::<f32>() / 4.0 / base(&plant);
+        assert!((0.75..1.33).contains(&times), "{name}: {times}");
+    }
+}
+
+#[test]
 fn the_text_is_the_species_that_is_grown() {
     let estimate = quick(&grown(POLE, 5)).unwrap();
     assert_eq!(species("x.ron", &estimate.text).unwrap(), estimate.params);
