@@ -167,18 +167,26 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
     let (own, usual) = (at(size), Texels::all(lod::CARD_TEXELS));
     let share = |level: &Lod, texels| Some(f64::from(edge(level, texels)?) / f64::from(edge(level, usual)?));
     let is_enough = |level: &Lod, texels| share(level, texels).is_none_or(|share| share >= 0.75);
-    let level = plan.lods.iter().map(|level| &level.lod).find(|level| !is_enough(level, own))?;
+    let few: Vec<&Lod> = plan.lods.iter().map(|level| &level.lod).filter(|level| !is_enough(level, own)).collect();
     let mut larger = std::iter::successors(Some(size), |size| Some(size * 2)).take_while(|&size| size <= LARGEST);
-    let better = larger.find(|&size| is_enough(level, at(size)))?;
-    let what = match level {
-        Lod::CrossedQuads => "crossed quads",
-        Lod::Impostor { .. } => "sheets of impostors",
-        _ => "cards",
+    let better = larger.find(|&size| few.iter().all(|level| is_enough(level, at(size)))).unwrap_or(LARGEST);
+    let one = |level: &&Lod| {
+        let what = match level {
+            Lod::CrossedQuads => "crossed quads",
+            Lod::Impostor { .. } => "sheets of impostors",
+            _ => "cards",
+        };
+        let [own, usual, there] = [own, usual, at(better)].map(|texels| edge(level, texels).unwrap_or(0));
+        (format!("{what} have {own} of {usual} texels along theirs"), there.to_string())
     };
-    let [own, usual, there] = [own, usual, at(better)].map(|texels| edge(level, texels).unwrap_or(0));
+    let (told, there): (Vec<String>, Vec<String>) = few.iter().map(one).unzip();
+    if told.is_empty() || better == size {
+        return None;
+    }
     let message = format!(
-        "at {size} texels an edge, {what} have {own} of {usual} texels along theirs; `atlas: (size: {better})` would give \
-         them {there}"
+        "at {size} texels an edge, {}; `atlas: (size: {better})` would give them {}",
+        told.join(", and "),
+        there.join(" and ")
     );
     Some(Note { about: "atlas".to_owned(), message })
 }
@@ -373,7 +381,8 @@ mod tests {
             small_atlas(&plan, &pictures).map_or_else(String::new, |note| note.message)
         };
         let clouds = "[Full, BillboardCloud(cards: 48), Impostor(frames: 8)]";
-        assert!(told(16, clouds, 1024).contains("cards have"), "{}", told(16, clouds, 1024));
+        let both = told(16, clouds, 1024);
+        assert!(both.contains("cards have") && both.contains(", and sheets of impostors have"), "{both}");
         let impostors = told(16, "[Full, Impostor(frames: 8)]", 512);
         assert!(impostors.contains("sheets of impostors have"), "{impostors}");
         // What it advises is enough.
