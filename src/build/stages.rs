@@ -21,7 +21,7 @@ use crate::source::{estimate, foliage, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 11);
 const GRAPH: Stage = Stage("graph", 3);
-const IMPORT: Stage = Stage("import", 17);
+const IMPORT: Stage = Stage("import", 18);
 const LIKE: Stage = Stage("like", 12);
 const PICTURES: Stage = Stage("pictures", 10);
 const DRAWING: Stage = Stage("drawing", 4);

@@ -19,6 +19,8 @@ use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Curve, Leaf, Plant, PlantBuilde
 const PULLS: usize = 420;
 /// Rounds of growth.
 const ROUNDS: usize = 80;
+/// How near to another node, in steps, none grows.
+const HELD: f32 = 0.3;
 /// Leaf area over the area of the crown's surface.
 const COVER: f32 = 5.0;
 /// Length of a leaf's card as a share of the cube root of the crown's volume.
@@ -120,9 +122,12 @@ fn grow(plant: Plant, pulls: &[Vec3], step: f32, seed: Seed) -> Plant {
             // Towards the nearest where the pulls cancel each other.
             let pull = if pull.length() < 0.2 { group[0].1 } else { pull.normalize_or_zero() };
             let wander = seed.at(round as u64).at(u64::from(group[0].0)).direction() * 0.15;
-            let Some(way) = (pull + wander).try_normalize() else { continue };
-            let on = way * step.min(group[group.len() - 1].2);
-            nodes.push(Node { position: from.position + on, parent: Some(group[0].0), start: from.start });
+            // Where points in balance held it before it goes to the nearest: it would grow the same way in every round.
+            let ways = [pull + wander, group[0].1].into_iter().filter_map(Vec3::try_normalize);
+            let mut places = ways.map(|way| from.position + way * step.min(group[group.len() - 1].2));
+            let is_held = |place: &Vec3| near.find(*place).is_some_and(|(i, d)| i != group[0].0 && d < step * HELD);
+            let Some(position) = places.find(|place| !is_held(place)) else { continue };
+            nodes.push(Node { position, parent: Some(group[0].0), start: from.start });
         }
         let near = Near::new(nodes[before..].iter().map(|n| n.position));
         open.retain(|p| near.find(*p).is_none_or(|(_, d)| d > step * 1.05));
@@ -258,4 +263,27 @@ fn leaves(plant: Plant, crowns: &[Crown], volumes: &[Option<Volume>], sizes: &[f
 fn normal(crown: &Crown, t: &[u32; 3]) -> Vec3 {
     let [a, b, c] = t.map(|i| crown.positions[i as usize]);
     (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_in_balance_hold_no_branch() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.05, 0.02]);
+        let pole = builder.finish().unwrap();
+        for rise in [0.02, 0.3, 0.7] {
+            // A way between them comes nearer to neither.
+            let pulls = [-1.0, 1.0].map(|side| Vec3::new(side, 1.0 + rise, 0.0));
+            let filled = grow(pole.clone(), &pulls, 0.1, Seed::new(1));
+            assert!((2..12).contains(&filled.chains().len()), "{rise}: {} chains", filled.chains().len());
+            let posed = filled.pose();
+            for pull in pulls {
+                let near = posed.positions().iter().map(|p| p.distance(pull)).fold(f32::MAX, f32::min);
+                assert!(near < 0.12, "{rise}: {near}");
+            }
+        }
+    }
 }
