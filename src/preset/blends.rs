@@ -69,7 +69,8 @@ const SCATTER: Field = Field {
 /// Trees between two sources.
 pub(super) static BLEND: Record = Record {
     title: "Blend",
-    about: "Stochastic blending (Wang et al. 2017): branches of one source grow, wilt or turn into those of the other.",
+    about: "Stochastic blending (Wang et al. 2017): branches of one source grow, wilt or turn into those of the other. Trees are as high \
+            as lies between sources of unlike heights.",
     fields: &[
         Field {
             name: "of",

@@ -164,7 +164,8 @@ const CLEARANCE: Field = Field {
 
 static STAND: Record = Record {
     title: "Stand",
-    about: "Trees that grow together: crowns meet but don't enter each other. The first stands at the origin.",
+    about: "Trees that grow together: crowns meet but don't enter each other. The first stands at the origin. Trees less than half as high as \
+            others leave these their room, and one without any is left out, with a note.",
     fields: &[
         Field {
             name: "trees",
