@@ -393,7 +393,7 @@ static TEXTURES: Choice = Choice {
         KindOf {
             name: "Webp",
             form: Form::Plain,
-            about: "the same texels in fewer bytes, by EXT_texture_webp: for Generic, Godot and Web",
+            about: "the same texels, by EXT_texture_webp, in fewer bytes but for normal maps, which take about as many: for Generic, Godot and Web",
         },
         KindOf {
             name: "Ktx2",

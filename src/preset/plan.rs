@@ -115,7 +115,7 @@ impl From<Engine> for Profile {
 pub enum TextureFormat {
     /// PNG, which everything reads.
     Png,
-    /// WebP without loss: the same texels in fewer bytes.
+    /// WebP without loss: the same texels, in fewer bytes but for normal maps.
     Webp,
     /// KTX2 (Basis UASTC) with mips: compressed on the graphics card too.
     Ktx2,
