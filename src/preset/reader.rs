@@ -544,6 +544,7 @@ impl<'t, 'r> Reader<'t, 'r> {
             (Value::Text(_), Kind::Number { .. } | Kind::Integer { .. }) => {
                 "write the number alone, without quotes or unit"
             }
+            (Value::Float(_), Kind::Integer { .. }) => "write it without a point",
             _ => "",
         };
         self.report.at(item.span(), &item.path, format!("expected {}, found {found}", kind.told()), hint);

@@ -443,7 +443,11 @@ fn sources(set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> (Vec<Source>, 
             set.report().at(name.span, &item.path, message, hint);
         }
         if let Some((first, line)) = seen.get(&name.text.to_lowercase()) {
-            let hint = if *first == name.text { "" } else { "upper and lower case count as the same" };
+            let hint = if *first == name.text {
+                "give one of the two another name"
+            } else {
+                "upper and lower case count as the same: give one of the two another name"
+            };
             let message = format!("there is a source \"{}\" on line {line} already", clip(first));
             set.report().at(name.span, &item.path, message, hint);
             continue;

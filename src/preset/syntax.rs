@@ -80,6 +80,7 @@ pub(super) fn tree(text: &str, report: &Report<'_>) -> Option<Node> {
         token: Token::End,
         span: Span::point(1, 1),
         values: 0,
+        behind_number: false,
         open: Vec::new(),
         report,
     };
@@ -107,11 +108,19 @@ pub(super) fn tree(text: &str, report: &Report<'_>) -> Option<Node> {
     Some(node)
 }
 
+/// What people write behind numbers; no field has such a name.
+const UNITS: [&str; 16] = [
+    "m", "cm", "mm", "km", "metre", "metres", "meter", "meters", "px", "pixel", "pixels", "texels", "deg", "degree",
+    "degrees", "percent",
+];
+
 struct Parser<'t, 'r> {
     lexer: Lexer<'t>,
     token: Token,
     span: Span,
     values: usize,
+    /// Whether a number stands before the token at hand.
+    behind_number: bool,
     /// The brackets that are open, by what closes them.
     open: Vec<char>,
     report: &'r Report<'r>,
@@ -130,6 +139,7 @@ impl Parser<'_, '_> {
         for fault in self.lexer.faults.drain(..) {
             self.report.at(fault.span, "", fault.message, fault.hint);
         }
+        self.behind_number = matches!(self.token, Token::Integer(_) | Token::Float(_));
         (std::mem::replace(&mut self.token, token), std::mem::replace(&mut self.span, span))
     }
 
@@ -312,6 +322,18 @@ impl Parser<'_, '_> {
                     // A field's name in a list: the list has ended before it.
                     self.unclosed(open, close, &shown, line);
                     return None;
+                }
+                Token::Name(ref unit) if self.behind_number && UNITS.contains(&unit.as_str()) => {
+                    let message = format!("`{unit}` behind a number");
+                    self.error(
+                        self.span,
+                        message,
+                        "write the number alone: `treewright schema` tells each field's unit",
+                    );
+                    self.advance();
+                    if self.token == Token::Mark(',') {
+                        self.advance();
+                    }
                 }
                 _ => {
                     let shown = self.shown();
