@@ -274,9 +274,9 @@ mod tests {
         let mut builder = PlantBuilder::new();
         builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.05, 0.02]);
         let pole = builder.finish().unwrap();
-        for rise in [0.02, 0.3, 0.7] {
-            // A way between them comes nearer to neither.
-            let pulls = [-1.0, 1.0].map(|side| Vec3::new(side, 1.0 + rise, 0.0));
+        // A step between the first two comes nearer to neither.
+        for [aside, rise] in [[0.158, 0.024], [1.0, 0.3], [1.0, 0.7]] {
+            let pulls = [-aside, aside].map(|side| Vec3::new(side, 1.0 + rise, 0.0));
             let filled = grow(pole.clone(), &pulls, 0.1, Seed::new(1));
             assert!((2..12).contains(&filled.chains().len()), "{rise}: {} chains", filled.chains().len());
             let posed = filled.pose();
