@@ -12,6 +12,7 @@ use super::wears;
 use crate::bake::{self, Maps};
 use crate::base::{Diagnostic, Note, Seed};
 use crate::dress;
+use crate::lod::{self, Texels};
 use crate::plant::{Leaf, LeafForm, Plant};
 use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, DressParams, LeafArt, Lod, TargetLeaf, USUAL_LEAF_SHARE, Variant, Wear};
@@ -131,7 +132,7 @@ pub(super) fn lacking<'a>(plan: &Plan, source: impl Fn(usize) -> Option<&'a Arc<
 /// Pictures of leaves, as much smaller as leaves room for what is baked of trees: one leaf of a few centimetres may come with as many
 /// texels as the atlas has. None is made smaller than usual made ones are; and what the largest has of what it had, if less.
 fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]>) {
-    let is_baked = |level: &Lod| matches!(level, Lod::BillboardCloud { .. } | Lod::CrossedQuads | Lod::Impostor { .. });
+    let is_baked = |level: &Lod| !lod::pictures(level, Texels::all(lod::CARD_TEXELS)).is_empty();
     let full = leaves.iter().map(|maps| maps.width.max(maps.height)).max().unwrap_or(0);
     if full == 0 || !plan.lods.iter().any(|level| is_baked(&level.lod)) {
         return (leaves, None);

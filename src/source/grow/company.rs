@@ -103,9 +103,9 @@ pub(super) fn taken<'g>(space: &Space, metres: f32, grown: impl Iterator<Item = 
     taken
 }
 
-/// Which plants found no room, by number from 0, and what helps; `hop` is how long the edges of their graph are, metres, and `gone`
-/// says that they are left out.
-pub(super) fn crowded(params: &GrowParams, stunted: &[usize], hop: f32, gone: bool) -> String {
+/// Which plants found no room, by number from 0 and in order, and what helps; `hop` is how long the edges of their graph are, metres.
+/// All but the first plant are left out for it.
+pub(super) fn crowded(params: &GrowParams, stunted: &[usize], hop: f32) -> String {
     let (many, all) = (stunted.len(), params.space.beside.len() + 1);
     let one = |&number: &usize| {
         let [x, z] = stands(params, number);
@@ -115,10 +115,11 @@ pub(super) fn crowded(params: &GrowParams, stunted: &[usize], hop: f32, gone: bo
     };
     let told: Vec<String> = stunted.iter().take(TOLD).map(one).collect();
     let more = if many > TOLD { format!("; and {} more", many - TOLD) } else { String::new() };
-    let gone = match (gone, many) {
-        (false, _) => "",
-        (true, 1) => " and is left out",
-        (true, _) => " and are left out",
+    let gone = match (stunted.contains(&0), many) {
+        (true, 1) => "",
+        (true, _) => " and all but number 1 are left out",
+        (false, 1) => " and is left out",
+        (false, _) => " and are left out",
     };
     format!(
         "{many} of {all} plants found no room to grow{gone}: {}{more}; the ways that wood may take are {hop:.2} m apart: move \
@@ -138,6 +139,18 @@ mod tests {
         params.space.beside =
             plants[1..].iter().map(|&(x, height)| Beside { params: of(height), at: [x, 0.0] }).collect();
         params
+    }
+
+    #[test]
+    fn plants_without_room_are_told_as_left_out_but_for_the_first() {
+        let told = |stunted: &[usize]| crowded(&stand(&[(0.0, 10.0), (1.0, 10.0), (2.0, 10.0)]), stunted, 0.5);
+        assert!(
+            told(&[1]).contains("1 of 3 plants found no room to grow and is left out: number 2 of"),
+            "{}",
+            told(&[1])
+        );
+        assert!(told(&[0]).contains("grow: number 1 of") && told(&[1, 2]).contains("grow and are left out: number 2"));
+        assert!(told(&[0, 2]).contains("grow and all but number 1 are left out: number 1"), "{}", told(&[0, 2]));
     }
 
     #[test]

@@ -232,9 +232,9 @@ pub fn grow_on(
     let mut told: Vec<String> = Vec::new();
     stunted.sort_by_key(|(i, _)| *i);
     stunted.retain(|(i, _)| kept || *i == 0);
-    if let Some(&(first, hop)) = stunted.first() {
+    if let Some(&(_, hop)) = stunted.first() {
         let numbers: Vec<usize> = stunted.iter().map(|(i, _)| *i).collect();
-        told.push(company::crowded(params, &numbers, hop, first > 0));
+        told.push(company::crowded(params, &numbers, hop));
     }
     let plants = grown.into_iter().enumerate().filter(|(i, _)| kept || *i == 0);
     for (i, plant_notes) in notes.into_iter().enumerate().filter(|(i, _)| kept || *i == 0) {
