@@ -7,6 +7,7 @@
 //! that stand for many leaves do not flutter.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 
@@ -81,7 +82,7 @@ impl Limbs {
         Self { limbs, reach, low: low.min(high), height }
     }
 
-    /// Wind of a mesh whose `chains` are this plant's; what has no chain hangs on the trunk. `made` is the mesh before its
+    /// Wind of a mesh whose `chains` are this plant's; what has no chain stands on the first stem, in step with it. `made` is the mesh before its
     /// pictures had their places in an atlas and before light maps were unwrapped, or the mesh itself.
     #[must_use]
     pub fn wind(&self, plant: &Plant, mesh: &Mesh, made: &Mesh) -> Wind {
@@ -89,7 +90,8 @@ impl Limbs {
         for (i, &p) in mesh.positions.iter().enumerate() {
             let chain = mesh.chains.get(i).copied().unwrap_or(NO_CHAIN) as usize;
             let level = ((p.y - self.low) / self.height).clamp(0.0, 1.0);
-            let (pivot, phase) = self.limbs.get(chain).copied().unwrap_or((Vec3::ZERO, 0.0));
+            let limb = self.limbs.get(chain).or(self.limbs.first());
+            let (pivot, phase) = limb.copied().unwrap_or((Vec3::ZERO, 0.0));
             let on_limb = plant.chains().get(chain).is_some_and(|c| c.parent.is_some());
             let swing = if on_limb { (p.distance(pivot) / self.reach).clamp(0.0, 1.0) } else { 0.0 };
             wind.weights.push([level * level, swing * swing, phase]);
@@ -108,11 +110,11 @@ fn flutter(mesh: &Mesh) -> Vec<Vec2> {
     let mut all = vec![Vec2::ZERO; mesh.positions.len()];
     // Wood has no tiles, and what stands for many leaves hangs on no chain.
     let flutters = |i: usize| mesh.tiles.get(i).is_some() && mesh.chains.get(i).is_some_and(|&chain| chain != NO_CHAIN);
-    for card in cards(mesh) {
+    for (card, triangles) in cards(mesh) {
         if !card.clone().all(flutters) {
             continue;
         }
-        let foot = foot(mesh, card.clone());
+        let foot = foot(mesh, triangles);
         let phase = foot.dot(PHASES).rem_euclid(1.0);
         // Of the largest float below 1, `rem_euclid` makes 1.
         let phase = if phase < 1.0 { phase } else { 0.0 };
@@ -121,15 +123,28 @@ fn flutter(mesh: &Mesh) -> Vec<Vec2> {
     all
 }
 
-/// Where a card's leaf is attached: the middle of its lower edge, which a folded card has a vertex at.
-fn foot(mesh: &Mesh, card: std::ops::Range<usize>) -> Vec3 {
-    let is_base = |i: &usize| mesh.uvs[*i].y > 1.0 - 1e-3;
-    if let Some(middle) = card.clone().filter(is_base).find(|&i| (mesh.uvs[i].x - 0.5).abs() < 1e-3) {
-        return mesh.positions[middle];
+/// Where a card's leaf is attached: the middle of the lower edge of its picture. A folded card has a vertex there, a whole one
+/// its base to both sides; of one that is cut to an outline, or of a half of it, the widest triangle tells.
+fn foot(mesh: &Mesh, card: &[[u32; 3]]) -> Vec3 {
+    let corners = || card.iter().flatten().map(|&i| (mesh.uvs[i as usize], mesh.positions[i as usize]));
+    let base = |u: f32| corners().find(|(uv, _)| uv.y > 1.0 - 1e-3 && (uv.x - u).abs() < 1e-3).map(|of| of.1);
+    if let Some(middle) = base(0.5) {
+        return middle;
     }
-    let (sum, count) =
-        card.clone().filter(is_base).fold((Vec3::ZERO, 0.0), |(s, n), i| (s + mesh.positions[i], n + 1.0));
-    if count > 0.0 { sum / count } else { mesh.positions[card.start] }
+    if let (Some(left), Some(right)) = (base(0.0), base(1.0)) {
+        return (left + right) * 0.5;
+    }
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.uvs[i as usize]);
+        (b - a).perp_dot(c - a)
+    };
+    let Some(widest) = card.iter().max_by(|a, b| area(a).abs().total_cmp(&area(b).abs())) else { return Vec3::ZERO };
+    let ([a, b, c], [p, q, r]) = (widest.map(|i| mesh.uvs[i as usize]), widest.map(|i| mesh.positions[i as usize]));
+    let (all, at) = (area(widest), Vec2::new(0.5, 1.0) - a);
+    if all.abs() < 1e-9 {
+        return p;
+    }
+    p + ((q - p) * at.perp_dot(c - a) + (r - p) * (b - a).perp_dot(at)) / all
 }
 
 /// What was found of a mesh as it was made, for the same mesh whose vertices may have been doubled and put in another order.
@@ -142,20 +157,23 @@ fn as_placed(found: Vec<Vec2>, made: &Mesh, mesh: &Mesh) -> Vec<Vec2> {
     mesh.positions.iter().map(|p| at.get(&place(p)).copied().unwrap_or_default()).collect()
 }
 
-/// The vertices of each card: those of a card lie side by side, and no triangle has some of two.
-fn cards(mesh: &Mesh) -> Vec<std::ops::Range<usize>> {
+/// The vertices and triangles of each card, or of each half of one that is cut: those of a card lie side by side, in both, and no
+/// triangle has corners of two.
+fn cards(mesh: &Mesh) -> Vec<(Range<usize>, &[[u32; 3]])> {
+    let triangles = mesh.indices.as_chunks::<3>().0;
     // The last vertex that hangs together with each.
     let mut last: Vec<usize> = (0..mesh.positions.len()).collect();
-    for t in mesh.indices.as_chunks::<3>().0 {
-        let corners = t.map(|i| i as usize);
-        let (low, high) = corners.iter().fold((usize::MAX, 0), |(low, high), &i| (low.min(i), high.max(i)));
+    for t in triangles {
+        let (low, high) = t.iter().fold((usize::MAX, 0), |(low, high), &i| (low.min(i as usize), high.max(i as usize)));
         last[low] = last[low].max(high);
     }
-    let (mut all, mut start, mut end) = (Vec::new(), 0, 0);
+    let (mut all, mut start, mut end, mut first) = (Vec::new(), 0, 0, 0);
     for (i, &reach) in last.iter().enumerate() {
         end = end.max(reach);
         if end == i {
-            all.push(start..i + 1);
+            let count = triangles[first..].iter().take_while(|t| t.iter().all(|&corner| corner as usize <= i)).count();
+            all.push((start..i + 1, &triangles[first..first + count]));
+            first += count;
             (start, end) = (i + 1, i + 1);
         }
     }
@@ -227,13 +245,31 @@ mod tests {
             let off = (near - far[0].y).abs();
             assert!(off.min(1.0 - off) < 1e-3, "{near} {}", far[0].y);
         }
-        phases.sort_by(f32::total_cmp);
-        assert!(phases[0] < 0.2 && phases[39] > 0.8, "{phases:?}");
+        let (least, most) = phases.iter().fold((1.0_f32, 0.0_f32), |(least, most), &p| (least.min(p), most.max(p)));
+        assert!(least < 0.2 && most > 0.8, "{phases:?}");
         // Vertices that light maps double and move are found again.
         let order: Vec<usize> = (0..mesh.positions.len()).rev().chain([7, 7]).collect();
         let moved = Mesh { positions: order.iter().map(|&i| mesh.positions[i]).collect(), ..Mesh::default() };
         let again = limbs.wind(&plant, &moved, &mesh).leaves;
         assert!(order.iter().zip(&again).all(|(&i, told)| *told == leaves[i]));
+        // A cut card's halves share no vertex, and neither need lie on the middle of the base.
+        let outline = |at: &[(f32, f32)]| at.iter().map(|&p| Vec2::from(p)).collect::<Vec<_>>();
+        let whole = outline(&[(0.1, 0.2), (0.7, 0.1), (0.9, 0.8), (0.3, 0.9)]);
+        let halves = [
+            outline(&[(0.1, 0.2), (0.5, 0.15), (0.5, 0.85), (0.3, 0.9)]),
+            outline(&[(0.5, 0.15), (0.7, 0.1), (0.9, 0.8), (0.5, 0.85)]),
+        ];
+        let cut = [crate::mesh::CardCut::new(&whole, [&halves[0], &halves[1]], &whole[1..]).unwrap()];
+        for (shape, scale, corners) in [(CardShape::CutOut, 1.0, 8), (CardShape::Trimmed, 1.5, 3)] {
+            let cards: Vec<_> = (0..40).map(|leaf| LeafCard { leaf, scale }).collect();
+            let mesh = leaf_cards(&plant, &posed, &cards, crate::mesh::Cards { shape, cuts: &cut });
+            let leaves = limbs.wind(&plant, &mesh, &mesh).leaves;
+            assert_eq!(leaves.len(), 40 * corners);
+            for (card, phase) in leaves.chunks(corners).zip(&phases) {
+                let off = card.iter().map(|told| (told.y - phase).abs()).fold(0.0, f32::max);
+                assert!(off.min(1.0 - off) < 1e-3, "{shape:?}: {card:?} for {phase}");
+            }
+        }
         // A card that stands for many hangs on no chain.
         let cloud = Mesh { chains: vec![NO_CHAIN; mesh.positions.len()], ..mesh };
         assert!(limbs.wind(&plant, &cloud, &cloud).leaves.iter().all(|leaf| *leaf == Vec2::ZERO));
