@@ -27,7 +27,7 @@ pub(super) struct Level {
     /// Where the picture lies in it and how far it goes, texels: all of it, but for what an atlas has around it.
     corner: Vec2,
     extent: Vec2,
-    /// Smallest alpha that is kept.
+    /// Smallest alpha of a texel that is kept. Between texels half of one less is: 127.5 of 255 are a half.
     threshold: u8,
     /// Whether it is seen between texels at any size, and not only where they are magnified.
     pub(super) filtered: bool,
@@ -174,7 +174,7 @@ impl Level {
         let alpha = |x: usize, y: usize| f32::from(self.alpha[y * self.width as usize + x]);
         let upper = alpha(x0, y0) + (alpha(x1, y0) - alpha(x0, y0)) * fx;
         let lower = alpha(x0, y1) + (alpha(x1, y1) - alpha(x0, y1)) * fx;
-        upper + (lower - upper) * fy >= f32::from(self.threshold)
+        upper + (lower - upper) * fy >= f32::from(self.threshold) - 0.5
     }
 
     /// As [`covers`](Self::covers) for each place of a run, one bit each.
@@ -229,7 +229,8 @@ fn parts(corners: [u8; 4], threshold: u8) -> u16 {
         let (left, right) = (a * (whole - down) + c * down, b * (whole - down) + d * down);
         for x in 0..PARTS {
             let along = 2 * x as i32 + 1;
-            let passes = left * (whole - along) + right * along >= i32::from(threshold) * whole * whole;
+            let alpha = left * (whole - along) + right * along;
+            let passes = 2 * alpha >= (2 * i32::from(threshold) - 1) * whole * whole;
             parts |= u16::from(passes) << (y * PARTS + x);
         }
     }
@@ -345,7 +346,8 @@ pub(super) fn level_of(mut area: f32, count: usize) -> usize {
     level
 }
 
-/// The level of half the size; the last row or column of an odd size counts into its neighbour.
+/// The level of half the size, rounded to the nearest as engines do: alpha that is made for its mips (`mip_coverage.rs`) lies close to
+/// the cut, and means cut off lost up to a tenth of it by the fourth. The last row or column of an odd size counts into its neighbour.
 fn half(from: &Level) -> Level {
     let (width, height) = ((from.width / 2).max(1), (from.height / 2).max(1));
     let wide = from.width as usize;
@@ -357,7 +359,9 @@ fn half(from: &Level) -> Level {
             let (upper, lower) = from.alpha[2 * y as usize * wide..][..2 * wide].split_at(wide);
             let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
             alpha.extend(
-                pairs.map(|(a, b)| ((u32::from(a[0]) + u32::from(a[1]) + u32::from(b[0]) + u32::from(b[1])) / 4) as u8),
+                pairs.map(|(a, b)| {
+                    ((u32::from(a[0]) + u32::from(a[1]) + u32::from(b[0]) + u32::from(b[1]) + 2) / 4) as u8
+                }),
             );
             continue;
         }
@@ -369,7 +373,7 @@ fn half(from: &Level) -> Level {
                     count += 1;
                 }
             }
-            alpha.push((sum / count.max(1)) as u8);
+            alpha.push(((sum + count / 2) / count.max(1)) as u8);
         }
     }
     Level::new(width, height, alpha)
