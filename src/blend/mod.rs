@@ -2,6 +2,7 @@
 
 mod ground;
 mod growth;
+mod height;
 mod mix;
 mod morph;
 mod part;
@@ -13,6 +14,7 @@ mod tests;
 
 pub use ground::grounded;
 pub use growth::grown;
+pub use height::no_higher;
 pub use mix::{mix, scattered};
 pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};

@@ -2,13 +2,15 @@
 //! the branches that users are interested in").
 //!
 //! A kin is chosen by its Gravelius order, by how high its base stands, or by a named part of a source. Demands of one
-//! kind are alternatives, demands of different kinds must all hold: orders 2 or 3, and above the middle. Order and height
-//! are those of the first source that has the kin; a part is asked of every source that has one of that name.
+//! kind are alternatives, demands of different kinds must all hold: orders 2 or 3, and above the middle. The order is that of the
+//! first source that has the kin. Its height is where it stands on the first source, which the rest stays as, and where it would
+//! stand there as the others have it: a limb of the upper half that comes to be a shoot at the other's foot takes no part. A part
+//! is asked of every source that has one of that name.
 
 use glam::Vec3;
 
 use crate::base::math;
-use crate::plant::{ChainId, Plant};
+use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::plan::{OnlyParams, PartRegion};
 use crate::relate::{Family, KinId, Weights};
 
@@ -55,6 +57,7 @@ impl Chosen {
             } else {
                 let stays = family.is_primary(kin, 0);
                 weights.set(kin, &first, if stays { 1.0 } else { 0.0 });
+                weights.keep(kin);
                 stays
             };
             if let Some(parent) = family.parent(kin) {
@@ -75,9 +78,12 @@ pub fn chosen(family: &Family, only: &OnlyParams, parts: &[(usize, &str, PartReg
         let mut members = (0..posed.len()).filter_map(|s| family.member(kin, s).map(|chain| (s, chain)));
         let Some((s, chain)) = members.clone().next() else { return false };
         let order = family.sources()[s].chain(chain).order;
-        let height = posed[s].height_of(chain);
+        let in_height = |(s, chain): (usize, ChainId)| {
+            let height = stands(family, &posed, kin, s, chain);
+            only.heights.iter().any(|(low, high)| (*low..=*high).contains(&height))
+        };
         (only.orders.is_empty() || only.orders.iter().any(|(low, high)| (*low..=*high).contains(&order)))
-            && (only.heights.is_empty() || only.heights.iter().any(|(low, high)| (*low..=*high).contains(&height)))
+            && (only.heights.is_empty() || members.clone().all(in_height))
             && (only.parts.is_empty()
                 || members.any(|(s, chain)| {
                     let own = wanted.iter().filter(|part| part.0 == s);
@@ -87,8 +93,25 @@ pub fn chosen(family: &Family, only: &OnlyParams, parts: &[(usize, &str, PartReg
     Chosen { kins: family.kin_ids().map(takes_part).collect() }
 }
 
+/// How high a kin stands on the first source, or would stand there as another source has it, as a share of its height; as in its own
+/// source where the first has nothing that bears it.
+fn stands(family: &Family, posed: &[Placed], kin: KinId, source: usize, chain: ChainId) -> f32 {
+    let mut child = (kin, chain);
+    while source > 0 {
+        let Some(parent) = family.parent(child.0) else { break };
+        if let Some(bearer) = family.member(parent, 0) {
+            let location = family.sources()[source].chain(child.1).location;
+            return posed[0].height_at(&family.sources()[0], bearer, location);
+        }
+        let Some(chain) = family.member(parent, source) else { break };
+        child = (parent, chain);
+    }
+    posed[source].height_of(chain)
+}
+
 /// Where the chains of a source stand.
 struct Placed {
+    posed: Posed,
     /// Base and tip of each chain.
     ends: Vec<(Vec3, Vec3)>,
     height: f32,
@@ -102,7 +125,13 @@ impl Placed {
             (points[0], points[points.len() - 1])
         });
         let height = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
-        Self { ends: ends.collect(), height: height.max(1e-6) }
+        Self { ends: ends.collect(), height: height.max(1e-6), posed }
+    }
+
+    /// Of a place on a chain, as a share of the plant's.
+    fn height_at(&self, plant: &Plant, chain: ChainId, location: f32) -> f32 {
+        let place = self.posed.curve(plant, chain).point(f64::from(location));
+        (place.y / self.height).clamp(0.0, 1.0)
     }
 
     /// Of a chain's base, as a share of the plant's.

@@ -204,6 +204,7 @@ impl<'f> Tasks<'f> {
             let degree = match self.tasks[kin.index()] {
                 Task::None | Task::Absent => continue,
                 Task::Still => {
+                    weights.keep(kin);
                     shares[self.from] = 1.0;
                     1.0
                 }

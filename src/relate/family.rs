@@ -137,6 +137,8 @@ pub struct Family {
     pub(super) plants: Vec<Plant>,
     /// Arc-length parameters of all points of each source.
     pub(super) parameters: Vec<Vec<f64>>,
+    /// How long each chain of each source is.
+    pub(super) lengths: Vec<Vec<f32>>,
     pub(super) parents: Vec<u32>,
     /// Kin after kin, a source each.
     pub(super) members: Vec<Member>,
@@ -188,10 +190,11 @@ impl Family {
         let primary = primaries(&plants, kins)?;
         let parents: Vec<u32> = kins.iter().map(|k| k.parent.map_or(NONE, |p| p.0)).collect();
         let (first_child, children) = child_lists(&parents);
-        let parameters: Vec<Vec<f64>> = plants
-            .iter()
-            .map(|plant| plant.chain_ids().flat_map(|id| Curve::new(plant.points(id)).parameters()).collect())
-            .collect();
+        let curves: Vec<Vec<Curve<'_>>> =
+            plants.iter().map(|of| of.chain_ids().map(|id| Curve::new(of.points(id))).collect()).collect();
+        let parameters = curves.iter().map(|of| of.iter().flat_map(Curve::parameters).collect()).collect();
+        let lengths = curves.iter().map(|of| of.iter().map(Curve::length).collect()).collect();
+        drop(curves);
         let mut family = Self {
             blocks: Vec::with_capacity(kins.len()),
             members: Vec::with_capacity(kins.len() * plants.len()),
@@ -205,6 +208,7 @@ impl Family {
             sizes: None,
             plants,
             parameters,
+            lengths,
             parents,
             first_child,
             children,

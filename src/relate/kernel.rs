@@ -40,6 +40,8 @@ pub struct Blender<'f> {
     pub(super) degrees: Vec<f32>,
     /// How shares run along each kin.
     pub(super) runs: Vec<Run>,
+    /// Which kins keep their source's radii.
+    pub(super) kept: Vec<bool>,
     pub(super) feeds: Vec<Feed>,
     /// Where each kin's points start in the arrays below, with room for its longest form.
     pub(super) first: Vec<u32>,
@@ -51,6 +53,9 @@ pub struct Blender<'f> {
     pub(super) radii: Vec<f32>,
     /// Arc-length parameters.
     pub(super) parameters: Vec<f64>,
+    /// How long each kin is, and its degree as far as its parent has room for it.
+    pub(super) lengths: Vec<f32>,
+    pub(super) grown: Vec<f32>,
     pub(super) location: Vec<f32>,
     pub(super) origin: Vec<Vec3>,
     /// What each kin's base asks of its parent, as radius^2.5.
@@ -117,6 +122,7 @@ impl<'f> Blender<'f> {
             shares: vec![0.0; kins * sources],
             degrees: vec![0.0; kins],
             runs: vec![Run::Even; kins],
+            kept: vec![false; kins],
             feeds: vec![Feed::Nothing; kins],
             first,
             len: vec![0; kins],
@@ -124,6 +130,8 @@ impl<'f> Blender<'f> {
             linear: vec![0.0; points],
             radii: vec![0.0; points],
             parameters: vec![0.0; points],
+            lengths: vec![0.0; kins],
+            grown: vec![0.0; kins],
             location: vec![0.0; kins],
             origin: vec![Vec3::ZERO; kins],
             load: vec![0.0; kins],
@@ -150,22 +158,29 @@ impl<'f> Blender<'f> {
     pub fn blend_into(&mut self, weights: &Weights, plant: &mut Plant) {
         self.weigh(weights);
         let family = self.family;
-        let by_parent = family.units.is_some() || family.elastic.is_some();
         for k in 0..self.feeds.len() {
             if self.feeds[k] == Feed::Nothing {
                 continue;
             }
+            let parent = family.parents[k];
+            if self.moved[k] || parent != NONE && self.moved[parent as usize] {
+                let grown = self.degrees[k].min(self.room(k));
+                self.moved[k] |= grown != self.grown[k];
+                self.grown[k] = grown;
+            }
             if self.moved[k] {
                 self.place(k);
+                self.lengths[k] = self.length(k);
             }
-            // By units, a branch sits at a boundary of its parent, wherever that is now; on elastic curves likewise.
-            let parent = family.parents[k];
-            if by_parent && parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
+            // A branch sits at a boundary of its parent by units, wherever that is now, and on elastic curves likewise; elsewhere no
+            // farther along it than it grew.
+            if parent != NONE && (self.moved[k] || self.moved[parent as usize]) {
                 self.location[k] = self.own_location(k);
                 self.location[k] = match &family.elastic {
                     Some(elastic) => self.locate_elastic(k, elastic),
                     None => self.locate(k),
                 };
+                self.location[k] = self.no_farther(k);
             }
         }
         if family.elastic.is_some() {
@@ -209,8 +224,9 @@ impl<'f> Blender<'f> {
             self.take(k, feed, &row, degree);
             self.moved[k] |= other_times && feed != Feed::Nothing;
             let run = weights.run(KinId(k as u32));
-            self.moved[k] |= self.runs[k] != run;
-            self.runs[k] = run;
+            let kept = weights.keeps(KinId(k as u32));
+            self.moved[k] |= self.runs[k] != run || self.kept[k] != kept;
+            (self.runs[k], self.kept[k]) = (run, kept);
         }
         if !any && kins > 0 {
             let source = family.row(0).iter().position(|m| m.chain != NONE).unwrap_or(0);

@@ -19,6 +19,7 @@ mod point_weights;
 mod pruned;
 #[cfg(test)]
 pub(crate) mod random_plant;
+mod reach;
 mod resample;
 mod rule;
 mod size;

@@ -39,7 +39,7 @@ impl Blender<'_> {
     pub(super) fn place(&mut self, k: usize) {
         let family = self.family;
         let row = family.row(k);
-        let degree = self.degrees[k];
+        let degree = self.grown[k];
         let first = self.first[k] as usize;
         if let Feed::One(s) = self.feeds[k] {
             let plant = &family.plants[s as usize];

@@ -52,7 +52,7 @@ impl Blender<'_> {
         };
         let (own, other) = (block(a), block(b));
         let first = self.first[k] as usize;
-        let degree = self.degrees[k];
+        let degree = self.grown[k];
         self.len[k] = len as u32;
         self.location[k] = self.own_location(k);
         let mut shares = vec![0.0_f32; sources];

@@ -6,8 +6,9 @@
 //! sources carry in its shares, both summed at the blended locations. A equals E at the corners; a bough whose children
 //! have not grown is thinner, and a slim trunk whose limbs are still the other source's is stouter. A child counts at
 //! every point below it, and at the next point above it by how near it is, so that no radius jumps when a child passes
-//! a point on its way along the parent. Three guards: no chain's base gets thicker than its thickest member's (limbs of
-//! the other source would make a trunk three times as thick as both); a chain tapers wherever its linear radii do (a child
+//! a point on its way along the parent. Four guards: no chain's base gets thicker than its thickest member's (limbs of
+//! the other source would make a trunk three times as thick as both), nor thinner than its thinnest where several feed it (between a
+//! palm and an oak, the palm's trunk lost a third of its thickness to limbs that had not grown); a chain tapers wherever its linear radii do (a child
 //! that is missing would otherwise leave a waist); and a child's base is at most as thick against its parent as in its
 //! sources, or as thick as the parent.
 //!
@@ -50,20 +51,35 @@ impl Blender<'_> {
 
     fn rule(&mut self, k: usize) {
         let family = self.family;
-        self.gather(k);
         let span = self.span(k);
+        if self.kept[k] {
+            self.radii[span.clone()].copy_from_slice(&self.linear[span.clone()]);
+            self.load[k] = carried(f64::from(self.linear[span.start]));
+            return;
+        }
+        self.gather(k);
         let (linear, parameters) = (&self.linear[span.clone()], &self.parameters[span.clone()]);
         let radii = &mut self.radii[span];
         let tip = linear[linear.len() - 1];
         let (mut load, mut expected) = (carried(f64::from(tip)), carried(f64::from(tip)));
         let sources = family.plants.len();
         let members = family.row(k).iter().zip(&self.shares[k * sources..(k + 1) * sources]);
-        let (thickest, mean) = members.fold((0.0_f32, 0.0_f32), |(thickest, mean), (member, share)| {
-            (thickest.max(member.base), mean + member.base * thickness(member, *share))
-        });
+        let (mut thickest, mut thinnest, mut mean) = (0.0_f32, f32::MAX, 0.0_f32);
+        for (member, &share) in members {
+            thickest = thickest.max(member.base);
+            if share > 0.0 {
+                thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
+            }
+            mean += member.base * thickness(member, share);
+        }
         let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
+        let least = if mean > 0.0 && self.feeds[k] == Feed::Several { (thinnest / mean).min(1.0) } else { 0.0 };
         let ratio = |load: f64, expected: f64| {
-            if load == expected || expected <= 0.0 { 1.0 } else { (two_fifths(load / expected) as f32).min(most) }
+            if load == expected || expected <= 0.0 {
+                1.0
+            } else {
+                (two_fifths(load / expected) as f32).clamp(least, most)
+            }
         };
         let (mut scale, mut next) = (1.0_f32, 0);
         let (mut linear_above, mut above) = (tip, tip);
@@ -105,7 +121,7 @@ impl Blender<'_> {
     /// The children of a kin and of its members, from the tip down.
     fn gather(&mut self, k: usize) {
         let family = self.family;
-        let degree = self.degrees[k];
+        let degree = self.grown[k];
         let mut events = std::mem::take(&mut self.events);
         events.clear();
         for &child in &family.children[family.child_range(k)] {

@@ -188,7 +188,7 @@ impl Blender<'_> {
         let family = self.family;
         let Some(units) = &family.units else { return };
         let (start, len) = (family.blocks[k].0 as usize, family.blocks[k].1 as usize);
-        let (row, degree) = (family.row(k), self.degrees[k]);
+        let (row, degree) = (family.row(k), self.grown[k]);
         let share = self.share(k)[1];
         let boundaries = units.of_kin(k);
         // Not an address of its own kind, but one below the batch's.

@@ -20,6 +20,9 @@ pub struct Weights {
     /// How shares run along each kin; empty where all are even.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     runs: Vec<Run>,
+    /// Kins that are as their source has them, radii and all, whatever becomes of what they bear; empty where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    kept: Vec<bool>,
 }
 
 /// How the shares of two members run along a kin (2017 CAVW, 6.1): `t` is the share of the later source, `s` the
@@ -39,7 +42,14 @@ impl Weights {
     /// All zero, for `kins` kins over `sources` sources.
     #[must_use]
     pub fn new(kins: usize, sources: usize) -> Self {
-        Self { sources, shares: vec![0.0; kins * sources], degrees: vec![0.0; kins], units: 0, runs: Vec::new() }
+        Self {
+            sources,
+            shares: vec![0.0; kins * sources],
+            degrees: vec![0.0; kins],
+            units: 0,
+            runs: Vec::new(),
+            kept: Vec::new(),
+        }
     }
 
     /// Sets one kin: a share for each source, in their order, and the degree of growth 0..=1. Shares that are missing
@@ -67,6 +77,20 @@ impl Weights {
     #[must_use]
     pub fn run(&self, kin: KinId) -> Run {
         self.runs.get(kin.index()).copied().unwrap_or_default()
+    }
+
+    /// Has a kin keep the radii of its source, whatever becomes of what it bears.
+    pub fn keep(&mut self, kin: KinId) {
+        self.kept.resize(self.degrees.len(), false);
+        if let Some(slot) = self.kept.get_mut(kin.index()) {
+            *slot = true;
+        }
+    }
+
+    /// Whether it does.
+    #[must_use]
+    pub fn keeps(&self, kin: KinId) -> bool {
+        self.kept.get(kin.index()).copied().unwrap_or(false)
     }
 
     /// The same weights, for families [by units](super::Family::by_units) with every growth unit at a time of its own.

@@ -1,0 +1,39 @@
+//! Blends that would be higher than every source.
+//!
+//! Branches and what bears them come from one source to the other each at its own pace, and a limb that is wide in one source may
+//! stand on a trunk that is upright in the other: between a pole with a tuft and an umbrella of the same height trees were up to 1.5
+//! times as high as both. Such a tree is made as much smaller as a whole: its proportions are what the blend is.
+
+use crate::plant::Plant;
+
+/// A blend of some plants, no higher than the highest of them; as it is where it is not.
+#[must_use]
+pub fn no_higher<'s>(blend: Plant, sources: impl IntoIterator<Item = &'s Plant>) -> Plant {
+    let most = sources.into_iter().map(Plant::height).fold(0.0, f32::max);
+    let height = blend.height();
+    if most > 0.0 && height > most { blend.scaled(most / height) } else { blend }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::plant::PlantBuilder;
+
+    #[test]
+    fn a_blend_that_is_higher_than_its_sources_is_smaller_as_a_whole() {
+        let pole = |height: f32| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * height], &[0.2, 0.1]);
+            builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
+            builder.finish().expect("it stands")
+        };
+        let sources = [pole(6.0), pole(4.0)];
+        let made = no_higher(pole(9.0), &sources);
+        assert!((made.height() - 6.0).abs() < 1e-4 && (made.all_radii()[0] - 0.2 * 6.0 / 9.0).abs() < 1e-6);
+        for height in [3.0, 5.0, 6.0] {
+            assert!(no_higher(pole(height), &sources) == pole(height));
+        }
+    }
+}
