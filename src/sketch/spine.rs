@@ -7,7 +7,7 @@
 //! neighbours: beyond [`TURN`] more than the most of parent and next siblings. A branch that would only follows its
 //! handles so far. Where a trunk is drawn, stems stand on it (`sketch/stem.rs`) whatever handles do. Past the paper, stems
 //! leave the ground as they did before: by the weights alone a lobe to one side turned the whole bole, the foot with it, by up
-//! to 38 degrees. Branches make up for what stems hang back, since each goes where its own handles are told.
+//! to 38 degrees; nor is a step of a stem pressed together to less than half. Branches make up for what stems hang back, since each goes where its own handles are told.
 
 use glam::Vec3;
 
@@ -27,6 +27,8 @@ const MOST_TURN: f32 = 1.5;
 pub(super) const SIBLINGS: usize = 3;
 /// Of a stem's length from its foot up, how much of it hangs back behind its handles.
 const FOOT: f32 = 0.6;
+/// What at least is left of the length of each step along a stem.
+const PRESSED: f32 = 0.5;
 /// Shares of its handles' way that are tried for a branch beyond a bound.
 const SHARES: [f32; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
 
@@ -277,6 +279,11 @@ fn stand(points: &[Vec3], own: &mut [Vec3]) {
         let from = points[i] - foot;
         let along = from * (own[i].dot(from) / from.length_squared().max(1e-12));
         own[i] = along.lerp(own[i], math::smoothstep(0.0, FOOT * length.max(1e-6), arc));
+        // A crown that comes farther down presses its bole together, but not into a foot that lies on the ground.
+        let step = points[i] - points[i - 1];
+        let up = step.normalize_or_zero();
+        let lacks = PRESSED * step.length() - (step + own[i] - own[i - 1]).dot(up);
+        own[i] += up * lacks.max(0.0);
     }
 }
 
@@ -354,6 +361,19 @@ mod tests {
             let tip = plant.span(handle.chain).end - 1;
             assert!(shift[tip].distance(*told) < 1e-3);
         }
+    }
+
+    #[test]
+    fn a_stem_that_is_told_to_sink_is_not_pressed_into_its_foot() {
+        let points: Vec<Vec3> = (0..8).map(|i| Vec3::Y * i as f32).collect();
+        // Lower lobes are told to sink by two metres and three, upper ones to rise again.
+        let mut own: Vec<Vec3> =
+            (0..8).map(|i| Vec3::new(0.2 * i as f32, [0.0, -2.0, -3.0, -2.0, -1.0, 0.0, 0.5, 1.0][i], 0.0)).collect();
+        stand(&points, &mut own);
+        let at: Vec<Vec3> = points.iter().zip(&own).map(|(p, d)| *p + *d).collect();
+        assert!(at[0] == Vec3::ZERO && at.windows(2).all(|pair| pair[1].y - pair[0].y > PRESSED - 1e-4), "{at:?}");
+        // What does rise is where it is told.
+        assert!((at[7].y - 8.0).abs() < 1e-4, "{at:?}");
     }
 
     #[test]
