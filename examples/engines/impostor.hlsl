@@ -89,12 +89,15 @@ struct Impostor
         float2 at = IMPOSTOR_UV(sheet.xy + (frame + within) * edge);
         float4 texel = colors.SampleGrad(colorSampler, at, dx, dy);
         float own = any(abs(seen) > extent) ? 0.0 : texel.a * share;
-        float3 turned = normalize(IMPOSTOR_NORMAL(normals.SampleGrad(normalSampler, at, dx, dy)));
         float4 orm = orms.SampleGrad(ormSampler, at, dx, dy);
+        // Above a leaf's roughness it is told how far the normal looks away.
+        float away = saturate((orm.g - 0.784) / 0.216);
+        float3 turned = normalize(IMPOSTOR_NORMAL(normals.SampleGrad(normalSampler, at, dx, dy))) * sqrt(1.0 - away * away);
+        turned.z -= away;
         color += float4(texel.rgb * own, own);
         normal += (x * turned.x + y * turned.y + z * turned.z) * own;
         occlusion += orm.r * own;
-        roughness += orm.g * own;
+        roughness += min(orm.g, 0.784) * own;
     }
 
     // Looks at a place of the rectangle; `texels` of the atlas.

@@ -95,8 +95,12 @@ void addFrame(vec2 frame, float share, inout vec4 color, inout vec3 normal, inou
   vec4 texel = textureGrad(sheetColor, uv, dx, dy);
   float own = texel.a * share;
   color += vec4(texel.rgb * own, own);
-  normal += axes * normalize(textureGrad(sheetNormal, uv, dx, dy).xyz * 2.0 - 1.0) * own;
-  surface += textureGrad(sheetOrm, uv, dx, dy).rg * own;
+  vec2 orm = textureGrad(sheetOrm, uv, dx, dy).rg;
+  // Above a leaf's roughness it is told how far the normal looks away.
+  float away = clamp((orm.y - 0.784) / 0.216, 0.0, 1.0);
+  vec3 turned = normalize(textureGrad(sheetNormal, uv, dx, dy).xyz * 2.0 - 1.0) * sqrt(1.0 - away * away);
+  normal += axes * vec3(turned.xy, turned.z - away) * own;
+  surface += vec2(orm.x, min(orm.y, 0.784)) * own;
 }
 `;
 

@@ -4,7 +4,7 @@
 //! each pixel of a baked picture, up to four of those texels and their shares, which hold the shade of the wood and leaves
 //! there too. Shapes, normals and alpha don't hang on colours, so a recipe stays as long as they do.
 //!
-//! Limits: shares are bytes; of a pixel that shows more than four texels the largest shares stand for all; 16,383
+//! Limits: shares are bytes, 204 for a whole pixel; of a pixel that shows more than four texels the largest shares stand for all; 16,383
 //! pictures (what lies beyond is white).
 
 use glam::{Vec2, Vec3};
@@ -17,6 +17,8 @@ use crate::base::{Key, bulk};
 
 /// Most texels that a pixel is mixed from.
 const MOST: usize = 4;
+/// The share of a byte that is all of a pixel: what is brightened by up to a quarter has room.
+const WHOLE: f32 = 204.0;
 /// The texel that is white.
 const WHITE: u32 = 0xff_ffff;
 
@@ -101,7 +103,7 @@ pub struct Recipe {
     /// Texels of the palette that each pixel takes, 0 where nothing is.
     #[serde(with = "bulk")]
     counts: Vec<u8>,
-    /// Texel times 256, and share of 255.
+    /// Texel times 256, and share of [`WHOLE`].
     #[serde(with = "bulk")]
     parts: Vec<u32>,
 }
@@ -123,7 +125,7 @@ impl Recipe {
             mixed.truncate(MOST);
         }
         let kept: f32 = mixed.iter().map(|m| m.1).sum();
-        let scale = if kept > 0.0 { 255.0 * all / kept } else { 0.0 };
+        let scale = if kept > 0.0 { WHOLE * all / kept } else { 0.0 };
         self.counts.push(mixed.len() as u8);
         let part = |&(place, share): &(u32, f32)| place.min(WHITE) << 8 | (share * scale + 0.5).min(255.0) as u32;
         self.parts.extend(mixed.iter().map(part));
@@ -172,7 +174,7 @@ impl Recipe {
             let mut sum = Vec3::ZERO;
             for part in parts.by_ref().take(usize::from(count)) {
                 let color = palette.colors.get((part >> 8) as usize).copied().unwrap_or(Vec3::ONE);
-                sum += color * ((part & 255) as f32 * (1.0 / 255.0));
+                sum += color * ((part & 255) as f32 * (1.0 / WHOLE));
             }
             [srgb::encode(sum.x), srgb::encode(sum.y), srgb::encode(sum.z)]
         };
@@ -194,7 +196,7 @@ impl Recipe {
         self.counts.iter().map(mean).collect()
     }
 
-    /// Makes what it paints so much brighter, in linear light.
+    /// Makes what it paints so much brighter, up to 1.25 times, in linear light.
     pub(crate) fn brighten(&mut self, gain: f32) {
         let scaled = std::array::from_fn::<u32, 256, _>(|share| (share as f32 * gain + 0.5).clamp(0.0, 255.0) as u32);
         self.parts.iter_mut().for_each(|part| *part = *part & !255 | scaled[(*part & 255) as usize]);
@@ -245,6 +247,7 @@ mod tests {
         let mut recipe = Recipe::default();
         recipe.push(&mut vec![(0, 0.6), (1, 0.2)]);
         recipe.push(&mut vec![(WHITE, 1.0)]);
+        recipe.push(&mut vec![(0, 1.0)]);
         let palette = Palette { colors: vec![Vec3::splat(0.5), Vec3::splat(0.3)] };
         let linear = |recipe: &Recipe| recipe.paint(&palette).iter().map(|c| srgb::decode(c[0])).collect::<Vec<_>>();
         let before = linear(&recipe);
@@ -253,7 +256,8 @@ mod tests {
             brighter.brighten(gain);
             let after = linear(&brighter);
             assert!((after[0] / before[0] - gain).abs() < 0.02, "{gain}: {before:?} {after:?}");
-            // Nothing is whiter than white.
+            // Nothing is whiter than white, but what wears one texel alone has as much room as what is mixed.
+            assert!((after[2] / before[2] - gain).abs() < 0.02, "{gain}: {before:?} {after:?}");
             assert!((after[1] - gain.min(1.0)).abs() < 0.01, "{gain}: {after:?}");
         }
     }
@@ -338,12 +342,12 @@ mod tests {
         recipe.push(&mut Vec::new());
         let sum: u32 = recipe.parts.iter().map(|p| p & 255).sum();
         assert_eq!((recipe.counts.as_slice(), recipe.parts.len()), (&[4, 0][..], 4));
-        assert!(sum.abs_diff(255) <= 2, "{sum}");
+        assert!(sum.abs_diff(WHOLE as u32) <= 2, "{sum}");
         let mut other = Recipe::default();
         other.push(&mut vec![(u32::MAX, 1.0)]);
         other.push(&mut vec![(7, 0.5), (7, 0.5)]);
         let sheet = Recipe::sheet(&[&recipe, &other], 2, 1);
         assert_eq!(sheet.counts, [4, 1, 0, 1]);
-        assert_eq!(sheet.parts[4..], [0xff_ffff << 8 | 255, 7 << 8 | 255]);
+        assert_eq!(sheet.parts[4..], [0xff_ffff << 8 | WHOLE as u32, 7 << 8 | WHOLE as u32]);
     }
 }

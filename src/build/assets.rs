@@ -16,7 +16,7 @@ use crate::bake::{self, Layout, Maps, Palette, Picked, PictureKind, Rect, SheetC
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
     self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
-    MANIFEST_FORMAT, Manifest, MeasuredErrors, SetMaterials, TextureEntry, VariantEntry, WindEntry,
+    MANIFEST_FORMAT, Manifest, MeasuredErrors, OutlineErrors, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, TreeMesh, Wind};
@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 8);
+const ATLAS: Stage = Stage("atlas", 9);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 4);
@@ -109,6 +109,17 @@ struct Unwrapped {
 }
 
 impl Placed {
+    /// What is told of pictures that the atlas holds only smaller than their levels were measured with.
+    pub(super) fn scaled(&self, plan: &Plan) -> Option<Note> {
+        let scale = self.packed.layout.scale;
+        let message = format!(
+            "{} texels an edge hold all pictures only at {scale:.2} of their size, and levels with cards or impostors are coarser \
+             than the manifest tells, which is of the whole size; a larger `size` holds them, or fewer variants",
+            plan.atlas.size
+        );
+        (scale < 1.0).then(|| Note { about: "atlas".to_owned(), message })
+    }
+
     /// What is told of light maps that have no room for their charts.
     pub(super) fn small_lightmap(&self, plan: &Plan) -> Option<Note> {
         let edges = self.meshes.iter().zip(1..).map(|(unwrapped, n)| (unwrapped.lightmap, n));
@@ -597,6 +608,11 @@ fn level_entry(name: &str, index: usize, level: &Level, mesh: &TreeMesh, height:
             coverage: measured.coverage,
             color: measured.color,
             flip: measured.flip,
+        }),
+        without_shader: level.plain.map(|plain| OutlineErrors {
+            iou_mean: plain.iou,
+            iou_worst: plain.worst_iou,
+            coverage: plain.coverage,
         }),
         impostor: None,
     }

@@ -1,7 +1,7 @@
 //! The stages in order: from a plan and its inputs to the files of a set. Reads like a table of contents.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -18,14 +18,15 @@ use super::trees::{Tree, Trees};
 pub use super::wardrobe::dress_params;
 use super::wardrobe::{self, Wardrobe};
 use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages, wears};
-use crate::base::{Asked, Diagnostic, Key, Note};
+use crate::base::{Asked, Diagnostic, Key, Note, once};
+use crate::plant::Leaf;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
 use crate::preset::{self, Plan};
 use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 85;
+pub(super) const VERSION: u32 = 86;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -315,7 +316,10 @@ pub fn make_set(
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
     let mut notes = notes(plan, inputs, &prepared, &selected);
-    notes.extend(super::unlike::notes(plan, &trees));
+    notes.extend(placed.scaled(plan));
+    let stock = OnceLock::new();
+    let drawn = |leaf: &Leaf| once(&stock, || super::trees::stock(plan, pictures, cache)).drawn(leaf);
+    notes.extend(super::unlike::notes(plan, &trees, &drawn));
     notes.extend(super::fewer::notes(plan, &prepared.wardrobe, &trees));
     notes.extend(placed.small_lightmap(plan));
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);

@@ -17,19 +17,19 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
-const SKETCH: Stage = Stage("sketch", 13);
-const LADDER: Stage = Stage("ladder", 53);
+const SKETCH: Stage = Stage("sketch", 14);
+const LADDER: Stage = Stage("ladder", 54);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 47);
+const LEVEL: Stage = Stage("level", 48);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 12);
+const FOOTING: Stage = Stage("footing", 13);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 8);
+const COLORS: Stage = Stage("colors", 9);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 8);
-const REFERENCE: Stage = Stage("reference", 12);
+const OUTLINES: Stage = Stage("outlines", 9);
+const REFERENCE: Stage = Stage("reference", 13);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 4);
+const STOCK: Stage = Stage("stock", 5);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;
@@ -200,7 +200,7 @@ fn texels(plan: &Plan, pictures: &Pictures) -> Texels {
     let space = |texels: Texels| Space::of(plan, pictures, texels);
     let at = |eighths: u32| lod::CARD_TEXELS * eighths / 8;
     let cards =
-        (2..=8).rev().map(at).find(|&texels| space(Texels::all(texels)).fits(FILLED, edge, edge)).unwrap_or(at(2));
+        (1..=8).rev().map(at).find(|&texels| space(Texels::all(texels)).fits(FILLED, edge, edge)).unwrap_or(at(1));
     // Cards' atlas is not to be higher than it is anyway. What has no cards has thin twigs, or few leaves.
     let least = space(Texels::all(cards));
     let mut lower = (0..edge.ilog2()).map(|k| 1 << k);

@@ -5,6 +5,7 @@ use super::trees::Tree;
 use crate::base::{Note, counted};
 use crate::lod::{Level, Measured};
 use crate::mesh::bareness;
+use crate::plant::Leaf;
 use crate::preset::Plan;
 use crate::preset::plan::{ANY, Lod};
 
@@ -13,14 +14,17 @@ const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
 /// From which bareness on a tree is one of twigs: a few leaves on them change nothing.
 const BARE: f32 = 0.9;
+/// Share of its tree that an impostor's crossed planes show at least, of bare trees, too.
+const PLAIN: f32 = 0.7;
 /// Share of its leaves' area that a tree may lose to its bound on triangles.
 const BARED: f32 = 0.75;
 
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
-/// triangles than the level before, and one where it has more than it may have.
-pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
+/// triangles than the level before, and one where it has more than it may have. `drawn` is what of a leaf's card is drawn, 0..=1.
+pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -> Vec<Note> {
     let mut notes: Vec<Note> = (0..plan.lods.len()).filter_map(|place| over_budget(plan, trees, place)).collect();
-    notes.extend(bared(plan, trees));
+    notes.extend(bared(plan, trees, drawn));
+    notes.extend((0..plan.lods.len()).filter_map(|place| without_shader(trees, place)));
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
         let about = format!("lods[{place}]");
         let levels =
@@ -31,6 +35,10 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
         if let Some((n, worst)) = unlike.iter().min_by(|a, b| a.1.measured.iou.total_cmp(&b.1.measured.iou)) {
             let tree = &trees[*n as usize - 1];
             let (below, height) = (plan.mesh.below, tree.plant.height());
+            let full = &tree.ladder.levels[0].mesh;
+            let low = full.bark.positions.iter().chain(&full.leaf.positions).fold(0.0_f32, |low, p| low.min(p.y));
+            // Stems that lie on the ground do not go on below it.
+            let sunken = below.min(-low);
             // Such pictures show more of what is in the ground than of the tree: no texels help.
             let sunk = format!(
                 "stems go on {below} m below the ground, which its picture holds, and the tree is {height:.1} m high: ask \
@@ -39,7 +47,7 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree]) -> Vec<Note> {
             // Twigs are thinner than cards and frames show, of any number of texels: only triangles hold them.
             let is_bare = bareness(&tree.plant, &tree.plant.pose()) > BARE;
             let help = match lod.lod {
-                _ if below > height => &sunk,
+                _ if sunken > height => &sunk,
                 Lod::BillboardCloud { .. } if is_bare => {
                     "cards show bare twigs badly: leave it out, so that the level before it lasts"
                 }
@@ -99,12 +107,25 @@ fn over_budget(plan: &Plan, trees: &[Tree], place: usize) -> Option<Note> {
     Some(Note { about, message })
 }
 
+/// What is told of the impostor whose crossed planes show least of their tree: engines show those as long as nobody gives them a shader.
+fn without_shader(trees: &[Tree], place: usize) -> Option<Note> {
+    let planes = |(n, tree): (i32, &Tree)| Some((tree.ladder.levels.get(place)?.plain?, n));
+    let all = (1..).zip(trees).filter_map(planes).filter(|(plain, _)| plain.coverage < PLAIN);
+    let (Measured { coverage, pixels, .. }, n) = all.min_by(|a, b| a.0.coverage.total_cmp(&b.0.coverage))?;
+    let message = format!(
+        "without an impostor's shader its two planes cover {coverage:.2} of number {n} at {pixels} pixels: use the shader \
+         (examples/engines), or give the atlas a larger `size`"
+    );
+    Some(Note { about: format!("lods[{place}]"), message })
+}
+
 /// What is told of the tree that lost most of its leaves' area to its bound on triangles: leaves grow to twice their length at
 /// most for those that go.
-fn bared(plan: &Plan, trees: &[Tree]) -> Option<Note> {
+fn bared(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -> Option<Note> {
     let left = |(n, tree): (i32, &Tree)| {
         let mesh = &tree.ladder.levels.first()?.mesh.leaf;
-        let all: f32 = tree.plant.leaves().iter().map(|leaf| leaf.size * leaf.size * leaf.form.width()).sum();
+        let own = |leaf: &Leaf| leaf.size * leaf.size * leaf.form.width() * drawn(leaf);
+        let all: f32 = tree.plant.leaves().iter().map(own).sum();
         (all > 0.0).then(|| (mesh.area() / all, n, tree.ladder.levels[0].triangles))
     };
     let trees = || (1..).zip(trees).filter_map(left).filter(|left| left.0 < BARED);
@@ -125,7 +146,7 @@ mod tests {
     use super::*;
     use crate::base::{Key, Rotation, Seed};
     use crate::lod::specimen::plain;
-    use crate::plant::{Leaf, Plant, PlantBuilder};
+    use crate::plant::{Plant, PlantBuilder};
 
     /// Triangles of a plant's full level, and what is told of it.
     fn told(plant: &Plant, most: u32) -> (usize, Vec<Note>) {
@@ -142,7 +163,7 @@ mod tests {
         made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
         let triangles = made.levels[0].triangles;
         let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
-        (triangles, notes(&plan, &[Tree { plant: Arc::new(plant.clone()), ladder, key, of: key }]))
+        (triangles, notes(&plan, &[Tree { plant: Arc::new(plant.clone()), ladder, key, of: key }], &|_| 1.0))
     }
 
     #[test]

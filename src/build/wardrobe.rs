@@ -55,8 +55,9 @@ pub(super) fn wardrobe(
     let made = || sources.iter().filter(|s| !s.plant.chains().is_empty());
     let bark = wears::bark_source(plan, sources).and_then(|index| sources[index].bark.as_ref());
     let bark = bark.unwrap_or(&pictures.bark).clone();
-    // Only what somebody wears takes room in the atlas.
-    let bare = made().any(|s| !s.is_leafy());
+    let stays = |s: &SourcePlant| wears::stays_bare(plan) && s.is_bare_mesh();
+    // Among trees that are dressed a mesh of wood is, too.
+    let dresses = made().any(|s| !s.is_leafy()) && !made().all(|s| stays(s));
     let mut leaves: Vec<Maps> = Vec::new();
     let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
     let mut leaf_size = dress_params(plan).leaf_size;
@@ -68,7 +69,7 @@ pub(super) fn wardrobe(
                 *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
             }
             let first = leaves.len() as u16;
-            if bare || leaves.is_empty() {
+            if dresses || leaves.is_empty() {
                 leaves.extend(pictures.leaves.iter().cloned());
             }
             (first, leaves.len() as u16 - first)
@@ -107,10 +108,12 @@ pub(super) fn wardrobe(
             (0, leaves.len() as u16)
         }
     };
-    let (leaves, shrunk) = in_their_share(leaves, plan);
+    // Only what somebody wears takes room in the atlas.
+    let is_worn = plan.own_density > 0.0 && (dresses || made().any(|s| s.is_leafy()));
+    let (leaves, shrunk) = if is_worn { in_their_share(leaves, plan) } else { (unworn(leaves.len()), None) };
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
-    let bare = sources.iter().map(|s| wears::stays_bare(plan) && s.is_bare_mesh()).collect();
+    let bare = sources.iter().map(|s| stays(s)).collect();
     Ok(Wardrobe { pictures, plants, bare, dressed, leaf_size, around, shrunk })
 }
 
@@ -129,15 +132,29 @@ pub(super) fn lacking<'a>(plan: &Plan, source: impl Fn(usize) -> Option<&'a Arc<
     leaves.into_iter().chain(lacks(plan.bark_wear, "bark", "bark.texture", |source| source.bark.is_some())).collect()
 }
 
+/// What stands for so many pictures in a set without leaves: clear ones of a few texels, since slots go on counting them.
+fn unworn(count: usize) -> Vec<Maps> {
+    let texels = (CLEAR * CLEAR) as usize;
+    let clear = Maps {
+        width: CLEAR,
+        height: CLEAR,
+        color: vec![[255, 255, 255, 0]; texels],
+        normal: vec![[128, 128, 255]; texels],
+        orm: vec![[255, 255, 0]; texels],
+    };
+    vec![clear; count]
+}
+
 /// Pictures of leaves, as much smaller as leaves room for what is baked of trees: one leaf of a few centimetres may come with as many
-/// texels as the atlas has. None is made smaller than usual made ones are; and what the largest has of what it had, if less.
+/// texels as the atlas has. None is made smaller than usual made ones are, or than a
+/// quarter of the atlas; and what the largest has of what it had, if less.
 fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]>) {
     let is_baked = |level: &Lod| !lod::pictures(level, Texels::all(lod::CARD_TEXELS)).is_empty();
     let full = leaves.iter().map(|maps| maps.width.max(maps.height)).max().unwrap_or(0);
     if full == 0 || !plan.lods.iter().any(|level| is_baked(&level.lod)) {
         return (leaves, None);
     }
-    let (size, least) = (plan.atlas.size, USUAL_PICTURE.min(plan.atlas.size / 2));
+    let (size, least) = (plan.atlas.size, USUAL_PICTURE.min(plan.atlas.size / 4));
     let room = f64::from(size) * f64::from(size) * SHARE;
     let area = |edge: u32| leaves.iter().map(|maps| cell(maps.size_within(edge), plan.atlas.gutter)).sum::<f64>();
     let mut edge = full;
@@ -198,6 +215,8 @@ fn refitted(plan: &Plan, source: &SourcePlant, worn: Plant, size: f32, pictures:
 /// Share of the atlas that pictures of leaves may take where trees are baked, if they are larger than usual made ones, and the edge
 /// of those.
 const SHARE: f64 = 0.3;
+/// The edge of pictures that nobody wears.
+const CLEAR: u32 = 8;
 const USUAL_PICTURE: u32 = 256;
 /// Least share of a crown that leaves are made for where sources bring the rest.
 const LEAST: f32 = 0.02;
@@ -393,9 +412,10 @@ mod tests {
         assert_eq!(edges(1024, &[1024], baked), (vec![(512, 256)], Some([512, 1024])));
         assert_eq!(edges(2048, &[1024], baked), (vec![(1024, 512)], None));
         assert_eq!(edges(1024, &[1500, 300, 64], baked), (vec![(512, 256), (300, 150), (64, 32)], Some([512, 1500])));
-        // As large as usual made ones they stay, but in the smallest atlas.
-        assert_eq!(edges(512, &[256; 9], baked), (vec![(256, 128); 9], None));
-        assert_eq!(edges(512, &[2048; 3], baked), (vec![(256, 128); 3], Some([256, 2048])));
+        // As large as usual made ones they stay, but in small atlases.
+        assert_eq!(edges(1024, &[256; 20], baked), (vec![(256, 128); 20], None));
+        assert_eq!(edges(1024, &[2048; 20], baked), (vec![(256, 128); 20], Some([256, 2048])));
+        assert_eq!(edges(512, &[256; 9], baked), (vec![(128, 64); 9], Some([128, 256])));
         assert_eq!(edges(256, &[256], baked), (vec![(128, 64)], Some([128, 256])));
     }
 

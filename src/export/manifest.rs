@@ -35,7 +35,7 @@ pub struct Manifest {
     pub wind: Option<WindEntry>,
     /// One a texture file.
     pub textures: Vec<TextureEntry>,
-    /// The leaf atlas; none for a set without leaves.
+    /// The atlas of leaves and baked pictures.
     pub atlas: Option<AtlasEntry>,
     /// What was mended, bridged or dropped on the way, one sentence each.
     pub notes: Vec<String>,
@@ -181,8 +181,12 @@ pub struct LevelEntry {
     pub screen_coverage: f32,
     /// Distance at which that coverage is reached with a vertical field of view of 60°, metres.
     pub switch_distance: f32,
-    /// Against the first level at the size where this level takes over; none for the first.
+    /// Against the first level at `pixels`, the size where this level takes over, or the nearest to it that is compared: 540 pixels of
+    /// thinned levels at most, 270 of others. None for the first.
     pub measured: Option<MeasuredErrors>,
+    /// The same of an impostor's two crossed planes, which are seen without its shader.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without_shader: Option<OutlineErrors>,
     /// The layout of an impostor's sheet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub impostor: Option<ImpostorEntry>,
@@ -190,7 +194,8 @@ pub struct LevelEntry {
 
 /// How a hemi-octahedral impostor's sheet is laid out: a square of `frames × frames` pictures in the atlas. Frame (i, j),
 /// counted from the upper left, is seen from the direction whose hemi-octahedral coordinates are
-/// `2 (i, j) / (frames − 1) − 1`. The same stands in the extras of the level's mesh.
+/// `2 (i, j) / (frames − 1) − 1`. The same stands in the extras of the level's mesh. Green of the ORM map is a leaf's roughness, 200 of
+/// 255, and more by 55 times how far a normal looks away from the viewer, whose rest is the normal map's.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImpostorEntry {
     /// Always `hemi-octahedral`.
@@ -210,6 +215,17 @@ pub struct ImpostorEntry {
     pub uv_min: [f32; 2],
     /// Lower right corner.
     pub uv_max: [f32; 2],
+}
+
+/// What was measured of outlines against the first level's, over views on a sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutlineErrors {
+    /// Intersection over union, 0..=1, the mean of the views.
+    pub iou_mean: f32,
+    /// The worst view's.
+    pub iou_worst: f32,
+    /// The level's projected area over the first level's, the mean of the views.
+    pub coverage: f32,
 }
 
 /// What was measured of a level against the first, over views on a sphere.
@@ -334,6 +350,7 @@ mod tests {
                 color: 0.01,
                 flip: 0.03,
             }),
+            without_shader: Some(OutlineErrors { iou_mean: 0.6, iou_worst: 0.4, coverage: 0.9 }),
             impostor: None,
         };
         let variant = VariantEntry {

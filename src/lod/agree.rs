@@ -26,7 +26,7 @@ const LARGE: usize = 5;
 const LANES: usize = 8;
 /// Widths and heights of views, of the tree's there: a level's cards reach a little farther. And the most samples along an edge.
 const ROOM: f32 = 1.1;
-const LARGEST: f32 = 2048.0;
+const LARGEST: f32 = 8192.0;
 /// How far pixels that are carved are drawn from a half.
 const CONTRAST: f32 = 1.5;
 

@@ -23,14 +23,15 @@ use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 const SAMPLES: u32 = 3;
 /// Least of a texel that is worth alpha: below it are specks.
 const SPECK: f32 = 0.02;
-/// How much of a card's vertex normals is the crown's; the rest is the card's own, which an engine turns to the viewer.
+/// How much of a card's vertex normals is the crown's; the rest is the card's own, which its texels' normals stand on.
 const CANOPY: f32 = 0.5;
-/// How far baked normals are drawn to the card's own. An engine turns normals round on the back of a card; what points
-/// along the card or up would be lit from the wrong side there.
-const FACING: f32 = 0.6;
 /// How much of the vertex normals of a pair back to back is the card's own: measured, the colour of the full tree is
 /// met best.
 const FACE: f32 = 0.6;
+/// By how much more what is baked is open to the sky. Normals of leaves that are one texel's, or are mixed when it is seen, look one
+/// way, and a sun that stands there lights all of them: pictures that are as bright as the tree under sun and sky together were 0.90
+/// as bright as six trees under the sky alone.
+const OPENED: f32 = 1.12;
 /// Roughness of leaves, of 255.
 const ROUGHNESS: u8 = 200;
 
@@ -304,12 +305,17 @@ fn relief(drawn: &Target, ground: &Target, place: &Place, through: &[u8]) -> (Ve
         if drawn.coverage[i] <= SPECK {
             continue;
         }
-        orm[i][0] = (drawn.occlusion[i] * 255.0 + 0.5) as u8;
+        orm[i][0] = opened(drawn.occlusion[i]);
         orm[i][2] = through[i];
         let up = ground.normal[i].try_normalize().unwrap_or(place.frame.z);
-        normal[i] = relative(drawn.normal[i] + place.frame.z * FACING, up, place.frame.x);
+        normal[i] = relative(drawn.normal[i], up, place.frame.x);
     }
     (normal, orm)
+}
+
+/// Occlusion as a texel of what is baked holds it.
+pub(super) fn opened(occlusion: f32) -> u8 {
+    ((occlusion * OPENED).clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
 /// A normal as a texel holds it, of a surface whose own is `up` and whose pictures go along `x`.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::agree::{Outlines, areas};
 use super::cloud::{CARD_TEXELS, CloudParams, Scene, cloud};
 use super::crossed::{crossed_quads, widen};
-use super::impostor::{Impostor, Settled};
+use super::impostor::Settled;
 use super::measure::{Measured, Reference, Wardrobe};
 use super::memory::{Colors, Footing, Memory, Piece, Rung};
 use super::parallax::CROWNS;
@@ -91,20 +91,40 @@ impl<'a> Bench<'a> {
                 Piece { mesh: made.tree, tiles, impostor: None, drawn }
             }
             Lod::Impostor { frames } => {
-                let Settled { views, gain, drawn } =
+                let Settled { views, alpha, drawn } =
                     Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE), seed);
                 let mesh = views.tree(first_tile);
-                Piece { mesh, tiles: vec![views.sheet(gain)], impostor: Some(views.layout), drawn }
+                Piece { mesh, tiles: vec![views.sheet(alpha)], impostor: Some(views.layout), drawn }
             }
         }
     }
 
-    /// Its colours where the tree is so many pixels high.
+    /// Its colours where the tree is so many pixels high, and by how much the sheet of an impostor is to be brighter to be as bright as
+    /// it: solid texels are those that show most, and lighter than what stands between them. (Cards matched so were 0.95 as bright
+    /// as six trees in three.js, and are 1.00 as they are.)
     pub(super) fn colors(&self, piece: &Piece, pixels: u32) -> Colors {
+        let reference = self.reference(pixels);
         match (piece.impostor, piece.tiles.as_slice()) {
-            (Some(layout), [sheet]) => self.impostor_colors(&layout, sheet, pixels),
-            _ => Colors::of(&self.worn_colors(&piece.mesh, &piece.tiles, pixels), 1.0),
+            (Some(layout), [sheet]) => {
+                let maps = sheet.maps(&self.stock.palette);
+                let seen = |view: &View| layout.worn((view.frame, CROWNS), &maps, (Vec2::ZERO, Vec2::ONE));
+                let (gain, measured) = reference.matched(&seen);
+                Colors { plain: Some(self.plain(&piece.mesh, sheet, pixels)), ..Colors::of(&measured, gain) }
+            }
+            (_, []) => Colors::of(&reference.measure(&piece.mesh, &self.stock.wardrobe), 1.0),
+            (_, own) => Colors::of(&reference.measure(&piece.mesh, &self.wearing(own)), 1.0),
         }
+    }
+
+    /// How the outlines of an impostor's crossed planes agree, which are seen where there is no shader for it.
+    fn plain(&self, planes: &TreeMesh, sheet: &Tile, pixels: u32) -> Measured {
+        let (outlines, full) = self.shown(COARSE);
+        let cutout = Cutout::as_packed(sheet.width, sheet.height, &sheet.alpha);
+        // It is the first picture after those of the leaves.
+        let drawn = outlines.draw(planes, &vec![&cutout; self.stock.wardrobe.leaves.len() + 1]);
+        let size = (COARSE + pixels / 2) / pixels.max(1);
+        let full = once(full, || outlines.areas());
+        outlines.agreement((full, &areas(&drawn)), size as usize)
     }
 
     /// The full tree's outlines on so many samples.
@@ -143,28 +163,12 @@ impl<'a> Bench<'a> {
         Footing { size, measured }
     }
 
-    /// The differences in colour of a level that may wear tiles of its own.
-    fn worn_colors(&self, tree: &TreeMesh, own: &[Tile], pixels: u32) -> Measured {
-        let dressed;
-        let wardrobe = if own.is_empty() {
-            &self.stock.wardrobe
-        } else {
-            let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
-            let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
-            leaves.par_extend(own.par_iter().map(|tile| Picture::of_atlas(&tile.maps(&self.stock.palette))));
-            dressed = Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() };
-            &dressed
-        };
-        self.reference(pixels).measure(tree, wardrobe)
-    }
-
-    /// The same of an impostor, and by how much its sheet is to be brighter to be as bright as the full tree: texels that are
-    /// solid are those that show most, and lighter than what stands between them.
-    fn impostor_colors(&self, layout: &Impostor, sheet: &Tile, pixels: u32) -> Colors {
-        let maps = sheet.maps(&self.stock.palette);
-        let seen = |view: &View| layout.worn((view.frame, CROWNS), &maps, (Vec2::ZERO, Vec2::ONE));
-        let (gain, measured) = self.reference(pixels).matched(&seen);
-        Colors::of(&measured, gain)
+    /// What a level wears that has tiles of its own.
+    fn wearing(&self, own: &[Tile]) -> Wardrobe {
+        let blank = Picture::new(&Maps { width: 0, height: 0, color: vec![], normal: vec![], orm: vec![] });
+        let mut leaves: Vec<Picture> = vec![blank; self.stock.wardrobe.leaves.len()];
+        leaves.par_extend(own.par_iter().map(|tile| Picture::of_atlas(&tile.maps(&self.stock.palette))));
+        Wardrobe { leaves, bark: self.stock.wardrobe.bark.clone() }
     }
 
     fn reference(&self, pixels: u32) -> Arc<Reference> {

@@ -25,6 +25,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::agree::Outlines;
+use super::bake_card::opened;
 use super::between::Between;
 use super::cloud::{CARD_TEXELS, Scene};
 use super::limbs::{Limbs, Lines, Seen};
@@ -50,8 +51,9 @@ const SAMPLES_TWIGS: u32 = 3;
 const ROOM: f32 = 1.05;
 /// Distance of a rectangle from its plane, as a share of the sphere's radius.
 const APART: f32 = 0.01;
-/// Roughness of leaves, of 255.
-const ROUGHNESS: u8 = 200;
+/// Roughness of leaves, of 255. What is above it tells how far a normal looks away from the viewer, which no normal map can hold
+/// that an engine packs: under a sun behind the trees a crown whose normals all look to the viewer is half as bright as it should be.
+pub(super) const ROUGHNESS: u8 = 200;
 /// Texels around one that coverage is sharpened by, and how far: of leaves, whose holes three mixed frames would close
 /// (measured, FLIP 0.077 without and 0.065 with it), and of twigs alone.
 const AROUND: usize = 2;
@@ -154,6 +156,8 @@ struct Drawn {
     /// Metres before the middle, smoothed and filled.
     depth: Vec<f32>,
     normal: Vec<[u8; 3]>,
+    /// How far normals look away from the viewer, 0..=1.
+    away: Vec<f32>,
     /// Of 255.
     open: Vec<u8>,
     recipe: Recipe,
@@ -303,8 +307,8 @@ impl<'a> Afar<'a> {
 /// An impostor, and how it is best shown.
 pub(super) struct Settled {
     pub(super) views: Views,
-    /// With which it covers as much as the full tree.
-    pub(super) gain: f32,
+    /// Of the sheet, with which it covers as much as the full tree.
+    pub(super) alpha: Vec<u8>,
     /// Its outlines then.
     pub(super) drawn: Vec<Silhouette>,
 }
@@ -327,21 +331,22 @@ impl Settled {
         let mut design = Design::default();
         let mut draw = |gain: f32| {
             let sheet = views.packed(gain, &mut design);
-            outlines.draw_each(&seen, |seen| {
+            let drawn = outlines.draw_each(&seen, |seen| {
                 let (width, height) = seen.size();
                 let tree = TreeMesh { leaf: seen.quad(), ..TreeMesh::default() };
                 (tree, Cutout::new(width, height, seen.alpha(&sheet, edge)))
-            })
+            });
+            (sheet, drawn)
         };
         let (near, steep) = if scene.wood.bare > 0.0 { (NEAR_TWIGS, SLOPE_TWIGS) } else { (NEAR, SLOPE) };
         let mut gain = 1.0_f32;
-        let mut best: Option<(f32, f32, Vec<Silhouette>)> = None;
+        let mut best: Option<(f32, Vec<u8>, Vec<Silhouette>)> = None;
         let mut before: Option<(f32, f32)> = None;
         for _ in 0..ROUNDS {
-            let drawn = draw(gain);
+            let (sheet, drawn) = draw(gain);
             let off = outlines.ratio(&drawn) - 1.0;
             if best.as_ref().is_none_or(|b| off.abs() < b.0) {
-                best = Some((off.abs(), gain, drawn));
+                best = Some((off.abs(), sheet, drawn));
             }
             if off.abs() < near {
                 break;
@@ -353,8 +358,8 @@ impl Settled {
             before = Some((gain, off));
             gain = (gain - off / slope).clamp(0.4, 1.8);
         }
-        let (gain, drawn) = best.map_or_else(|| (1.0, draw(1.0)), |b| (b.1, b.2));
-        Self { gain, drawn, views }
+        let (alpha, drawn) = best.map_or_else(|| draw(1.0), |b| (b.1, b.2));
+        Self { alpha, drawn, views }
     }
 }
 
@@ -403,19 +408,8 @@ impl Drawn {
                 }
             }
         }
-        let normal = |n: &Vec3| {
-            let n = axes.to_local(*n);
-            let n = Vec3::new(n.x, n.y, n.z.max(0.05)).normalize_or(Vec3::Z);
-            [n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8)
-        };
-        Self {
-            depth,
-            normal: target.normal.iter().map(normal).collect(),
-            open: target.occlusion.iter().map(|o| (o.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect(),
-            wood,
-            alpha,
-            recipe,
-        }
+        let (normal, away) = target.normal.iter().map(|n| held(axes.to_local(*n))).unzip();
+        Self { depth, normal, away, open: target.occlusion.iter().map(|o| opened(*o)).collect(), wood, alpha, recipe }
     }
 }
 
@@ -448,26 +442,33 @@ impl Views {
         laid_out(self.layout.frames as usize, self.texels as usize, of)
     }
 
-    /// The sheet, with `gain` times the area that the tree covers solid.
-    pub(super) fn sheet(&self, gain: f32) -> Tile {
+    /// The sheet with that alpha.
+    pub(super) fn sheet(&self, alpha: Vec<u8>) -> Tile {
         let (frames, texels) = (self.layout.frames, self.texels as usize);
         let edge = frames * self.texels;
         let relief = || {
-            let orm = |(open, deep): (u8, f32)| {
+            let orm = |((open, away), deep): ((u8, f32), f32)| {
                 let deep = (0.5 + 0.5 * deep / self.layout.radius).clamp(0.0, 1.0);
-                [open, ROUGHNESS, (deep * 255.0 + 0.5) as u8]
+                let rough = f32::from(ROUGHNESS) + away * f32::from(255 - ROUGHNESS);
+                [open, (rough + 0.5) as u8, (deep * 255.0 + 0.5) as u8]
             };
             let open = self.laid_out(|frame| &self.drawn[frame].open);
+            let away = self.laid_out(|frame| &self.drawn[frame].away);
             let depth = self.laid_out(|frame| &self.drawn[frame].depth);
             let normal = self.laid_out(|frame| &self.drawn[frame].normal);
-            (normal, open.into_iter().zip(depth).map(orm).collect())
+            (normal, open.into_iter().zip(away).zip(depth).map(orm).collect())
         };
         let recipes: Vec<&Recipe> = self.drawn.iter().map(|drawn| &drawn.recipe).collect();
         let recipe = || Recipe::sheet(&recipes, frames as usize, texels);
-        let alpha = || self.packed(gain, &mut Design::default());
-        let ((normal, orm), (alpha, recipe)) = rayon::join(relief, || rayon::join(alpha, recipe));
+        let ((normal, orm), recipe) = rayon::join(relief, recipe);
         Tile::new((edge, edge), alpha, normal, orm, recipe)
     }
+}
+
+/// A normal, relative to a frame, as its texel holds it: on the viewer's side, and how far it looks away, 0..=1.
+fn held(normal: Vec3) -> ([u8; 3], f32) {
+    let n = normal.with_z(normal.z.max(0.05)).normalize_or(Vec3::Z);
+    ([n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8), (-normal.z).clamp(0.0, 1.0))
 }
 
 /// Alpha of a frame's texels: in each row, taken with so many `around` it, as many are solid as the tree covers there, the

@@ -71,6 +71,8 @@ pub struct Level {
     /// Against the full level, at the size at which it takes over; of an impostor as its shader shows it. Colours are
     /// those of a tree in plain colours.
     pub measured: Measured,
+    /// The same of an impostor's crossed planes, as they are seen without its shader; outlines only.
+    pub plain: Option<Measured>,
     /// How the sheet of an impostor is laid out; it is the one tile of the level's mesh.
     pub impostor: Option<Impostor>,
 }
@@ -258,6 +260,7 @@ impl Climb {
             triangles: piece.triangles(lod.sides(backs)),
             screen_coverage: CULL.min(size * 0.5),
             measured: Measured { color: colors.color, flip: colors.flip, ..measured },
+            plain: colors.plain,
             impostor: piece.impostor,
         });
     }
@@ -538,7 +541,10 @@ mod tests {
     #[test]
     fn a_bare_plant_and_missing_pictures_are_answered() {
         let bare = plant(0);
-        assert_eq!(build(&bare).levels.len(), 4);
-        assert_eq!(build_with(&plant(40), &Stock::new(&[], &maps(0))).levels.len(), 4);
+        for ladder in [build(&bare), build_with(&plant(40), &Stock::new(&[], &maps(0)))] {
+            assert_eq!(ladder.levels.len(), 4);
+            let shows = |level: &Level| level.mesh.bark.indices.len() + level.mesh.leaf.indices.len() > 0;
+            assert!(ladder.levels.iter().all(shows) && ladder.tiles.iter().all(Tile::is_whole));
+        }
     }
 }

@@ -27,6 +27,8 @@ const LINES: u32 = 270;
 const COLOR_LINES: u32 = 126;
 /// The sky behind the trees when pictures are compared, linear light.
 const SKY: Vec3 = Vec3::new(0.42, 0.55, 0.70);
+/// As plain readers of glTF light a leaf: nothing comes through it.
+const LIGHT: Light = Light { translucency: 0.0, ..Light::DAY };
 /// Of linear light (ITU-R BT.709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// By how much a level's pictures are brightened at least and at most.
@@ -172,7 +174,7 @@ impl Reference {
         // As many samples along the tree at any size: what a pixel holds is a matter of the tree, not of mips.
         let samples = lines.div_ceil(pixels.max(1)).clamp(2, 16);
         let mut made = Self { outlines: None, views, targets: Vec::new(), pixels, samples };
-        made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(Light::DAY));
+        made.targets = made.draw(tree, wardrobe, size, &Shading::Lit(LIGHT));
         made
     }
 
@@ -220,7 +222,7 @@ impl Reference {
 
     /// A level that may turn to the viewer, from all views.
     fn seen(&self, seen: &Seen<'_>) -> Vec<Target> {
-        let shading = Shading::Lit(Light::DAY);
+        let shading = Shading::Lit(LIGHT);
         let draw = |(view, full): (&View, &Target)| {
             let (tree, wardrobe) = seen(view);
             rasterize(&wardrobe.dressed(&tree), view, full.width, full.height, self.samples, &shading)

@@ -65,12 +65,14 @@ pub struct Colors {
     pub(super) flip: f32,
     /// By how much its pictures are brightened.
     pub(super) gain: f32,
+    /// How the outlines of an impostor agree there that is shown without its shader.
+    pub(super) plain: Option<Measured>,
 }
 
 impl Colors {
     /// As they were measured, of pictures that were brightened so.
     pub(super) const fn of(measured: &Measured, gain: f32) -> Self {
-        Self { color: measured.color, flip: measured.flip, gain }
+        Self { color: measured.color, flip: measured.flip, gain, plain: None }
     }
 }
 

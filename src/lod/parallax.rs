@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::impostor::Impostor;
+use super::impostor::{Impostor, ROUGHNESS};
 use super::measure::Wardrobe;
 use crate::bake::{Maps, Picture, Silhouette, srgb_byte, srgb_linear};
 use crate::base::Frame;
@@ -26,6 +26,8 @@ const STEPS: usize = 2;
 /// Pixels of the picture a texel of a frame, along an edge: of crowns, and of twigs or where somebody measures.
 pub(super) const CROWNS: usize = 2;
 pub(super) const TWIGS: usize = 4;
+/// Roughness of leaves, beyond which the texels of a sheet tell how far their normals look away.
+const ROUGH: f32 = ROUGHNESS as f32;
 /// Nowhere in the sheet.
 const OUTSIDE: Vec2 = Vec2::splat(f32::NEG_INFINITY);
 
@@ -238,12 +240,13 @@ impl Facing {
             for (place, share, axes) in self.looks(places) {
                 let own = alpha.between(place, |c| f32::from(c[3])) * share;
                 let along = |i: usize| normal.between(place, |n| f32::from(n[i]) - 128.0);
-                facing += axes.to_world(Vec3::new(along(0), along(1), along(2))).normalize_or_zero() * own;
+                let n = Vec3::new(along(0), along(1), along(2)).normalize_or_zero();
+                let away = ((orm.between(place, |o| f32::from(o[1])) - ROUGH) / (255.0 - ROUGH)).clamp(0.0, 1.0);
+                facing += axes.to_world(n * (1.0 - away * away).sqrt() - Vec3::Z * away) * own;
                 open += orm.between(place, |o| f32::from(o[0])) * own;
                 all += own;
             }
             let n = self.viewer.to_local(facing).normalize_or(Vec3::Z);
-            let n = n.with_z(n.z.max(0.05)).normalize();
             (n.to_array().map(|v| (v * 127.0 + 128.5) as u8), [(open / all + 0.5) as u8, 255, 0])
         };
         let (width, height) = self.size();

@@ -8,6 +8,7 @@ use super::measure::Wardrobe;
 use super::packed::kept;
 use crate::bake::{Maps, Palette, Picture, card_cuts};
 use crate::mesh::CardCut;
+use crate::plant::{Leaf, LeafForm};
 use crate::preset::plan::LeafCards;
 
 /// What ladders of one set start from: the leaf pictures by slot and the bark, in plain colours.
@@ -47,6 +48,17 @@ impl Stock {
     #[must_use]
     pub fn alphas(&self) -> &[Vec<u8>] {
         &self.alphas
+    }
+
+    /// What of a leaf's card is drawn, 0..=1, where cards are cut out.
+    #[must_use]
+    pub fn drawn(&self, leaf: &Leaf) -> f32 {
+        let Some([flat, folded, _]) = self.cuts.get(usize::from(leaf.slot)).map(CardCut::areas) else { return 1.0 };
+        match leaf.form {
+            LeafForm::Frond { .. } => 1.0,
+            LeafForm::Flat(_) => flat,
+            LeafForm::Square => folded,
+        }
     }
 
     /// Bytes that it takes, about.

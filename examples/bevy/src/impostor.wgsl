@@ -109,8 +109,12 @@ fn add_frame(seen: ptr<function, Seen>, frame: vec2<f32>, share: f32, ray_from: 
     let own = select(texel.a * share, 0.0, any(abs(place) > extent));
     let normal = textureSampleGrad(sheet_normal, sheet_sampler, uv, dx, dy).xyz * 2.0 - 1.0;
     (*seen).color += vec4(texel.rgb * own, own);
-    (*seen).normal += axes * normalize(normal) * own;
-    (*seen).surface += textureSampleGrad(sheet_orm, sheet_sampler, uv, dx, dy).rg * own;
+    let orm = textureSampleGrad(sheet_orm, sheet_sampler, uv, dx, dy).rg;
+    // Above a leaf's roughness it is told how far the normal looks away.
+    let away = clamp((orm.y - 0.784) / 0.216, 0.0, 1.0);
+    let turned = normalize(normal) * sqrt(1.0 - away * away);
+    (*seen).normal += axes * vec3(turned.xy, turned.z - away) * own;
+    (*seen).surface += vec2(orm.x, min(orm.y, 0.784)) * own;
 }
 
 // What is seen at a place of the rectangle; nothing where that is little.

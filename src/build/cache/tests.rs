@@ -164,6 +164,7 @@ fn who_changes_what_is_kept_raises_the_layout() {
         triangles: 1,
         screen_coverage: 0.5,
         measured: Measured { views: 3, ..Measured::same(9) },
+        plain: None,
         impostor: None,
     };
     let tile = crate::lod::Tile {
@@ -179,6 +180,6 @@ fn who_changes_what_is_kept_raises_the_layout() {
     // Changed? Then raise LAYOUT, and put the new forms here.
     assert_eq!(
         (LAYOUT, forms.each_ref().map(String::as_str)),
-        (5, ["ba0bb323493e3d8d", "d316289f422d36dc", "7239ee1e4e7b9e5b"])
+        (6, ["ba0bb323493e3d8d", "d316289f422d36dc", "7239ee1e4e7b9e5b"])
     );
 }
