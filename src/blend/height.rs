@@ -2,7 +2,8 @@
 //!
 //! Branches and what bears them come from one source to the other each at its own pace, and a limb that is wide in one source may
 //! stand on a trunk that is upright in the other: between a pole with a tuft and an umbrella of the same height trees were up to 1.5
-//! times as high as both. Such a tree is made as much smaller as a whole: its proportions are what the blend is.
+//! times as high as both. Such a tree is as much shorter in all of its branches. They stay as thick: they are as their sources have
+//! them, and so do leaves.
 
 use crate::plant::Plant;
 
@@ -11,7 +12,11 @@ use crate::plant::Plant;
 pub fn no_higher<'s>(blend: Plant, sources: impl IntoIterator<Item = &'s Plant>) -> Plant {
     let most = sources.into_iter().map(Plant::height).fold(0.0, f32::max);
     let height = blend.height();
-    if most > 0.0 && height > most { blend.scaled(most / height) } else { blend }
+    if !(most > 0.0 && height > most) {
+        return blend;
+    }
+    let radii = blend.all_radii().to_vec();
+    blend.scaled(most / height).with_radii(radii)
 }
 
 #[cfg(test)]
@@ -22,7 +27,7 @@ mod tests {
     use crate::plant::PlantBuilder;
 
     #[test]
-    fn a_blend_that_is_higher_than_its_sources_is_smaller_as_a_whole() {
+    fn a_blend_that_is_higher_than_its_sources_is_shorter_in_all_and_as_thick() {
         let pole = |height: f32| {
             let mut builder = PlantBuilder::new();
             let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * height], &[0.2, 0.1]);
@@ -31,7 +36,8 @@ mod tests {
         };
         let sources = [pole(6.0), pole(4.0)];
         let made = no_higher(pole(9.0), &sources);
-        assert!((made.height() - 6.0).abs() < 1e-4 && (made.all_radii()[0] - 0.2 * 6.0 / 9.0).abs() < 1e-6);
+        assert!((made.height() - 6.0).abs() < 1e-4 && made.all_radii() == pole(9.0).all_radii());
+        assert!((made.all_points()[3].x - 6.0 / 9.0).abs() < 1e-6, "{:?}", made.all_points());
         for height in [3.0, 5.0, 6.0] {
             assert!(no_higher(pole(height), &sources) == pole(height));
         }

@@ -96,17 +96,20 @@ pub fn chosen(family: &Family, only: &OnlyParams, parts: &[(usize, &str, PartReg
 /// How high a kin stands on the first source, or would stand there as another source has it, as a share of its height; as in its own
 /// source where the first has nothing that bears it.
 fn stands(family: &Family, posed: &[Placed], kin: KinId, source: usize, chain: ChainId) -> f32 {
-    let mut child = (kin, chain);
-    while source > 0 {
-        let Some(parent) = family.parent(child.0) else { break };
+    let own = posed[source].height_of(chain);
+    if source == 0 {
+        return own;
+    }
+    let (mut kin, mut chain) = (kin, chain);
+    while let Some(parent) = family.parent(kin) {
         if let Some(bearer) = family.member(parent, 0) {
-            let location = family.sources()[source].chain(child.1).location;
+            let location = family.sources()[source].chain(chain).location;
             return posed[0].height_at(&family.sources()[0], bearer, location);
         }
-        let Some(chain) = family.member(parent, source) else { break };
-        child = (parent, chain);
+        let Some(above) = family.member(parent, source) else { break };
+        (kin, chain) = (parent, above);
     }
-    posed[source].height_of(chain)
+    own
 }
 
 /// Where the chains of a source stand.
@@ -212,6 +215,34 @@ mod tests {
                 let first = length(&family.sources()[0], family.member(*kin, 0).unwrap());
                 let bearer = family.parent(*kin).map_or(1.0, |parent| weights.degree(parent));
                 assert!((length(&tree, ChainId(i as u32)) - first).abs() < 1e-3 * first && bearer == 1.0, "{share}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_takes_no_part_is_as_thick_as_it_was_and_nothing_comes_up_elsewhere() {
+        let family = family();
+        let only = OnlyParams { heights: vec![(0.6, 1.0)], ..OnlyParams::default() };
+        let chosen = chosen(&family, &only, &[]);
+        assert!(chosen.count() > 0);
+        let first = &family.sources()[0];
+        let tasks = crate::blend::Tasks::partial(&family, 0, 1, &|kin| chosen.has(kin));
+        let held = chosen.hold(&family, crate::blend::mix(&family, &[0.1, 0.9]));
+        let top = Placed::of(first).height;
+        let own: Vec<f32> = first.chain_ids().map(|id| Placed::of(first).ends[id.index()].0.y).collect();
+        for weights in [tasks.weights(&tasks.sample(Seed::new(3), 0.9, 1.0)), held] {
+            let mut blender = crate::relate::Blender::new(&family);
+            let tree = blender.blend(&weights);
+            let placed = Placed::of(&tree);
+            for (i, &kin) in blender.kins().iter().enumerate() {
+                let (id, member) = (ChainId(i as u32), family.member(kin, 0));
+                if let (false, Some(chain)) = (chosen.has(kin), member) {
+                    assert_eq!(tree.radii(id), first.radii(chain), "{kin:?}");
+                }
+                // A branch that is of the other source stands no lower than what was asked for, but for what its bearer bends.
+                let low = own.get(member.map_or(usize::MAX, ChainId::index)).copied().unwrap_or(0.6 * top);
+                let y = placed.ends[i].0.y;
+                assert!(!chosen.has(kin) || y > low.min(0.6 * top) - 0.15 * top, "{kin:?}: {y} of {top}");
             }
         }
     }

@@ -625,23 +625,40 @@ mod tests {
     use crate::export::Manifest;
     use crate::plant::{PlantBuilder, dump};
 
-    /// What the mips of a set's atlas cover, of level 0.
-    fn mips(gutter: u32) -> Vec<f32> {
+    /// What a set's manifest tells of a branch on a pole.
+    fn manifest(more: &str) -> Manifest {
         let mut builder = PlantBuilder::new();
         let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.1, 0.05]);
         builder.branch(stem, 0.7, &[Vec3::ZERO, Vec3::new(0.9, 0.6, 0.0)], &[0.03, 0.01]);
         let preset = format!(
-            "(sources: {{\"a\": Import(file: \"a.plant\")}}, variants: [Source(\"a\")], bark: (resolution: 64), \
-             foliage: (leaf: \"ash\", resolution: 128), lods: [Full], atlas: (size: 1024, gutter: {gutter}))"
+            "(sources: {{\"a\": Import(file: \"a.plant\")}}, variants: [Source(\"a\")], bark: (resolution: 64), {more})"
         );
-        let plant = dump(&builder.finish().unwrap());
-        let files = [("s.ron", preset), ("a.plant", plant)].map(|(name, text)| (name.to_owned(), text.into_bytes()));
+        let plan = dump(&builder.finish().unwrap());
+        let files = [("s.ron", preset), ("a.plant", plan)].map(|(name, text)| (name.to_owned(), text.into_bytes()));
         let made = crate::build::make_set("s.ron", files.into()).unwrap();
         let (name, manifest) = made.files.last().unwrap();
         assert!(name.ends_with("manifest.json"));
-        let manifest: Manifest = serde_json::from_slice(manifest).unwrap();
-        let coverage = manifest.atlas.unwrap().coverage;
+        serde_json::from_slice(manifest).unwrap()
+    }
+
+    /// What the mips of a set's atlas cover, of level 0.
+    fn mips(gutter: u32) -> Vec<f32> {
+        let more =
+            format!("foliage: (leaf: \"ash\", resolution: 128), lods: [Full], atlas: (size: 1024, gutter: {gutter})");
+        let coverage = manifest(&more).atlas.unwrap().coverage;
         coverage.iter().map(|mip| mip / coverage[0]).collect()
+    }
+
+    #[test]
+    fn pictures_that_an_atlas_holds_only_smaller_are_told() {
+        for (pictures, is_told) in [(16, true), (2, false)] {
+            let told = manifest(&format!(
+                "foliage: (pictures: {pictures}, resolution: 256), lods: [Full], atlas: (size: 512)"
+            ));
+            let scale = told.atlas.unwrap().scale;
+            let said = told.notes.iter().any(|note| note.contains(&format!("only at {scale:.2} of their size")));
+            assert_eq!((said, scale < 1.0), (is_told, is_told), "{:?}", told.notes);
+        }
     }
 
     #[test]

@@ -215,10 +215,10 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
     if picked.in_spite > 0 {
         let most = worst(&picked.kept).map_or(0.0, |d| d.by);
         said.push(format!(
-            "the filter lets too few through: {} among the {} the least bad of the rejected, and {} by up to {} where \
+            "the filter lets too few through: {} of the {} had been rejected, the least bad of those, and {} by up to {} where \
              {botany} is allowed",
-            counted(picked.in_spite, "tree is", "trees are"),
-            counted(picked.kept.len(), "that is kept", "that are kept"),
+            picked.in_spite,
+            counted(picked.kept.len(), "tree that is kept", "trees that are kept"),
             if picked.in_spite == 1 { "departs" } else { "depart" },
             above(most, botany),
         ));

@@ -248,5 +248,41 @@ mod tests {
             "{few:?}"
         );
         assert_eq!(told(2400), Vec::<String>::new());
+        // Of cards that are cut to their outlines that much is there: nothing is lost.
+        let text =
+            "(sources: {\"a\": Import(file: \"a.csv\")}, variants: [Source(\"a\")], lods: [Full], mesh: (most: 600))";
+        let plan = crate::preset::load("poles.ron", text, &mut |_| Ok(String::new())).expect("loads");
+        let maps = plain();
+        let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+        let key = Key::of_bytes(b"");
+        let tree = Tree { plant: Arc::new(plant), ladder: Arc::new(made), key, of: key };
+        let lost = |drawn: f32| bared(&plan, std::slice::from_ref(&tree), &|_| drawn).map(|note| note.message);
+        assert!(lost(1.0).is_some() && lost(0.6).is_none());
+    }
+
+    #[test]
+    fn an_impostor_that_is_little_without_its_shader_is_told() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
+        for i in 0..60 {
+            let turned = Rotation::about(Seed::new(1).at(i).direction(), 1.0);
+            builder.leaf(Leaf::new(stem, i as f32 / 60.0, turned, 0.6, 0));
+        }
+        let plant = builder.finish().expect("a leafy pole");
+        let maps = plain();
+        let text =
+            "(sources: {\"a\": Import(file: \"a.csv\")}, variants: [Source(\"a\")], lods: [Full, Impostor(frames: 8)])";
+        let plan = crate::preset::load("poles.ron", text, &mut |_| Ok(String::new())).expect("loads");
+        let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
+        let measured = made.levels[1].plain.expect("planes are measured");
+        assert!(measured.coverage > 0.2 && measured.iou > 0.1 && made.levels[0].plain.is_none(), "{measured:?}");
+        let key = Key::of_bytes(b"");
+        let told = |coverage: f32| {
+            let mut ladder = made.clone();
+            ladder.levels[1].plain = Some(Measured { coverage, ..measured });
+            let tree = Tree { plant: Arc::new(plant.clone()), ladder: Arc::new(ladder), key, of: key };
+            without_shader(&[tree], 1).map(|note| note.message)
+        };
+        assert!(told(0.5).is_some_and(|note| note.contains("cover 0.50 of number 1")) && told(0.9).is_none());
     }
 }

@@ -419,6 +419,32 @@ mod tests {
         assert_eq!(edges(256, &[256], baked), (vec![(128, 64)], Some([128, 256])));
     }
 
+    #[test]
+    fn a_set_without_leaves_has_next_to_no_pictures_of_them() {
+        let made = |foliage: &str, leafy: bool| {
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], foliage: ({foliage}))"
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let mut source = pole(0.1);
+            if !leafy {
+                source.plant = source.plant.without_leaves();
+                source.leaf_maps.clear();
+            }
+            let pictures = Pictures { leaves: vec![picture(0.5); 3], bark: picture(1.0) };
+            let wardrobe = wardrobe(&plan, &[Arc::new(source)], &pictures, Surroundings::default()).unwrap();
+            let leaves = wardrobe.pictures.leaves;
+            (leaves.len(), leaves.iter().any(|maps| maps.color.iter().any(|c| c[3] > 0)))
+        };
+        for (leafy, count) in [(true, 1), (false, 3)] {
+            // Slots go on counting them, but there is nothing in them, and nothing comes through.
+            assert_eq!(made("season: Winter", leafy), (count, false));
+            assert_eq!(made("density: 0", leafy), (count, false));
+            assert_eq!(made("density: 0.5", leafy), (count, true));
+        }
+        assert_eq!(bake::mean_transmission(&unworn(2)), 0);
+    }
+
     /// A pole of eight metres with 400 opaque leaves of a length, half as wide as they are long.
     fn pole(length: f32) -> SourcePlant {
         let mut builder = PlantBuilder::new();

@@ -466,7 +466,7 @@ impl Views {
 }
 
 /// A normal, relative to a frame, as its texel holds it: on the viewer's side, and how far it looks away, 0..=1.
-fn held(normal: Vec3) -> ([u8; 3], f32) {
+pub(super) fn held(normal: Vec3) -> ([u8; 3], f32) {
     let n = normal.with_z(normal.z.max(0.05)).normalize_or(Vec3::Z);
     ([n.x, n.y, n.z].map(|v| (v * 127.0 + 128.5) as u8), (-normal.z).clamp(0.0, 1.0))
 }

@@ -241,8 +241,7 @@ impl Facing {
                 let own = alpha.between(place, |c| f32::from(c[3])) * share;
                 let along = |i: usize| normal.between(place, |n| f32::from(n[i]) - 128.0);
                 let n = Vec3::new(along(0), along(1), along(2)).normalize_or_zero();
-                let away = ((orm.between(place, |o| f32::from(o[1])) - ROUGH) / (255.0 - ROUGH)).clamp(0.0, 1.0);
-                facing += axes.to_world(n * (1.0 - away * away).sqrt() - Vec3::Z * away) * own;
+                facing += axes.to_world(looking(n, orm.between(place, |o| f32::from(o[1])))) * own;
                 open += orm.between(place, |o| f32::from(o[0])) * own;
                 all += own;
             }
@@ -269,6 +268,12 @@ impl Facing {
             ..Mesh::default()
         }
     }
+}
+
+/// A normal of a frame, by what the normal map holds and the green of the other.
+fn looking(normal: Vec3, green: f32) -> Vec3 {
+    let away = ((green - ROUGH) / (255.0 - ROUGH)).clamp(0.0, 1.0);
+    normal * (1.0 - away * away).sqrt() - Vec3::Z * away
 }
 
 /// Some pixels of what faces a viewer.
@@ -430,6 +435,22 @@ mod tests {
             let off = at * extent - Vec2::new(middle.x, middle.y);
             (middle.z, if off.length() < radius { 255 } else { 0 })
         })
+    }
+
+    #[test]
+    fn normals_that_look_away_from_the_viewer_come_back_from_two_maps_of_which_the_first_looks_at_them() {
+        for i in 0..2000 {
+            let normal = crate::base::Seed::new(4).at(i).direction();
+            let (bytes, away) = super::super::impostor::held(normal);
+            let green = (ROUGH + away * (255.0 - ROUGH)).round();
+            let map = Vec3::from(bytes.map(|b| (f32::from(b) - 128.0) / 127.0));
+            assert!(map.z > 0.0 && green >= ROUGH);
+            // To some degrees: 55 steps of green, and the rim is held a little before itself.
+            let back = looking(map.normalize(), green).normalize();
+            assert!(back.dot(normal) > 0.99, "{normal} {back}");
+        }
+        // What looks at the viewer has a leaf's roughness.
+        assert_eq!(super::super::impostor::held(Vec3::Z), ([128, 128, 255], 0.0));
     }
 
     #[test]

@@ -5,20 +5,25 @@
 //! fourteen, and boughs of a limb as long on the spur that it had become: of 24 blends of a lime and a zelkova, both 14 m high, nine
 //! were up to 7 m higher than that, each by a lone shoot. A branch grows no farther from its parent's base, in metres, than it would on
 //! a parent that has come as far as it has, and no longer against its parent than there. Where both have come equally far, as in a
-//! plain mix, that changes nothing; nor do branches that take no part.
+//! plain mix, that changes nothing; nor do branches that take no part, and twigs, short against what bears them, keep their places: pushed
+//! down a limb that is longer for now, they left its end bare.
 
 use super::family::{Member, NONE};
 use super::kernel::Blender;
+use crate::base::math;
 
 /// Lengths that differ by less are the same: rounding moves no branch.
 const SAME: f32 = 1.0 + 1e-5;
+/// Lengths of a branch, over its parent's, up to which it is a twig there, and from which on it is a limb.
+const TWIG: f32 = 0.25;
+const LIMB: f32 = 0.75;
 
 impl Blender<'_> {
     /// The location of a kin whose location in its own shares is known.
     pub(super) fn no_farther(&self, k: usize) -> f32 {
         let own = self.location[k];
         match self.against_expected(k) {
-            Some(longer) if longer > SAME => own / longer,
+            Some((longer, limb)) if longer > SAME => own + (own / longer - own) * limb,
             _ => own,
         }
     }
@@ -26,28 +31,31 @@ impl Blender<'_> {
     /// The most that a kin has grown on its parent, which was placed, 0..=1.
     pub(super) fn room(&self, k: usize) -> f32 {
         match self.against_expected(k) {
-            Some(longer) if longer * SAME < 1.0 => longer,
+            Some((longer, limb)) if longer * SAME < 1.0 => 1.0 + (longer - 1.0) * limb,
             _ => 1.0,
         }
     }
 
-    /// How many times as long a kin's parent is as one would be that has come as far as the kin; none where the kin has no parent, or
-    /// its sources no such one.
-    fn against_expected(&self, k: usize) -> Option<f32> {
+    /// How many times as long a kin's parent is as one would be that has come as far as the kin, and how much of a limb the kin is
+    /// on that, 0..=1; none where the kin has no parent, or its sources no such one.
+    fn against_expected(&self, k: usize) -> Option<(f32, f32)> {
         let parent = self.family.parents[k];
         if parent == NONE || self.family.elastic.is_some() || self.kept[k] {
             return None;
         }
-        let (row, parent) = (self.family.row(parent as usize), parent as usize);
+        let parent = parent as usize;
         if self.share(k) == self.share(parent) {
             return None;
         }
-        let there = |(s, (member, share)): (usize, (&Member, &f32))| match member.chain {
-            NONE => 0.0,
-            chain => self.family.lengths[s][chain as usize] * share,
+        let length = |kin: usize| {
+            let of = |(s, (member, share)): (usize, (&Member, &f32))| match member.chain {
+                NONE => 0.0,
+                chain => self.family.lengths[s][chain as usize] * share,
+            };
+            self.family.row(kin).iter().zip(self.share(k)).enumerate().map(of).sum::<f32>()
         };
-        let there: f32 = row.iter().zip(self.share(k)).enumerate().map(there).sum();
-        (there > 0.0).then(|| self.lengths[parent] / there)
+        let there = length(parent);
+        (there > 0.0).then(|| (self.lengths[parent] / there, math::smoothstep(TWIG, LIMB, length(k) / there)))
     }
 
     /// How long a kin is that was placed.

@@ -7,8 +7,8 @@
 //! have not grown is thinner, and a slim trunk whose limbs are still the other source's is stouter. A child counts at
 //! every point below it, and at the next point above it by how near it is, so that no radius jumps when a child passes
 //! a point on its way along the parent. Four guards: no chain's base gets thicker than its thickest member's (limbs of
-//! the other source would make a trunk three times as thick as both), nor thinner than its thinnest where several feed it (between a
-//! palm and an oak, the palm's trunk lost a third of its thickness to limbs that had not grown); a chain tapers wherever its linear radii do (a child
+//! the other source would make a trunk three times as thick as both), nor thinner than its thinnest where it has several or is a stem (between
+//! a palm and an oak the palm's trunk lost a third of its thickness to limbs that had not grown); a chain tapers wherever its linear radii do (a child
 //! that is missing would otherwise leave a waist); and a child's base is at most as thick against its parent as in its
 //! sources, or as thick as the parent.
 //!
@@ -64,16 +64,16 @@ impl Blender<'_> {
         let (mut load, mut expected) = (carried(f64::from(tip)), carried(f64::from(tip)));
         let sources = family.plants.len();
         let members = family.row(k).iter().zip(&self.shares[k * sources..(k + 1) * sources]);
-        let (mut thickest, mut thinnest, mut mean) = (0.0_f32, f32::MAX, 0.0_f32);
-        for (member, &share) in members {
+        let (mut thickest, mut thinnest, mut mean, mut count) = (0.0_f32, f32::MAX, 0.0_f32, 0);
+        for (member, &share) in members.filter(|(member, _)| member.chain != NONE) {
             thickest = thickest.max(member.base);
-            if share > 0.0 {
-                thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
-            }
+            thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
             mean += member.base * thickness(member, share);
+            count += 1;
         }
         let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
-        let least = if mean > 0.0 && self.feeds[k] == Feed::Several { (thinnest / mean).min(1.0) } else { 0.0 };
+        let is_sure = count > 1 || family.parents[k] == NONE;
+        let least = if mean > 0.0 && is_sure { (thinnest / mean).min(1.0) } else { 0.0 };
         let ratio = |load: f64, expected: f64| {
             if load == expected || expected <= 0.0 {
                 1.0

@@ -64,9 +64,11 @@ impl Blender<'_> {
     /// the share of its chains that stand.
     pub(super) fn size(&self) -> f32 {
         let Some(Sizes { each, sources }) = &self.family.sizes else { return 1.0 };
+        // Where some of it takes no part, the tree stays as large as that.
+        let is_partial = self.feeds.iter().zip(&self.kept).any(|(feed, kept)| *kept && *feed != Feed::Nothing);
         let mut standing = vec![0.0_f64; each.len()];
         for (k, feed) in self.feeds.iter().enumerate() {
-            if *feed != Feed::Nothing {
+            if *feed != Feed::Nothing && (!is_partial || self.kept[k]) {
                 let degree = f64::from(self.degrees[k]);
                 standing.iter_mut().zip(self.share(k)).for_each(|(sum, share)| *sum += degree * f64::from(*share));
             }

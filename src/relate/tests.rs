@@ -111,13 +111,14 @@ fn shapes_radii_origins_and_locations_meet_half_way() {
 
 #[test]
 fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
-    let bare =
-        |builder: &mut PlantBuilder| builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], &[0.2, 0.15, 0.1]);
+    let bare = |builder: &mut PlantBuilder, radii: &[f32; 3]| {
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0], radii)
+    };
     let mut builder = PlantBuilder::new();
-    bare(&mut builder);
+    bare(&mut builder, &[0.19, 0.15, 0.1]);
     let a = builder.finish().unwrap();
     let mut builder = PlantBuilder::new();
-    let stem = bare(&mut builder);
+    let stem = bare(&mut builder, &[0.2, 0.15, 0.1]);
     let twig = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
     builder.leaf(Leaf::new(twig, 1.0, Rotation::IDENTITY, 0.3, 2));
     let b = builder.finish().unwrap();
@@ -134,6 +135,8 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
     weights.set(KinId(1), &[0.0, 1.0], 0.0);
     let plant = family.blend(&weights);
     assert!(plant.chains().len() == 1 && plant.leaves().is_empty());
+    // But no thinner than in the source that has it thinner.
+    assert!((plant.radii(ChainId(0))[0] - 0.19).abs() < 1e-6, "{:?}", plant.radii(ChainId(0)));
 }
 
 #[test]

@@ -281,7 +281,10 @@ fn finished(
         let lost = 1.0 - plant.chains().len() as f32 / all as f32;
         // Most of a crown is no blemish that was mended, but a species that asks for what it forbids.
         let much = if lost > MUCH {
-            format!(", and with them {:.0} % of all branches; raise `slenderness` or `tip_radius`", lost * 100.0)
+            format!(
+                ", and with them {:.0} % of all branches; raise `slenderness` or `tip_radius`",
+                (lost * 100.0).min(99.0)
+            )
         } else {
             String::new()
         };
