@@ -477,6 +477,16 @@ mod tests {
     }
 
     #[test]
+    fn made_alpha_is_halved_to_the_nearest_and_cut_at_a_half() {
+        let middle = |alpha: [u8; 4]| Cutout::as_made(2, 2, alpha.to_vec()).at(1).shows(false, Vec2::splat(0.5));
+        // Means of 127.5 and of 127.25.
+        assert!(middle([128, 128, 127, 127]) && !middle([128, 127, 127, 127]));
+        // Half way between two texels, and a hair before.
+        let pair = Cutout::as_made(2, 1, vec![127, 128]);
+        assert!(pair.at(0).shows(false, Vec2::new(0.5, 0.5)) && !pair.at(0).shows(false, Vec2::new(0.49, 0.5)));
+    }
+
+    #[test]
     fn nonsense_is_solid_or_clamped() {
         let none = Cutout::new(9, 9, vec![0; 3]);
         assert!(
