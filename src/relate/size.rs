@@ -149,26 +149,6 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_of_which_a_part_is_blended_is_as_large_as_the_rest_of_it() {
-        for (own, other) in [(1.0, 9.0), (9.0, 1.0)] {
-            let (first, second) = (plant(5, own), plant(60, other));
-            let family = family(vec![first.clone(), second]);
-            let tasks = Tasks::partial(&family, 0, 1, &|kin| kin.index() % 5 == 4);
-            assert!(tasks.count() > 0);
-            let mut blender = Blender::new(&family);
-            let tree = blender.blend(&tasks.weights(&tasks.sample(Seed::new(3), 0.8, 1.0)));
-            let kept = blender.kins().iter().zip(tree.chain_ids()).filter(|(kin, _)| kin.index() % 5 != 4);
-            let mut count = 0;
-            for (kin, id) in kept {
-                let Some(chain) = family.member(*kin, 0) else { continue };
-                assert!(tree.points(id) == first.points(chain) && tree.radii(id) == first.radii(chain), "{kin:?}");
-                count += 1;
-            }
-            assert!(count > 5, "{count}");
-        }
-    }
-
-    #[test]
     fn plants_of_nearly_one_height_stay_as_they_are() {
         let plants = vec![plant(1, 1.0), plant(1, 1.4), plant(1, 0.999)];
         assert!(family(plants.clone()).sizes.is_none());
