@@ -5,12 +5,18 @@
 //! times as high as both. Such a tree is as much shorter in all of its branches. They stay as thick: they are as their sources have
 //! them, and so do leaves.
 
+use super::grounded;
 use crate::plant::Plant;
 
-/// A blend of some plants, no higher than the highest of them; as it is where it is not.
+/// A blend of some plants that reaches no farther below the ground and no higher than any of them; as it is where it does not.
 #[must_use]
-pub fn no_higher<'s>(blend: Plant, sources: impl IntoIterator<Item = &'s Plant>) -> Plant {
-    let most = sources.into_iter().map(Plant::height).fold(0.0, f32::max);
+pub fn within<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
+    let sources = sources.into_iter();
+    no_higher(grounded(blend, sources.clone()), sources)
+}
+
+fn no_higher<'s>(blend: Plant, sources: impl Iterator<Item = &'s Plant>) -> Plant {
+    let most = sources.map(Plant::height).fold(0.0, f32::max);
     let height = blend.height();
     if !(most > 0.0 && height > most) {
         return blend;
@@ -35,11 +41,11 @@ mod tests {
             builder.finish().expect("it stands")
         };
         let sources = [pole(6.0), pole(4.0)];
-        let made = no_higher(pole(9.0), &sources);
+        let made = within(pole(9.0), &sources);
         assert!((made.height() - 6.0).abs() < 1e-4 && made.all_radii() == pole(9.0).all_radii());
         assert!((made.all_points()[3].x - 6.0 / 9.0).abs() < 1e-6, "{:?}", made.all_points());
         for height in [3.0, 5.0, 6.0] {
-            assert!(no_higher(pole(height), &sources) == pole(height));
+            assert!(within(pole(height), &sources) == pole(height));
         }
     }
 }

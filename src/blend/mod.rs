@@ -14,7 +14,7 @@ mod tests;
 
 pub use ground::grounded;
 pub use growth::grown;
-pub use height::no_higher;
+pub use height::within;
 pub use mix::{mix, scattered};
 pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};

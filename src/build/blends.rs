@@ -223,7 +223,7 @@ pub(super) fn variant(
         Variant::Source(index) => Some(sources[*index].clone()),
         Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| {
             let cleared = select::without(&family.blend(&weights), selected.gone(variant));
-            blend::no_higher(blend::grounded(cleared, family.sources()), family.sources())
+            blend::within(cleared, family.sources())
         }),
         Variant::Shape { shape, shares } => {
             let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::blends::{self, Blends};
 use crate::base::{Diagnostic, Note, counted};
-use crate::blend::{grounded, no_higher};
+use crate::blend::within;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
 use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
@@ -240,8 +240,7 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
 /// A kept tree, bare.
 pub(super) fn plant(plan: &Plan, kept: &Kept, made: &Blends) -> Option<Plant> {
     let (family, weights) = blends::blend_of(plan, &kept.recipe, made)?;
-    let cleared = select::without(&family.blend(&weights), &kept.gone);
-    Some(no_higher(grounded(cleared, family.sources()), family.sources()))
+    Some(within(select::without(&family.blend(&weights), &kept.gone), family.sources()))
 }
 
 #[cfg(test)]

@@ -187,8 +187,7 @@ impl Studio {
         let (plant, kins) = family.blend_with_kins(&blend::mix(family, &shares));
         let found = select::collisions(&plant, &Posed::of_bearers(&plant), &kins, habits, &FilterParams::CLEARED);
         let gone: Vec<ChainId> = found.iter().map(|collision| collision.goes).collect();
-        let bare = blend::grounded(select::without(&plant, &gone), family.sources());
-        let bare = blend::no_higher(bare, family.sources());
+        let bare = blend::within(select::without(&plant, &gone), family.sources());
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 

@@ -153,17 +153,25 @@ mod tests {
         told_of(plant, &format!("lods: [Full], mesh: (most: {most})"), 1.0)
     }
 
-    /// The same with more of a preset, as if all levels but the first overlapped by `iou`.
-    fn told_of(plant: &Plant, more: &str, iou: f32) -> (usize, Vec<Note>) {
+    /// A plant with the levels that more of a preset asks for, as if all but the first overlapped by `iou`.
+    fn made(plant: &Plant, more: &str, iou: Option<f32>) -> (Plan, Tree) {
         let maps = plain();
         let text = format!("(sources: {{\"a\": Import(file: \"a.csv\")}}, variants: [Source(\"a\")], {more})");
         let plan = crate::preset::load("poles.ron", &text, &mut |_| Ok(String::new())).expect("loads");
         let mut made =
             crate::lod::ladder(plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
-        made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
-        let triangles = made.levels[0].triangles;
+        if let Some(iou) = iou {
+            made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
+        }
         let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
-        (triangles, notes(&plan, &[Tree { plant: Arc::new(plant.clone()), ladder, key, of: key }], &|_| 1.0))
+        (plan, Tree { plant: Arc::new(plant.clone()), ladder, key, of: key })
+    }
+
+    /// Triangles of the full level of one, and what is told of it.
+    fn told_of(plant: &Plant, more: &str, iou: f32) -> (usize, Vec<Note>) {
+        let (plan, tree) = made(plant, more, Some(iou));
+        let triangles = tree.ladder.levels[0].triangles;
+        (triangles, notes(&plan, &[tree], &|_| 1.0))
     }
 
     #[test]
@@ -249,13 +257,7 @@ mod tests {
         );
         assert_eq!(told(2400), Vec::<String>::new());
         // Of cards that are cut to their outlines that much is there: nothing is lost.
-        let text =
-            "(sources: {\"a\": Import(file: \"a.csv\")}, variants: [Source(\"a\")], lods: [Full], mesh: (most: 600))";
-        let plan = crate::preset::load("poles.ron", text, &mut |_| Ok(String::new())).expect("loads");
-        let maps = plain();
-        let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
-        let key = Key::of_bytes(b"");
-        let tree = Tree { plant: Arc::new(plant), ladder: Arc::new(made), key, of: key };
+        let (plan, tree) = made(&plant, "lods: [Full], mesh: (most: 600)", None);
         let lost = |drawn: f32| bared(&plan, std::slice::from_ref(&tree), &|_| drawn).map(|note| note.message);
         assert!(lost(1.0).is_some() && lost(0.6).is_none());
     }
@@ -269,19 +271,14 @@ mod tests {
             builder.leaf(Leaf::new(stem, i as f32 / 60.0, turned, 0.6, 0));
         }
         let plant = builder.finish().expect("a leafy pole");
-        let maps = plain();
-        let text =
-            "(sources: {\"a\": Import(file: \"a.csv\")}, variants: [Source(\"a\")], lods: [Full, Impostor(frames: 8)])";
-        let plan = crate::preset::load("poles.ron", text, &mut |_| Ok(String::new())).expect("loads");
-        let made = crate::lod::ladder(&plant, &plan.mesh, &plan.lods, std::slice::from_ref(&maps), &maps, Seed::new(1));
-        let measured = made.levels[1].plain.expect("planes are measured");
-        assert!(measured.coverage > 0.2 && measured.iou > 0.1 && made.levels[0].plain.is_none(), "{measured:?}");
-        let key = Key::of_bytes(b"");
+        let (_, tree) = made(&plant, "lods: [Full, Impostor(frames: 8)]", None);
+        let measured = tree.ladder.levels[1].plain.expect("planes are measured");
+        let is_full = tree.ladder.levels[0].plain.is_none();
+        assert!(measured.coverage > 0.2 && measured.iou > 0.1 && is_full, "{measured:?}");
         let told = |coverage: f32| {
-            let mut ladder = made.clone();
+            let mut ladder = (*tree.ladder).clone();
             ladder.levels[1].plain = Some(Measured { coverage, ..measured });
-            let tree = Tree { plant: Arc::new(plant.clone()), ladder: Arc::new(ladder), key, of: key };
-            without_shader(&[tree], 1).map(|note| note.message)
+            without_shader(&[Tree { ladder: Arc::new(ladder), ..tree.clone() }], 1).map(|note| note.message)
         };
         assert!(told(0.5).is_some_and(|note| note.contains("cover 0.50 of number 1")) && told(0.9).is_none());
     }

@@ -343,7 +343,7 @@ impl<'f> Blender<'f> {
                 continue;
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
-            let (size, offset) = (leaf.size * grown(self.degrees[k]), leaf.offset * self.degrees[k]);
+            let (size, offset) = (leaf.size * grown(self.grown[k]), leaf.offset * self.grown[k]);
             let location = match &family.elastic {
                 Some(elastic) => self.located_on(k, elastic, site.source as usize, leaf.location),
                 None => leaf.location,

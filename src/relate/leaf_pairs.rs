@@ -240,7 +240,7 @@ impl Blender<'_> {
                 continue;
             }
             let shares = self.share(k);
-            let (chain, degree) = (ChainId(self.chains[k]), self.degrees[k]);
+            let (chain, degree) = (ChainId(self.chains[k]), self.grown[k]);
             let leaf = |s: usize| &family.plants[s].leaves()[pair.leaves[s] as usize];
             let fed = self.feeds[k];
             match pair.leaves {
