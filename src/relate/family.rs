@@ -8,12 +8,14 @@
 //! Limits: memory is sources × (all points of a kin's members), so it grows with the square of the number of sources.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::Weights;
 use super::alignment::alignment;
+use super::burden::Burden;
 use super::elastic::Elastic;
 use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
@@ -154,6 +156,8 @@ pub struct Family {
     pub(super) slots: Vec<f32>,
     /// Leaves in correspondence, where they are; see [`Family::pair_leaves`].
     pub(super) leaf_pairs: Option<LeafPairs>,
+    /// For kins that share a source's chain, by kin and source: what each bears of it.
+    pub(super) burdens: BTreeMap<(u32, u32), Burden>,
     /// Kins that only stand in for one source's chain where that source is alone; see [`Family::is_stand_in`].
     pub(super) stand_ins: Vec<bool>,
     /// Growth units, where they are asked for.
@@ -201,6 +205,7 @@ impl Family {
             shapes: Vec::new(),
             slots: Vec::new(),
             leaf_pairs: None,
+            burdens: BTreeMap::new(),
             stand_ins: stand_ins(kins, &primary),
             units: None,
             elastic: None,
@@ -315,6 +320,11 @@ impl Family {
                     let member = &mut self.members[sharer.2 as usize * sources + s];
                     member.twin = ring[(i + 1) % ring.len()].2;
                     member.sharers = ring.len() as u32;
+                }
+                let kins: Vec<u32> = ring.iter().map(|sharer| sharer.2).collect();
+                for &kin in &kins {
+                    let burden = Burden::of(self, kin, &kins, s);
+                    self.burdens.insert((kin, s as u32), burden);
                 }
             }
         }

@@ -228,6 +228,7 @@ impl<'f> Blender<'f> {
             self.moved[k] |= self.runs[k] != run || self.kept[k] != kept;
             (self.runs[k], self.kept[k]) = (run, kept);
         }
+        self.move_sharers();
         if !any && kins > 0 {
             let source = family.row(0).iter().position(|m| m.chain != NONE).unwrap_or(0);
             row.fill(0.0);

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod assignment;
+mod burden;
 mod chain_traits;
 mod elastic;
 mod family;

@@ -6,15 +6,12 @@
 //! Where members bend different ways their mean is shorter than they are (by 1 to 3 % as a rule, by a third at worst), so
 //! it is stretched until its tip is as far from its base as theirs are on average, at most 1.5 times.
 //!
-//! Where several kins share a member (split and merge), m stems lie in one trunk at its end of the way. Each of
-//! them takes the member's radius over `n^0.4`, which is the share of an n-th by Eq. 3, with n falling from m to 1 as
-//! the member's share rises to 1: in the middle m stems together are as thick as the trunk, at its end each is the trunk.
+//! Kins that share a member have the radii that `burden.rs` tells.
 
 use glam::Vec3;
 
 use super::family::{Member, NONE};
 use super::kernel::{Blender, Feed};
-use super::rule::two_fifths;
 use crate::base::{Rotation, math};
 use crate::plant::ChainId;
 
@@ -51,7 +48,11 @@ impl Blender<'_> {
             self.origin[k] = plant.chain(chain).origin;
             self.parameters[span.clone()].copy_from_slice(&family.parameters[s as usize][own]);
             self.points[span.clone()].iter_mut().zip(plant.points(chain)).for_each(|(to, p)| *to = *p * degree);
-            self.linear[span].iter_mut().zip(plant.radii(chain)).for_each(|(to, r)| *to = r * degree);
+            self.linear[span.clone()].iter_mut().zip(plant.radii(chain)).for_each(|(to, r)| *to = r * degree);
+            if let Some(sharer) = self.sharer(k, s as usize) {
+                let along = self.linear[span.clone()].iter_mut().zip(&self.parameters[span]);
+                along.for_each(|(r, t)| *r *= sharer.thickness(*t as f32, 1.0));
+            }
             return;
         }
         if self.place_by_points(k) {
@@ -72,6 +73,10 @@ impl Blender<'_> {
             self.place_by_units(k, self.unit_seed);
             return;
         }
+        let sharers: Vec<_> = match family.burdens.is_empty() {
+            true => Vec::new(),
+            false => (0..sources).map(|s| self.sharer(k, s)).collect(),
+        };
         let turn = turn_of(row, shares);
         let (start, len) = (family.blocks[k].0 as usize * 4, family.blocks[k].1 as usize);
         self.len[k] = len as u32;
@@ -80,17 +85,22 @@ impl Blender<'_> {
         let linear = &mut self.linear[first..first + len];
         linear.fill(0.0);
         // Members in order of source; each block's place is counted over all that the kin has.
-        let present = row.iter().zip(shares).filter(|(m, _)| m.chain != NONE);
+        let present = row.iter().zip(shares).enumerate().filter(|(_, (m, _))| m.chain != NONE);
         let mut reach = 0.0_f32;
-        for (place, (member, &share)) in present.enumerate() {
+        for (place, (s, (_, &share))) in present.enumerate() {
             if share <= 0.0 {
                 continue;
             }
             let block = &family.shapes[start + place * 4 * len..start + (place + 1) * 4 * len];
             let (shape, radii) = block.split_at(3 * len);
             self.sum.iter_mut().zip(shape).for_each(|(to, from)| *to += from * share);
-            let thickness = thickness(member, share);
-            linear.iter_mut().zip(radii).for_each(|(to, from)| *to += from * thickness);
+            if let Some(sharer) = sharers.get(s).and_then(Option::as_ref) {
+                let slots = &family.slots[start / 4..];
+                let thick = radii.iter().zip(slots).map(|(r, slot)| r * sharer.thickness(*slot, share));
+                linear.iter_mut().zip(thick).for_each(|(to, r)| *to += r);
+            } else {
+                linear.iter_mut().zip(radii).for_each(|(to, from)| *to += from * share);
+            }
             let tip = Vec3::new(shape[len - 1], shape[2 * len - 1], shape[3 * len - 1]);
             reach += tip.length() * share;
         }
@@ -112,16 +122,6 @@ pub(super) fn stretch(reach: f32, length: f32) -> f32 {
     let stretch = reach / length;
     // NaN where all tips come back to their bases.
     if stretch > 1.0 { stretch.min(MOST_STRETCH) } else { 1.0 }
-}
-
-/// The weight of a member's radii.
-pub(super) fn thickness(member: &Member, share: f32) -> f32 {
-    if member.sharers <= 1 {
-        return share;
-    }
-    let fourth = share * share * share * share;
-    let apart = 1.0 + (member.sharers - 1) as f32 * (1.0 - fourth);
-    share * two_fifths(1.0 / f64::from(apart)) as f32
 }
 
 /// Arc-length parameters of a polyline; spread evenly where it has no length.

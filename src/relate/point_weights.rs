@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::family::NONE;
 use super::kernel::{Blender, Feed};
-use super::place::{measure, stretch, thickness, turn_of};
+use super::place::{measure, stretch, turn_of};
 use super::weights::Run;
 use crate::plant::ChainId;
 
@@ -55,13 +55,18 @@ impl Blender<'_> {
         let degree = self.grown[k];
         self.len[k] = len as u32;
         self.location[k] = self.own_location(k);
+        let sharers = [a, b].map(|source| self.sharer(k, source));
+        let thick = |source: usize, j: usize, share: f32| {
+            let sharer = sharers[usize::from(source == b)].as_ref();
+            sharer.map_or(share, |sharer| sharer.thickness(family.slots[start + j], share))
+        };
         let mut shares = vec![0.0_f32; sources];
         let mut point = |j: usize| {
             let w = point_weight(run, family.slots[start + j], t);
             (shares[a], shares[b]) = (1.0 - w, w);
             let at = |block: &[f32]| Vec3::new(block[j], block[len + j], block[2 * len + j]);
             let turn = turn_of(row, &shares);
-            let radius = own[3 * len + j] * thickness(&row[a], 1.0 - w) + other[3 * len + j] * thickness(&row[b], w);
+            let radius = own[3 * len + j] * thick(a, j, 1.0 - w) + other[3 * len + j] * thick(b, j, w);
             (turn.rotate(at(own) * (1.0 - w) + at(other) * w), radius, w)
         };
         let (tip, _, w) = point(len - 1);

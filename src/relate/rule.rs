@@ -24,7 +24,6 @@
 
 use super::family::NONE;
 use super::kernel::{Blender, Feed};
-use super::place::thickness;
 use crate::plant::{carried, value_at};
 
 impl Blender<'_> {
@@ -68,8 +67,11 @@ impl Blender<'_> {
         for (member, &share) in members.filter(|(member, _)| member.chain != NONE) {
             thickest = thickest.max(member.base);
             thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
-            mean += member.base * thickness(member, share);
+            mean += member.base * share;
             count += 1;
+        }
+        if family.row(k).iter().any(|member| member.sharers > 1) {
+            mean = linear[0] / self.grown[k];
         }
         let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
         let is_sure = count > 1 || family.parents[k] == NONE;
@@ -152,9 +154,13 @@ impl Blender<'_> {
     }
 
     /// Whether a kin counts for what its parent's source carries. Of kins that share the source's chain each that is
-    /// present does, as it carries, too; when none is, the first. Walks round those that share the chain.
+    /// present does, as it carries, too; when none is, the first. Walks round those that share the chain. What only stands in
+    /// and is not there grows elsewhere, and its bearer is as thick as without it (`burden.rs`).
     fn is_expected(&self, kin: u32, source: usize) -> bool {
         let present = |kin: u32| self.feeds[kin as usize] != Feed::Nothing;
+        if self.family.stand_ins[kin as usize] && !present(kin) {
+            return false;
+        }
         let mut twin = self.family.row(kin as usize)[source].twin;
         if twin == NONE || present(kin) {
             return true;

@@ -149,6 +149,26 @@ mod tests {
     }
 
     #[test]
+    fn a_tree_of_which_a_part_is_blended_is_as_large_as_the_rest_of_it() {
+        for (own, other) in [(1.0, 9.0), (9.0, 1.0)] {
+            let (first, second) = (plant(5, own), plant(60, other));
+            let family = family(vec![first.clone(), second]);
+            // All but the stems.
+            let tasks = Tasks::partial(&family, 0, 1, &|kin| family.parent(kin).is_some());
+            assert!(tasks.count() > 10);
+            let mut blender = Blender::new(&family);
+            let tree = blender.blend(&tasks.weights(&tasks.sample(Seed::new(3), 0.8, 1.0)));
+            let mut stems = 0;
+            for (id, kin) in tree.chain_ids().zip(blender.kins()).filter(|(id, _)| tree.chain(*id).parent.is_none()) {
+                let own = family.member(*kin, 0).expect("stems of the second alone stay away");
+                assert!(tree.points(id) == first.points(own) && tree.radii(id) == first.radii(own), "{kin:?}");
+                stems += 1;
+            }
+            assert!(stems > 0);
+        }
+    }
+
+    #[test]
     fn plants_of_nearly_one_height_stay_as_they_are() {
         let plants = vec![plant(1, 1.0), plant(1, 1.4), plant(1, 0.999)];
         assert!(family(plants.clone()).sizes.is_none());

@@ -15,7 +15,7 @@ use glam::Vec3;
 
 use super::family::{Family, Line, NONE};
 use super::kernel::{Blender, Feed};
-use super::place::{measure, thickness, turn_of};
+use super::place::{measure, turn_of};
 use crate::base::Seed;
 
 /// Least distance of two boundaries, as a share of the chain.
@@ -221,8 +221,10 @@ impl Blender<'_> {
         for (to, p) in self.points[first..first + len].iter_mut().zip(&line) {
             *to = turn.rotate(*p) * scale;
         }
+        let sharers = [0, 1].map(|source| self.sharer(k, source));
+        let thick = |source: usize, share: f32| sharers[source].as_ref().map_or(share, |s| s.thickness(0.0, share));
         for (i, to) in self.linear[first..first + len].iter_mut().enumerate() {
-            let (a, b) = (thickness(&row[0], 1.0 - times[i]), thickness(&row[1], times[i]));
+            let (a, b) = (thick(0, 1.0 - times[i]), thick(1, times[i]));
             *to = (own[3 * len + i] * a + other[3 * len + i] * b) * degree;
         }
         measure(&self.points[first..first + len], &mut self.parameters[first..first + len]);
