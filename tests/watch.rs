@@ -383,3 +383,49 @@ fn when_the_system_watches_no_more_folders_the_files_are_looked_at_and_that_is_s
     child.kill().unwrap();
     child.wait().unwrap();
 }
+
+#[test]
+fn what_is_saved_meanwhile_is_built_before_what_waits() {
+    let project = tiny::project();
+    let preset = |name: &str| project.path().join(name);
+    for name in ["a.ron", "b.ron", "c.ron"] {
+        fs::write(preset(name), tiny::GROWN).unwrap();
+    }
+    let order = std::sync::Mutex::new(Vec::new());
+    let mut watcher = Watcher::new(WatchOptions::new(project.path(), project.path().join("out")));
+    watcher.run(&|event| {
+        match event {
+            Event::Preset(path) => {
+                let mut order = order.lock().unwrap();
+                order.push(path.file_stem().unwrap().to_string_lossy().into_owned());
+                if order.len() == 1 {
+                    fs::write(preset("c.ron"), tiny::GROWN.replace("seed: 1,\n    sources", "seed: 2,\n    sources"))
+                        .unwrap();
+                }
+            }
+            Event::Failed(error) => panic!("{error}"),
+            Event::Idle { .. } => return Next::Stop,
+            _ => {}
+        }
+        Next::Watch
+    });
+    assert_eq!(*order.lock().unwrap(), ["a", "c", "b", "grown"]);
+}
+
+#[test]
+fn sets_of_one_name_are_an_error_as_in_a_build() {
+    let (watched, first) = Watched::start("out", &[("GROWN.ron", tiny::GROWN)]);
+    let failed = |said: &Said| matches!(said, Said::Failed(text) if text.contains("the same name"));
+    assert!(first.iter().filter(|said| failed(said)).count() == 1, "{first:?}");
+    assert!(first.contains(&Said::Built("GROWN".into())) && !first.contains(&Said::Built("grown".into())), "{first:?}");
+    drop(watched);
+}
+
+#[test]
+fn the_set_of_the_last_preset_is_told_of_when_that_goes() {
+    let (watched, _) = Watched::start("out", &[]);
+    fs::remove_file(watched.path("grown.ron")).unwrap();
+    let said = watched.until(|said| *said == Said::Orphaned("grown".into()));
+    assert!(said.iter().any(|said| matches!(said, Said::Failed(_))), "{said:?}");
+    assert!(watched.is_whole("grown"));
+}

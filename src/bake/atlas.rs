@@ -18,7 +18,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::resample::{shrink_color, shrink_relief};
+use super::resample::{resample_color, resample_relief};
 use super::skyline::{self, Block};
 use super::{Maps, dilate_color};
 use crate::mesh::Mesh;
@@ -218,7 +218,7 @@ impl Layout {
             first.iter().copied().chain(again.clone().map(|i| first[i])).chain(rest.iter().copied()).collect();
         let groups: Vec<usize> = std::iter::once(leaves + count).chain(groups[1..].iter().copied()).collect();
         match Self::placed(&all, &groups, params) {
-            Ok(mut echoed) if echoed.scale == 1.0 && echoed.height <= plain.height => {
+            Ok(mut echoed) if echoed.scale == 1.0 => {
                 let drawn = echoed.rects.drain(leaves..leaves + count);
                 echoed.echoes = again.map(|i| i as u32).zip(drawn).collect();
                 Ok(Self { utilisation: plain.utilisation * plain.height as f32 / echoed.height as f32, ..echoed })
@@ -367,7 +367,7 @@ impl Layout {
                 if (p.width, p.height) == (r.width, r.height) {
                     return (Cow::Borrowed(p.normal), Cow::Borrowed(p.orm));
                 }
-                let (normal, orm) = shrink_relief(p, r.width, r.height);
+                let (normal, orm) = resample_relief(p, r.width, r.height);
                 (Cow::Owned(normal), Cow::Owned(orm))
             })
             .unzip();
@@ -387,7 +387,7 @@ impl Layout {
                 if (p.width, p.height) == (r.width, r.height) {
                     return Cow::Borrowed(p.color);
                 }
-                Cow::Owned(shrink_color(p, r.width, r.height))
+                Cow::Owned(resample_color(p, r.width, r.height))
             })
             .collect();
         let mut color = self.draw(&scaled, [0; 4]);
@@ -583,6 +583,11 @@ mod tests {
                 assert_eq!(color[(rect.y * layout.width + rect.x) as usize][0], 10 + *i as u8, "{leaves}");
             }
         }
+        // One picture beside cards fills a square, though the atlas is higher by it.
+        let params = AtlasParams { size: 2048, gutter: 8 };
+        let layout = Layout::new(&[(504, 504), (400, 400), (400, 400)], &[1, 2], &params).unwrap();
+        assert!(layout.echoes.len() == 3 && layout.scale == 1.0 && layout.height == 1024, "{}", layout.height);
+        let params = AtlasParams { size: 1024, gutter: 8 };
         // No room, other sizes, no leaves.
         let narrow = AtlasParams { size: 256, gutter: 8 };
         assert!(Layout::new(&[(120, 120); 2], &[2], &narrow).unwrap().echoes.is_empty());
@@ -619,7 +624,7 @@ mod tests {
     fn shrinking_ignores_colour_under_alpha() {
         let mut tile = plain(2, 1, 0);
         tile.color = vec![[200, 0, 0, 255], [0, 255, 0, 0]];
-        let small = shrink_color(&(&tile).into(), 1, 1);
+        let small = resample_color(&(&tile).into(), 1, 1);
         assert_eq!(small[0][3], 128);
         assert!(small[0][0] >= 199 && small[0][1] < 20, "{:?}", small[0]);
     }

@@ -10,8 +10,9 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::dilate::clean;
 use super::leaf_art::{encode_normal, leaf_maps};
-use super::resample::shrink;
+use super::resample::resample;
 use super::srgb::{decode as linear, encode as srgb};
 use super::transmission::USUAL;
 use super::user_art::{ArtFile, ArtLimits, ArtUse, decode, normals_of};
@@ -99,7 +100,7 @@ pub fn own_bark_maps(art: &Art, seed: Seed) -> (Option<Maps>, Vec<String>) {
                 |n: u32| (n.next_power_of_two() / if n.is_power_of_two() { 1 } else { 2 }).clamp(1, LARGEST_BARK);
             let (width, height) = (side(maps.width), side(maps.height));
             if (width, height) != (maps.width, maps.height) {
-                maps = shrink(&maps, width, height);
+                maps = resample(&maps, width, height);
             }
             return (Some(maps), notes);
         }
@@ -257,6 +258,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     if color.is_some() && normal.is_none() {
         maps.normal = normals_of(&maps.color, width as usize, height as usize, ArtUse::Leaf);
     }
+    clean(&mut maps);
     dilate(&mut maps);
     maps
 }

@@ -7,6 +7,8 @@ use super::Maps;
 
 /// Pixels of less alpha than this count as unseen: what a picture holds there is often a left-over of its editor.
 const SEEN: u8 = 8;
+/// Of a picture that comes from elsewhere colours are its own from this alpha on, unless none is as opaque.
+const OPAQUE: u8 = 240;
 
 /// A level of the pyramid: `N` channels.
 struct Level<const N: usize> {
@@ -20,6 +22,21 @@ struct Level<const N: usize> {
 /// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
 /// do not match its size.
 pub fn dilate(maps: &mut Maps) {
+    dilate_from(maps, SEEN);
+}
+
+/// Takes the colours of what is not opaque from what is, around it. Pictures are cut out of a light ground as a rule, and what
+/// is half opaque, and what was carried on from there under the clear, is pale by it: engines mix it into every mip, and
+/// trees paled with distance. Normals and material have no ground, and stay.
+pub(super) fn clean(maps: &mut Maps) {
+    let most = maps.color.iter().map(|color| color[3]).max().unwrap_or(0);
+    let (normal, orm) = (maps.normal.clone(), maps.orm.clone());
+    dilate_from(maps, OPAQUE.min(most));
+    (maps.normal, maps.orm) = (normal, orm);
+}
+
+/// As [`dilate`], of every pixel whose alpha is below `seen`.
+fn dilate_from(maps: &mut Maps, seen: u8) {
     let count = maps.width as usize * maps.height as usize;
     if maps.color.len() != count || maps.normal.len() != count || maps.orm.len() != count {
         return;
@@ -29,10 +46,10 @@ pub fn dilate(maps: &mut Maps) {
         [c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from)
     };
     let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    let Some(filled) = filled(&alphas, maps.width, maps.height, values) else { return };
+    let Some(filled) = filled_from(&alphas, (maps.width, maps.height), seen, values) else { return };
     let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
     for (((color, normal), orm), v) in pixels.zip(&filled) {
-        if color[3] >= SEEN {
+        if color[3] >= seen {
             continue;
         }
         for i in 0..3 {
@@ -86,11 +103,21 @@ pub(crate) fn filled<const N: usize>(
     height: u32,
     channels: impl Fn(usize) -> [f32; N],
 ) -> Option<Vec<[f32; N]>> {
-    let seen = alphas.iter().filter(|alpha| **alpha >= SEEN).count();
-    if seen == 0 || seen == alphas.len() {
+    filled_from(alphas, (width, height), SEEN, channels)
+}
+
+/// As [`filled`], where pixels of less alpha than `seen` are unseen.
+fn filled_from<const N: usize>(
+    alphas: &[u8],
+    (width, height): (u32, u32),
+    seen: u8,
+    channels: impl Fn(usize) -> [f32; N],
+) -> Option<Vec<[f32; N]>> {
+    let count = alphas.iter().filter(|alpha| **alpha >= seen).count();
+    if count == 0 || count == alphas.len() {
         return None;
     }
-    let weights = alphas.iter().map(|&alpha| if alpha < SEEN { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
+    let weights = alphas.iter().map(|&alpha| if alpha < seen { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
     let values = (0..alphas.len()).map(channels).collect();
     let mut levels = vec![Level { width: width as usize, height: height as usize, values, weights }];
     // What has no hole needs nothing from coarser levels.
@@ -210,6 +237,26 @@ mod tests {
         assert!(normal != maps.normal && orm != maps.orm);
         dilate(&mut maps);
         assert!(normal == maps.normal && orm == maps.orm);
+    }
+
+    #[test]
+    fn a_pale_edge_takes_the_colour_of_what_it_is_the_edge_of() {
+        let mut maps = picture(32, 32, |x, y| (8..24).contains(&x) && (8..24).contains(&y));
+        let rim = |i: usize| (7..25).contains(&(i % 32)) && (7..25).contains(&(i / 32));
+        let edge: Vec<usize> = (0..32 * 32).filter(|&i| rim(i) && maps.color[i][3] == 0).collect();
+        for &i in &edge {
+            maps.color[i] = [230, 230, 220, 100];
+            maps.normal[i] = [9, 128, 200];
+        }
+        let before = maps.clone();
+        clean(&mut maps);
+        assert!(edge.len() > 60 && maps.color.iter().all(|c| c[..3] == [60, 90, 30]));
+        assert!(maps.normal == before.normal && maps.color.iter().zip(&before.color).all(|(a, b)| a[3] == b[3]));
+        // What is nowhere opaque is as opaque as it gets.
+        let mut ghost = before;
+        ghost.color.iter_mut().for_each(|c| c[3] = c[3].min(100));
+        clean(&mut ghost);
+        assert!(ghost.color.contains(&[230, 230, 220, 100]));
     }
 
     #[test]

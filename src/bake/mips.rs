@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::Maps;
 use super::mip_coverage::{ALPHA_CUTOFF, MIPS};
-use super::resample::shrink;
+use super::resample::resample;
 
 /// Steps of alpha between a texel and the cut-off.
 const MARGIN: u8 = 8;
@@ -40,7 +40,7 @@ pub fn mips(maps: &Maps, alpha: AlphaUse) -> Vec<Maps> {
     while let Some(last) = levels.last()
         && (last.width > 1 || last.height > 1)
     {
-        levels.push(shrink(last, (last.width / 2).max(1), (last.height / 2).max(1)));
+        levels.push(resample(last, (last.width / 2).max(1), (last.height / 2).max(1)));
     }
     if alpha == AlphaUse::CutOut {
         let solid = maps.color.iter().filter(|c| c[3] >= SOLID).count() as u64;
@@ -109,7 +109,7 @@ pub fn to_blocks(maps: &Maps) -> Maps {
         normal: repeated(count).map(|i| maps.normal[i]).collect(),
         orm: repeated(count).map(|i| maps.orm[i]).collect(),
     };
-    if (wide, high) == (width, height) { larger } else { shrink(&larger, width, height) }
+    if (wide, high) == (width, height) { larger } else { resample(&larger, width, height) }
 }
 
 #[cfg(test)]

@@ -112,9 +112,14 @@ impl Maps {
     /// The same maps with no side longer than `edge`, shrunk where they are larger.
     pub(crate) fn within(&self, edge: u32) -> Cow<'_, Self> {
         let (width, height) = self.size_within(edge);
+        self.resized(width, height)
+    }
+
+    /// The same maps with other sides, 1 or more each, whatever their proportions.
+    pub(crate) fn resized(&self, width: u32, height: u32) -> Cow<'_, Self> {
         if (width, height) == (self.width, self.height) {
             return Cow::Borrowed(self);
         }
-        Cow::Owned(resample::shrink(self, width, height))
+        Cow::Owned(resample::resample(self, width, height))
     }
 }

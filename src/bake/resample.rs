@@ -1,4 +1,4 @@
-//! Shrinking a material's maps by an exact area filter that respects alpha.
+//! Resampling a material's maps with respect to alpha: smaller by an exact area filter, larger linearly between texels.
 //!
 //! Colour is averaged in linear light and, like the other maps, weighted by alpha, so that what lies under transparent
 //! texels does not bleed in; a weight of 1/1024 is left to them, so that wholly transparent places keep their dilated
@@ -9,18 +9,18 @@ use rayon::prelude::*;
 use super::Maps;
 use super::atlas::{Picked, Relief};
 
-/// `maps` at another, not larger size; both sides at least 1.
-pub(super) fn shrink(maps: &Maps, width: u32, height: u32) -> Maps {
+/// `maps` at another size; both sides at least 1.
+pub(super) fn resample(maps: &Maps, width: u32, height: u32) -> Maps {
     let picked = maps.into();
     let ((normal, orm), color) =
-        rayon::join(|| shrink_relief(&picked, width, height), || shrink_color(&picked, width, height));
+        rayon::join(|| resample_relief(&picked, width, height), || resample_color(&picked, width, height));
     Maps { width, height, color, normal, orm }
 }
 
-/// The colour of a picture at another, not larger size.
-pub(super) fn shrink_color(from: &Picked<'_>, width: u32, height: u32) -> Vec<[u8; 4]> {
+/// The colour of a picture at another size.
+pub(super) fn resample_color(from: &Picked<'_>, width: u32, height: u32) -> Vec<[u8; 4]> {
     let tables = Srgb::new();
-    shrunk(from, (width, height), |i, w, sum: &mut [f32; 3]| {
+    resampled(from, (width, height), |i, w, sum: &mut [f32; 3]| {
         for (sum, c) in sum.iter_mut().zip(from.color[i]) {
             *sum += w * tables.linear[usize::from(c)];
         }
@@ -33,10 +33,10 @@ pub(super) fn shrink_color(from: &Picked<'_>, width: u32, height: u32) -> Vec<[u
     .collect()
 }
 
-/// Normals and material of a picture at another, not larger size.
-pub(super) fn shrink_relief(from: &Picked<'_>, width: u32, height: u32) -> Relief {
+/// Normals and material of a picture at another size.
+pub(super) fn resample_relief(from: &Picked<'_>, width: u32, height: u32) -> Relief {
     let byte = |v: f32| (v + 0.5) as u8;
-    shrunk(from, (width, height), |i, w, sum: &mut [f32; 6]| {
+    resampled(from, (width, height), |i, w, sum: &mut [f32; 6]| {
         for k in 0..3 {
             sum[k] += w * (f32::from(from.normal[i][k]) - 128.0);
             sum[k + 3] += w * f32::from(from.orm[i][k]);
@@ -53,7 +53,7 @@ pub(super) fn shrink_relief(from: &Picked<'_>, width: u32, height: u32) -> Relie
 }
 
 /// Means by area and alpha of what `add` sums at each source texel, and the mean alpha.
-fn shrunk<const N: usize>(
+fn resampled<const N: usize>(
     from: &Picked<'_>,
     (width, height): (u32, u32),
     add: impl Fn(usize, f32, &mut [f32; N]) + Sync,
@@ -82,8 +82,15 @@ fn shrunk<const N: usize>(
         .collect()
 }
 
-/// Source texels that the `i`-th of `to` covers, with the shares of their areas; the shares add up to 1.
+/// Source texels that the `i`-th of `to` covers, with the shares of their areas, or the two about its middle where it is less
+/// than one of them; the shares add up to 1.
 fn taps(i: u32, to: u32, from: u32) -> Vec<(usize, f32)> {
+    if to > from {
+        let middle = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
+        let (left, right) = (middle.max(0.0) as usize, from as usize - 1);
+        let share = (middle - left as f64).clamp(0.0, 1.0) as f32;
+        return vec![(left, 1.0 - share), ((left + 1).min(right), share)];
+    }
     // In units of 1 / to of a source texel, so that the ends are whole numbers.
     let (to, from) = (u64::from(to), u64::from(from));
     let (low, high) = (u64::from(i) * from, (u64::from(i) + 1) * from);

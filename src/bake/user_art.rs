@@ -10,6 +10,7 @@ use std::io::Cursor;
 use glam::Vec3;
 use image::{DynamicImage, ImageReader, Limits, imageops::FilterType};
 
+use super::dilate::clean;
 use super::leaf_art::encode_normal;
 use super::transmission::USUAL;
 use super::{Maps, dilate};
@@ -179,6 +180,8 @@ pub fn maps_from_images(
     }
     let mut maps = Maps { width, height, color: pixels, normal, orm };
     if purpose == ArtUse::Leaf {
+        // Before it shrinks, which mixes what is half opaque into the leaf.
+        clean(&mut maps);
         maps = squared(maps.within(limits.leaf).into_owned());
         dilate(&mut maps);
     }

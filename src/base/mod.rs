@@ -12,6 +12,7 @@ pub mod math;
 mod once;
 mod seed;
 mod simplex;
+mod svg;
 
 pub(crate) use alone::is_alone;
 pub(crate) use counted::counted;
@@ -22,3 +23,4 @@ pub use key::{Key, KeyBuilder};
 pub(crate) use once::once;
 pub use seed::{Draws, Seed};
 pub use simplex::simplex_point;
+pub(crate) use svg::{SvgError, read_svg};

@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 9);
+const ATLAS: Stage = Stage("atlas", 10);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 1);
 const FILES: Stage = Stage("files", 4);
@@ -111,13 +111,14 @@ struct Unwrapped {
 impl Placed {
     /// What is told of pictures that the atlas holds only smaller than their levels were measured with.
     pub(super) fn scaled(&self, plan: &Plan) -> Option<Note> {
-        let scale = self.packed.layout.scale;
+        // Never more than it is, and of a hair nobody is told.
+        let scale = (self.packed.layout.scale * 100.0).floor() / 100.0;
         let message = format!(
             "{} texels an edge hold all pictures only at {scale:.2} of their size, and levels with cards or impostors are coarser \
              than the manifest tells, which is of the whole size; a larger `size` holds them, or fewer variants",
             plan.atlas.size
         );
-        (scale < 1.0).then(|| Note { about: "atlas".to_owned(), message })
+        (scale < 0.99).then(|| Note { about: "atlas".to_owned(), message })
     }
 
     /// What is told of light maps that have no room for their charts.
@@ -656,7 +657,8 @@ mod tests {
                 "foliage: (pictures: {pictures}, resolution: 256), lods: [Full], atlas: (size: 512)"
             ));
             let scale = told.atlas.unwrap().scale;
-            let said = told.notes.iter().any(|note| note.contains(&format!("only at {scale:.2} of their size")));
+            let shown = (scale * 100.0).floor() / 100.0;
+            let said = told.notes.iter().any(|note| note.contains(&format!("only at {shown:.2} of their size")));
             assert_eq!((said, scale < 1.0), (is_told, is_told), "{:?}", told.notes);
         }
     }

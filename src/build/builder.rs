@@ -385,10 +385,11 @@ pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
 
 /// The names of sets and who has them; upper and lower case are one, as they are to many file systems.
 #[derive(Debug, Default)]
-struct Names(BTreeMap<String, String>);
+pub(crate) struct Names(BTreeMap<String, String>);
 
 impl Names {
-    fn claim(&mut self, preset: &Path, set: &str) -> Result<(), Vec<Diagnostic>> {
+    /// Takes a set's name for a preset; the error where another has it.
+    pub(crate) fn claim(&mut self, preset: &Path, set: &str) -> Result<(), Vec<Diagnostic>> {
         match self.0.entry(set.to_lowercase()) {
             btree_map::Entry::Occupied(other) => {
                 let message = format!("its set has the same name as that of {}", other.get());

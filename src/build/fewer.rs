@@ -4,8 +4,10 @@
 use super::trees::Tree;
 use super::wardrobe::{Dressing, Wardrobe, picture_span};
 use crate::base::{Note, counted};
+use crate::dress;
+use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{USUAL_LEAF_SHARE, Variant};
+use crate::preset::plan::{LeafArt, Source, USUAL_LEAF_SHARE, Variant, Wear};
 
 /// How much longer than asked for leaves are told of.
 const LONGER: f32 = 1.35;
@@ -14,6 +16,8 @@ const LONGER: f32 = 1.35;
 const MOST_LONGER: f32 = 1.9;
 /// What share of its tree a picture of leaves is at the most that nobody is told of: usual ones are a fifteenth.
 const LARGE: f32 = 1.0 / 3.0;
+/// How much longer than usual a source's own leaves are told of that wear the picture of another.
+const PADDLE: f32 = 3.0;
 
 /// A tree whose leaves are longer than asked for.
 #[derive(Clone, Copy)]
@@ -71,17 +75,46 @@ fn large(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Option<Note> {
     })
 }
 
+/// What is told of leaves that a source brings, and that wear another's picture at their own length: one leaf's on the card of a
+/// branch is a paddle.
+fn kept(plan: &Plan, wardrobe: &Wardrobe) -> Option<Note> {
+    let is_own = match plan.leaf_wear {
+        Wear::All => matches!(plan.leaf_art, LeafArt::Files { .. }),
+        Wear::Source(_) => true,
+        Wear::Rest => false,
+    };
+    if !is_own || plan.dress.leaf_share <= 0.0 {
+        return None;
+    }
+    let times = |plant: &Plant| {
+        let usual = wardrobe.leaf_size.min(plant.pose().extent() * plan.dress.leaf_share);
+        (dress::length(plant) / usual.max(1e-6), usual)
+    };
+    let long = |(source, plant): (&Source, &Plant)| {
+        let (times, usual) = times(plant);
+        (times >= PADDLE).then(|| (times, source.name.clone(), dress::length(plant), usual))
+    };
+    let all = plan.sources.iter().zip(&wardrobe.plants).filter_map(long);
+    let (_, name, long, usual) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let message = format!(
+        "leaves of \"{name}\" stay {long:.2} m long, as those that it brings: if what they wear is the picture of one leaf, ask for \
+         its length, as {usual:.3}"
+    );
+    Some(Note { about: "foliage.size".to_owned(), message })
+}
+
 /// One note for trees whose leaves the preset wants too large, one for all trees of a set that may not have more leaves, and one for those that have no room for more where the
 /// preset asks for more than usual.
 pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Note> {
     let longer = plan.variants.iter().zip(trees).filter_map(|(v, tree)| Longer::of(plan, wardrobe, v, tree));
     let (cut, full): (Vec<Longer>, Vec<Longer>) = longer.partition(|longer| longer.has_most);
+    let like = if plan.dress.leaf_share > 0.0 { "as usual ones" } else { "as asked for" };
     let told = |some: &[Longer], about: &str, why: String, help: &str| {
         let worst = some.iter().copied().reduce(|a, b| if b.times > a.times { b } else { a })?;
         let (times, asked) = (worst.times, worst.asked / picture_span(plan));
         let trees = counted(trees.len(), "tree", "trees");
         let most = if times >= MOST_LONGER { ", the most they may be, and crowns are thinner" } else { "" };
-        let longer = format!("so leaves are up to {times:.1} times as long as asked for ({asked:.3} m){most}");
+        let longer = format!("so leaves are up to {times:.1} times as long {like} ({asked:.3} m){most}");
         Some(Note { about: about.to_owned(), message: format!("{} of {trees} {why}, {longer}: {help}", some.len()) })
     };
     let why = format!("would have more leaves than `most: {}` allows", plan.dress.most_leaves);
@@ -89,5 +122,5 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
     let why = "would have more leaves than its branches have room for".to_owned();
     let help = "lower `density`, or ask for a larger `size`";
     let full = told(if plan.own_density > 1.0 { &full } else { &[] }, "foliage.density", why, help);
-    large(plan, wardrobe, trees).into_iter().chain(cut).chain(full).collect()
+    large(plan, wardrobe, trees).into_iter().chain(cut).chain(full).chain(kept(plan, wardrobe)).collect()
 }

@@ -95,7 +95,7 @@ impl Index {
     /// The index of an output folder; an empty one where there is none.
     pub(super) fn read(out: &Path) -> Self {
         let read = || {
-            let bytes = fs::read(out.join(FILE)).ok()?;
+            let bytes = stamp::bytes(&out.join(FILE)).ok()?;
             let (hash, rest) = bytes.strip_prefix(&MAGIC)?.split_at_checked(32)?;
             if hash != Key::of_bytes(rest).bytes() {
                 return None;

@@ -44,6 +44,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+#[cfg(feature = "cli")]
+pub(crate) use builder::Names;
 pub use builder::{Builder, check, make_part, make_set};
 pub use cache::{Cache, CacheError, CacheOptions, CacheStats, PartError, clear as clear_cache, stats as cache_stats};
 pub use depfile::depfile;

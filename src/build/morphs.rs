@@ -226,7 +226,11 @@ impl Made {
         };
         match self.kind {
             MorphKind::Between(..) | MorphKind::Sketch { .. } => {
-                family.blend(&blend::morph(family, 0, 1, pace.share(t)))
+                // The way too: where a pace nearly stands still at its end, a time inside of it is as good as the end, and the
+                // tree there has the chains of a source alone.
+                let share = pace.share(t);
+                let share = if unborn > 0.0 { share.clamp(INSIDE, 1.0 - INSIDE) } else { share };
+                family.blend(&blend::morph(family, 0, 1, share))
             }
             MorphKind::Growth { age, .. } => blend::grown(family, age + (1.0 - age) * t, unborn),
         }

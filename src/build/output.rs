@@ -216,7 +216,7 @@ pub(super) fn recover(folder: &Path) -> Result<(), OutputError> {
 fn recover_by(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
     exchange::settle(hand, folder)?;
     let journal = folder.join(JOURNAL);
-    match fs::read(&journal) {
+    match stamp::bytes(&journal) {
         Ok(bytes) => {
             // A journal is renamed into place whole; one that can't be read isn't ours to act on.
             if let Ok(journal) = serde_json::from_slice::<Journal>(&bytes) {
@@ -324,7 +324,7 @@ fn commit_by<B: AsRef<[u8]> + Sync>(
     }
     let kept: BTreeSet<&String> = files.iter().map(|(name, _)| name).collect();
     for (name, key) in owned.iter().filter(|(name, _)| !kept.contains(name)) {
-        if fs::read(folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
+        if stamp::bytes(&folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
             committed.removed.push(name.clone());
         }
     }
@@ -377,8 +377,12 @@ fn carry_out(hand: &mut Hand, folder: &Path, journal: &Journal) -> Result<(), Ou
 
 /// A plain file name's path; none for a name that would lead out of the folder.
 fn inside(folder: &Path, name: &str) -> Option<PathBuf> {
-    let plain = !name.is_empty() && name != "." && name != ".." && !name.contains(['/', '\\', ':']);
-    plain.then(|| folder.join(name))
+    is_plain(name).then(|| folder.join(name))
+}
+
+/// Whether a name is one of a file in a folder, and leads nowhere else.
+pub(super) fn is_plain(name: &str) -> bool {
+    !name.is_empty() && name != "." && name != ".." && !name.contains(['/', '\\', ':'])
 }
 
 /// Changes files, one step at a time; tests cut it off before any of its steps, as a kill would.

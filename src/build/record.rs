@@ -1,14 +1,13 @@
 //! What the last build left in a set's folder: its key and the files it owns, read back from the manifest.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use rayon::iter::Either;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::output::{Owned, Stamps};
+use super::output::{Owned, Stamps, is_plain};
 use super::stamp::{self, Stamp};
 use crate::base::Key;
 
@@ -40,7 +39,7 @@ pub(super) fn manifest_name(set: &str) -> String {
 /// Reads a set's record; none where there is none or it can't be read, which means that nothing there is Treewright's.
 pub(super) fn read(folder: &Path, set: &str) -> Option<Record> {
     let name = manifest_name(set);
-    let bytes = fs::read(folder.join(&name)).ok()?;
+    let bytes = stamp::bytes(&folder.join(&name)).ok()?;
     let mut record: Record = serde_json::from_slice(&bytes).ok()?;
     if record.generator != GENERATOR {
         return None;
@@ -52,7 +51,9 @@ pub(super) fn read(folder: &Path, set: &str) -> Option<Record> {
 impl Record {
     /// The files of the set with their hashes, the manifest among them.
     pub(super) fn owned(&self) -> Owned {
-        let listed = self.files.iter().filter_map(|f| Some((f.file.clone(), Key::from_hex(&f.blake3)?)));
+        // Whoever may write into the folder may have written the manifest: it names nothing elsewhere.
+        let plain = self.files.iter().filter(|f| is_plain(&f.file));
+        let listed = plain.filter_map(|f| Some((f.file.clone(), Key::from_hex(&f.blake3)?)));
         listed.chain(self.manifest.clone()).collect()
     }
 

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use super::output::Turn;
 use super::replace::replace_in;
-use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline};
+use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline, stamp};
 use crate::bake::{Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
 use crate::base::{Diagnostic, Key, Seed};
 use crate::export::{self, PngKind};
@@ -92,7 +92,7 @@ struct Index {
 /// The species whose sheets lie in `out`, in order of name.
 #[must_use]
 pub fn specimens(out: &Path) -> Vec<Specimen> {
-    let index = fs::read(out.join(INDEX)).ok().and_then(|bytes| serde_json::from_slice::<Index>(&bytes).ok());
+    let index = stamp::bytes(&out.join(INDEX)).ok().and_then(|bytes| serde_json::from_slice::<Index>(&bytes).ok());
     index.filter(|index| index.version == version()).unwrap_or_default().specimens
 }
 
@@ -167,7 +167,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
         .map(|(name, path)| {
             let (mut specimen, png) = drawn(folder, out, (name, path), limits, cache);
             let target = out.join(specimen.sheet());
-            match (&png, fs::read(&target).ok()) {
+            match (&png, stamp::bytes(&target).ok()) {
                 (Some(_), Some(old)) if !is_signed(&old) => {
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
                     specimen.sheet = hex(&old);
@@ -181,7 +181,7 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
         .collect();
     for gone in gone {
         let sheet = out.join(gone.sheet());
-        if fs::read(&sheet).is_ok_and(|bytes| is_signed(&bytes) && hex(&bytes) == gone.sheet) {
+        if stamp::bytes(&sheet).is_ok_and(|bytes| is_signed(&bytes) && hex(&bytes) == gone.sheet) {
             fs::remove_file(&sheet)?;
         }
     }

@@ -21,9 +21,9 @@ use crate::source::{estimate, foliage, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 11);
 const GRAPH: Stage = Stage("graph", 3);
-const IMPORT: Stage = Stage("import", 18);
-const LIKE: Stage = Stage("like", 12);
-const PICTURES: Stage = Stage("pictures", 10);
+const IMPORT: Stage = Stage("import", 19);
+const LIKE: Stage = Stage("like", 13);
+const PICTURES: Stage = Stage("pictures", 11);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
 
@@ -310,7 +310,8 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
             "the source's `obstacles` name it"
         }
         grow::GrowError::Crowded { .. } => {
-            "move it farther from the others, or raise `nodes` in its species file, which brings ways closer together"
+            "move it farther from the others; or, in its species file, lower the `out` of a point at which its trunk ends, or \
+             raise `nodes`, which brings ways closer together"
         }
         grow::GrowError::Shape(_) => "the species file that the source names names it in turn",
         grow::GrowError::Nothing | grow::GrowError::Plant(_) => {

@@ -84,6 +84,11 @@ pub(crate) fn read_at(path: &Path) -> io::Result<(Vec<u8>, Option<Stamp>)> {
     read(&mut File::open(path)?, u64::MAX - 1)
 }
 
+/// A whole file; an error where something else is in its place, which might never end.
+pub(crate) fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    read_at(path).map(|(bytes, _)| bytes)
+}
+
 #[cfg(unix)]
 fn inode(metadata: &Metadata) -> (u64, u64) {
     use std::os::unix::fs::MetadataExt;

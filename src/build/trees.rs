@@ -177,6 +177,8 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
             _ => "cards",
         };
         let [own, usual, there] = [own, usual, at(better)].map(|texels| edge(level, texels).unwrap_or(0));
+        // Where there is room impostors get more than the usual, which is not what is missed here.
+        let there = there.min(usual);
         (format!("{what} have {own} of {usual} texels along theirs"), there.to_string())
     };
     let (told, there): (Vec<String>, Vec<String>) = few.iter().map(one).unzip();

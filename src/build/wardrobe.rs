@@ -29,7 +29,7 @@ pub(super) struct Wardrobe {
     /// First slot of the pictures that dressing gives leaves, and how many there are.
     dressed: (u16, u16),
     /// Length of a leaf that dressing makes, metres.
-    leaf_size: f32,
+    pub(super) leaf_size: f32,
     /// What is around the sources, and so around what is made of them.
     around: Surroundings,
     /// Texels along the edge of the largest picture of a leaf, and of it as it came, where it was shrunk.
@@ -168,14 +168,19 @@ fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]
     (leaves.into_iter().map(|maps| maps.within(edge).into_owned()).collect(), Some([edge, full]))
 }
 
-/// A picture that is a square of a power of two, so much smaller that its cell in the atlas is one: then mips that are coarser
-/// than it is are its own, and crowns of it are seen from as far.
+/// A picture as a square whose cell in the atlas is one of a power of two, unless it is small or slim: then mips that are coarser
+/// than it is are its own, and crowns of it are seen from as far. It takes the cell that leaves it four fifths of its texels an
+/// edge or more. (Trees of a user's picture of 406 texels an edge were bare from 100 pixels of height on.)
 fn inside_its_cell(maps: Maps, atlas: &AtlasParams) -> Maps {
-    let edge = maps.width;
-    if edge < 128 || edge != maps.height || !edge.is_power_of_two() {
+    let (low, high) = (maps.width.min(maps.height), maps.width.max(maps.height));
+    if maps.width.max(maps.height) < LEAST_CELL || high > 2 * low {
         return maps;
     }
-    maps.within(atlas.inside(edge)).into_owned()
+    let area = u64::from(low) * u64::from(high);
+    let holds = |cell: u32| u64::from(atlas.inside(cell)).pow(2) * 25 >= area * 16;
+    let cell = (0..).map(|power| LEAST_CELL << power).find(|cell| holds(*cell)).unwrap_or(LEAST_CELL);
+    let edge = atlas.inside(cell);
+    maps.resized(edge, edge).into_owned()
 }
 
 /// What is opaque of each picture, 0..=1.
@@ -218,6 +223,8 @@ const SHARE: f64 = 0.3;
 /// The edge of pictures that nobody wears.
 const CLEAR: u32 = 8;
 const USUAL_PICTURE: u32 = 256;
+/// Pictures of fewer texels an edge keep their sides.
+const LEAST_CELL: u32 = 128;
 /// Least share of a crown that leaves are made for where sources bring the rest.
 const LEAST: f32 = 0.02;
 /// Longest leaf that a preset may ask for, as a share of the largest source's extent.
@@ -382,6 +389,32 @@ mod tests {
             normal: vec![[128, 128, 255]; 64],
             orm: vec![[255, 200, 0]; 64],
         }
+    }
+
+    #[test]
+    fn a_leaf_of_any_size_gets_a_cell_whose_mips_are_its_own() {
+        let atlas = AtlasParams { size: 2048, gutter: 8 };
+        let sides = |width: u32, height: u32| {
+            let texels = (width * height) as usize;
+            let color = (0..texels).map(|i| [60, 110, 30, (i * 255 / texels) as u8]).collect();
+            let relief = |value: [u8; 3]| vec![value; texels];
+            let maps = Maps { width, height, color, normal: relief([128, 128, 255]), orm: relief([255, 150, 200]) };
+            let made = inside_its_cell(maps, &atlas);
+            assert!(
+                made.color.iter().all(|c| c[..3] == [60, 110, 30]) && made.orm.iter().all(|o| *o == [255, 150, 200])
+            );
+            // It fades as it did.
+            let alpha = |at: f32| f32::from(made.color[(at * made.color.len() as f32) as usize][3]) / 255.0;
+            assert!([0.1, 0.5, 0.9].iter().all(|&at| (alpha(at) - at).abs() < 0.03), "{width} {height}");
+            (made.width, made.height)
+        };
+        for (given, cell) in
+            [((406, 406), 512), ((512, 512), 512), ((300, 300), 256), ((380, 250), 256), ((130, 128), 128)]
+        {
+            assert_eq!(sides(given.0, given.1), (cell - 8, cell - 8), "{given:?}");
+        }
+        // Small ones and slim ones stay.
+        assert!(sides(64, 64) == (64, 64) && sides(600, 200) == (600, 200));
     }
 
     #[test]

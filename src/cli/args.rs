@@ -61,7 +61,8 @@ pub(super) struct BuildArguments {
     /// Builds what can be built when a preset is wrong; without, a wrong preset keeps all from being built.
     #[arg(short, long)]
     pub(super) keep_going: bool,
-    /// Builds nothing; lists the sets that are not what the presets make, and ends with 1 if there are any.
+    /// Builds nothing; lists the sets that are not what the presets make, and ends with 1 if there are any. Sets whose preset is
+    /// gone are told of, too; a build leaves those alone, and they are no reason to end with 1.
     #[arg(long, conflicts_with_all = ["force", "dry_run", "shard", "depfile"])]
     pub(super) check: bool,
     /// Builds and writes nothing; lists what would be built and why.

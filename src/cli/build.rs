@@ -86,7 +86,13 @@ fn tell(arguments: &BuildArguments, meter: &Meter, status: &[SetStatus]) -> Resu
     for set in status {
         meter.status(set, arguments.force);
     }
-    let wrong = status.iter().filter(|set| set.state != SetState::Current || arguments.force).count();
+    // A build leaves sets alone whose preset is gone: nothing that it could make is missing.
+    let due = |set: &&SetStatus| match set.state {
+        SetState::Orphaned { .. } => false,
+        SetState::Current => arguments.force,
+        _ => true,
+    };
+    let wrong = status.iter().filter(due).count();
     if arguments.check && wrong > 0 {
         let sets = counted(wrong, "set is", "sets are");
         return Err(Failure::Other(format!("{sets} not what the presets make; `treewright build` makes them")));

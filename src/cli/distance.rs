@@ -1,12 +1,10 @@
 //! `treewright distance`: how far plants are from each other in shape space, as a matrix and as a dendrogram.
 
-use std::fs;
-
 use rayon::prelude::*;
 
 use super::args::{DistanceArguments, DistanceFormat, DistanceMetric};
 use super::inspect::read_file;
-use super::report::{Failure, print};
+use super::report::{Failure, print, write_over};
 use crate::blend::shape::{Comparison, Metric, Size, dendrogram, distance_matrix, linkage};
 use crate::plant::Plant;
 use crate::preset::plan::Facing;
@@ -43,7 +41,7 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
     let merges = linkage(&matrix);
     if let Some(path) = &arguments.dendrogram {
         let svg = dendrogram(&names, &merges, unit);
-        fs::write(path, svg).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))?;
+        write_over(path, &svg, &arguments.files)?;
     }
     print(&match arguments.format {
         DistanceFormat::Json => {

@@ -3,13 +3,9 @@
 //! What `Grow(like: …)` does inside of a build, written down. Goes to standard output unless a file is named; an existing
 //! file is never overwritten.
 
-use std::fs::File;
-use std::io::{ErrorKind, Write};
-use std::path::Path;
-
 use super::args::EstimateArguments;
 use super::inspect::read_file;
-use super::report::{Failure, Meter, print};
+use super::report::{Failure, Meter, print, write_new};
 use crate::base::Diagnostic;
 use crate::source::estimate::estimate;
 
@@ -32,12 +28,4 @@ pub(super) fn run(arguments: &EstimateArguments) -> Result<(), Failure> {
             Ok(())
         }
     }
-}
-
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
-    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|e| {
-        let why = if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() };
-        Failure::Other(format!("can't write {}: {why}", path.display()))
-    })
 }

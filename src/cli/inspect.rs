@@ -5,13 +5,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::args::InspectArguments;
-use super::report::{Failure, print};
+use super::report::{Failure, print, write_over};
 use crate::bake::{PictureInfo, picture_info};
 use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::shape::Reflection;
@@ -85,7 +84,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.dump {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
-        write(path, &dump(plant))?;
+        write_over(path, &dump(plant), std::slice::from_ref(&arguments.file))?;
     }
     if arguments.symmetry {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to mirror", inspected.kind)))?;
@@ -95,10 +94,11 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
         let (name, to) = read_file(path, arguments.seed)?;
         let morph = morph_support(from, to).map_err(one)?;
-        if let Some(path) = &arguments.plot {
+        if let Some(out) = &arguments.plot {
             let curve = |name: &str, values: &[f32]| Curve { name: name.to_owned(), values: values.to_vec() };
             let curves = [curve("one-to-many", &morph.one_to_many), curve("one-to-one", &morph.one_to_one)];
-            write(path, &export::plot(&format!("Trunk support weight, {file} to {name}"), &curves, SUPPORT_BOUND))?;
+            let plot = export::plot(&format!("Trunk support weight, {file} to {name}"), &curves, SUPPORT_BOUND);
+            write_over(out, &plot, &[arguments.file.clone(), path.clone()])?;
         }
         inspected.morph = Some(morph);
     }
@@ -152,10 +152,6 @@ fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
     let one_to_one = blend::support_over_morph(&family, &Pace::even(), STEPS);
     let curve = Curve { name: String::new(), values: one_to_many };
     Ok(MorphSupport { steepest: curve.steepest(), straight: curve.straight(), one_to_many: curve.values, one_to_one })
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
 }
 
 /// Reads a plant from any file that holds or describes one: the file's name as it is shown, and the plant.

@@ -1,11 +1,9 @@
 //! `treewright new`: a preset to start from, with its species file. Existing files are never overwritten.
 
-use std::fs::{self, File};
-use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::fs;
 
 use super::args::NewArguments;
-use super::report::{Failure, Meter};
+use super::report::{Failure, Meter, write_new};
 
 /// The species that a new preset starts with: the shipped birch.
 const SPECIES: &str = include_str!("../../presets/species/birch.ron");
@@ -77,14 +75,6 @@ fn check(name: &str, text: &str) -> Result<(), Failure> {
     } else {
         Err(Failure::Other(format!("{name} is a path; give a name, and the folder as --folder")))
     }
-}
-
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
-    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|e| {
-        let why = if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() };
-        Failure::Other(format!("can't write {}: {why}", path.display()))
-    })
 }
 
 #[cfg(test)]

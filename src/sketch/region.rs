@@ -5,11 +5,40 @@
 //!
 //! Rings run counter-clockwise round areas and clockwise round holes, y up; the first point follows the last.
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::simplify::SimplifyShape;
 use i_overlay::float::single::SingleFloatOverlay;
+
+use crate::base::Seed;
+
+/// Pairs of edges that are looked at for crossings.
+const LOOKS: u64 = 1 << 18;
+
+/// About how often the edges of some rings cross: exactly where they are few, else by pairs drawn by lot, with the same lots
+/// each time. Clipping takes time and memory by it.
+#[must_use]
+pub(super) fn crossings(rings: &[Vec<Vec2>]) -> usize {
+    let edges = |ring: &Vec<Vec2>| {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter().zip(next).map(|(a, b)| [a.as_dvec2(), b.as_dvec2()]).collect::<Vec<_>>()
+    };
+    let edges: Vec<[DVec2; 2]> = rings.iter().flat_map(edges).collect();
+    let cross = |i: usize, j: usize| {
+        let ([a, b], [c, d]) = (edges[i], edges[j]);
+        let side = |from: DVec2, to: DVec2, p: DVec2| (to - from).perp_dot(p - from);
+        side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+    };
+    let count = edges.len();
+    let pairs = count as u64 * (count as u64).saturating_sub(1) / 2;
+    if pairs <= LOOKS {
+        return (0..count).map(|i| (0..i).filter(|&j| cross(i, j)).count()).sum();
+    }
+    let seed = Seed::new(0).child("crossings");
+    let lots = (0..LOOKS).filter(|&k| cross(seed.at(2 * k).index(count), seed.at(2 * k + 1).index(count)));
+    (lots.count() as u64 * pairs / LOOKS) as usize
+}
 
 type Contours = Vec<Vec<[f32; 2]>>;
 
@@ -182,6 +211,31 @@ mod tests {
         assert_eq!(frame.intersection(&within).area(), 0.0);
         let over = Region::of(&[square(1.0, 1.0, 2.0)], Fill::NonZero);
         assert!((frame.intersection(&over).area() - 3.0).abs() < 1e-5);
+    }
+
+    /// Lines to and fro, as many across others.
+    fn hatched(lines: usize) -> Vec<Vec<Vec2>> {
+        let to_and_fro = |turn: bool| {
+            let corners = (0..lines).flat_map(|i| {
+                let (y, ends) = ((i as f32 + 0.5) / lines as f32, [0.0, 1.0]);
+                ends.map(|x| if i % 2 == 0 { x } else { 1.0 - x })
+                    .map(|x| if turn { Vec2::new(y, x) } else { Vec2::new(x, y) })
+            });
+            corners.collect()
+        };
+        vec![to_and_fro(false), to_and_fro(true)]
+    }
+
+    #[test]
+    fn crossings_are_counted_or_nearly_so() {
+        assert_eq!(crossings(&[square(0.0, 0.0, 2.0), square(1.0, 1.0, 2.0)]), 2);
+        for lines in [100_usize, 1000] {
+            let found = crossings(&hatched(lines)) as f32;
+            let known = (lines * lines) as f32;
+            assert!((found / known - 1.0).abs() < 0.05, "{lines}: {found}");
+        }
+        let round: Vec<Vec2> = (0..5000).map(|i| Vec2::from_angle(i as f32 / 5000.0 * std::f32::consts::TAU)).collect();
+        assert_eq!(crossings(&[round]), 0);
     }
 
     #[test]

@@ -11,19 +11,20 @@
 //!   places a drawing where no trunk does: a plan has none.
 //!
 //! Coordinates are the SVG's canvas with y turned up. Pictures and texts are not read, nor is anything beside the given
-//! bytes. Limits: [`MOST_SVG`] bytes, [`MOST_POINTS`] points; more is an error, so that no file takes unbounded time.
+//! bytes. Limits: those of `base/svg.rs`, [`MOST_POINTS`] points, [`MOST_CROSSINGS`] places where outlines cross; more is an
+//! error, so that no file takes unbounded time.
 
 use glam::Vec2;
 use usvg::tiny_skia_path::{Path, PathSegment, Point, Transform};
 
-use super::region::{Fill, Region};
+use super::region::{Fill, Region, crossings};
 use super::stem;
-use crate::base::counted;
+use crate::base::{SvgError, counted, read_svg};
 
-/// Most bytes of an SVG.
-const MOST_SVG: usize = 8 << 20;
 /// Most points of all its outlines.
 pub(super) const MOST_POINTS: usize = 100_000;
+/// Most crossings of its outlines: clipping takes some ten microseconds for each.
+const MOST_CROSSINGS: usize = 100_000;
 /// Most groups in one another.
 const DEEPEST: usize = 200;
 /// Straight pieces of a curve.
@@ -94,13 +95,7 @@ impl Drawing {
     ///
     /// When it is none, draws nothing, or is too large.
     pub fn read(bytes: &[u8]) -> Result<Self, SketchError> {
-        if bytes.len() > MOST_SVG {
-            return Err(SketchError::TooLarge { found: bytes.len(), what: "bytes", most: MOST_SVG });
-        }
-        let mut options = usvg::Options::default();
-        options.image_href_resolver.resolve_string = Box::new(|_, _| None);
-        options.image_href_resolver.resolve_data = Box::new(|_, _, _| None);
-        let tree = usvg::Tree::from_data(bytes, &options).map_err(|e| SketchError::Unreadable(e.to_string()))?;
+        let tree = read_svg(bytes)?;
         let mut reading = Reading::default();
         let mut work = vec![(tree.root(), false, 0)];
         while let Some((group, trunk, depth)) = work.pop() {
@@ -178,6 +173,7 @@ impl Reading {
             return Err(SketchError::TooLarge { found: self.points, what: "points", most: MOST_POINTS });
         }
         let rings = |lines: &[Line]| lines.iter().map(|l| l.points.clone()).collect::<Vec<_>>();
+        clippable(&[rings(&lines), rings(&band)].concat())?;
         let band = Region::of(&rings(&band), Fill::NonZero);
         match (fill, stroke) {
             (Some(fill), _) => {
@@ -244,6 +240,9 @@ impl Reading {
             let are = if self.skipped == 1 { "is" } else { "are" };
             notes.push(format!("{} of its pictures, texts and further open lines {are} not read", self.skipped));
         }
+        for regions in [&self.crown, &self.trunk] {
+            clippable(&regions.iter().flat_map(Region::rings).map(<[Vec2]>::to_vec).collect::<Vec<_>>())?;
+        }
         let (crown, trunk) = (Region::union_of(&self.crown), Region::union_of(&self.trunk));
         // Where crown and trunk overlap, the crown is the crown.
         if crown.area() <= 0.0 && open.len() < 2 {
@@ -257,6 +256,22 @@ impl Reading {
         }
         Ok(Drawing { crown, trunk, open, foot: self.foot, canvas, notes })
     }
+}
+
+impl From<SvgError> for SketchError {
+    fn from(error: SvgError) -> Self {
+        match error {
+            SvgError::Unreadable(why) => Self::Unreadable(why),
+            SvgError::TooLarge { found, what, most } => Self::TooLarge { found, what, most },
+        }
+    }
+}
+
+/// An error where rings cross too often to be clipped.
+fn clippable(rings: &[Vec<Vec2>]) -> Result<(), SketchError> {
+    let found = crossings(rings);
+    let what = "places, about, where its outlines cross";
+    if found > MOST_CROSSINGS { Err(SketchError::TooLarge { found, what, most: MOST_CROSSINGS }) } else { Ok(()) }
 }
 
 struct Line {
@@ -333,6 +348,27 @@ mod tests {
     }
 
     #[test]
+    fn a_tangle_is_an_error_before_it_is_clipped() {
+        let line = |i: usize| {
+            if i % 2 == 0 {
+                format!("M0 {}L10 {}", i as f32 / 80.0, i as f32 / 80.0)
+            } else {
+                format!("M{} 0L{} 10", i as f32 / 80.0, i as f32 / 80.0)
+            }
+        };
+        // As one path of strokes, and as a path a stroke.
+        let lines: Vec<String> = (0..800).map(line).collect();
+        let style = "fill=\"none\" stroke=\"black\" stroke-width=\"0.001\"";
+        let one = format!("<path {style} d=\"{}\"/>", lines.join(""));
+        let many: String = lines.iter().map(|line| format!("<path {style} d=\"{line}\"/>")).collect();
+        let crown = "<circle cx=\"5\" cy=\"5\" r=\"4\"/>";
+        for body in [format!("{crown}{one}"), format!("{crown}{many}")] {
+            assert!(matches!(read(&body), Err(SketchError::TooLarge { most: MOST_CROSSINGS, .. })));
+        }
+        assert!(read(&format!("{crown}{}", many[..many.len() / 20 / 60 * 60].rsplit_once("<path").unwrap().0)).is_ok());
+    }
+
+    #[test]
     fn shapes_unite_and_holes_stay_holes() {
         assert!((area("<rect width='4' height='4'/><rect x='2' width='4' height='4'/>") - 24.0).abs() < 1e-3);
         let frame = "<path fill-rule='evenodd' d='M0 0H8V8H0Z M2 2H6V6H2Z'/>";
@@ -384,9 +420,9 @@ mod tests {
             (bow.crown.area() - 32.0).abs() < 1e-2
                 && bow.notes.iter().any(|n| n.contains("1 of its paths crosses itself"))
         );
-        let many: String = (0..60_000).map(|i| format!("L{} {}", i % 10, i % 7)).collect();
-        let huge = format!("<path d='M0 0{many}Z'/><path d='M0 0{many}Z'/>");
+        let round = |i: u32| Vec2::from_angle(i as f32 / 60_000.0 * std::f32::consts::TAU) * 4.0 + 5.0;
+        let many: String = (0..60_000).map(round).map(|p| format!("L{} {}", p.x, p.y)).collect();
+        let huge = format!("<path d='M9 5{many}Z'/><path d='M9 5{many}Z'/>");
         assert!(matches!(read(&huge), Err(SketchError::TooLarge { what: "points", .. })));
-        assert!(matches!(Drawing::read(&vec![b' '; MOST_SVG + 1]), Err(SketchError::TooLarge { .. })));
     }
 }

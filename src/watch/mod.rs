@@ -4,8 +4,8 @@
 //! by rename are seen; where a folder is missing, the nearest one above it that is there. So is the folder of every link
 //! on the way to a file: a link that is put in the place of another leads elsewhere. Reading a file raises access
 //! events of its own; only creation, change and removal count. What a build writes wakes nobody, also inside the watched
-//! folder, as no preset reads it. A burst of events is one rebuild; events that arrive during a build are taken after it.
-//! After a rebuild come the page that shows all sets and the sets whose preset is gone.
+//! folder, as no preset reads it. A burst of events is one rebuild. What is saved while sets are built is built next: it waits
+//! for one set, not for all that are due. After a rebuild come the page that shows all sets and the sets whose preset is gone.
 //! A file in a folder that was not watched yet may be saved between its being read and the folder's being watched: what
 //! is that young is compared again.
 //!
@@ -23,12 +23,12 @@ use std::time::{Duration, Instant};
 use notify::event::{AccessKind, AccessMode, ModifyKind, RenameMode};
 use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
-use crate::base::Key;
-use crate::build::stamp;
+use crate::base::{Diagnostic, Key};
 use crate::build::{
     BuildError, BuildOptions, Builder, CacheOptions, GALLERY, Limits, Progress, SetStatus, draw_specimens,
     find_presets, gallery,
 };
+use crate::build::{Names, stamp};
 use poll::Seen;
 
 /// How long it must be quiet before events are acted on: when all files that they are about were closed or put in place
@@ -177,12 +177,14 @@ impl Watcher {
     /// Builds everything, then rebuilds what saved files touch, until `tell` returns [`Next::Stop`] on
     /// [`Event::Idle`].
     pub fn run(&mut self, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
-        let mut touched: Option<BTreeSet<PathBuf>> = None;
+        let mut touched = BTreeSet::new();
+        // Presets that are not built yet, where something was saved meanwhile; all to begin with.
+        let mut left = find_presets(std::slice::from_ref(&self.folder)).unwrap_or_default();
         loop {
             let start = stamp::now();
             // Looked at before it is read: what changes in between is seen as a change.
-            self.look();
-            let fresh = self.rebuild(touched.as_ref(), tell);
+            touched.extend(self.look());
+            let fresh = self.rebuild(&mut touched, &mut left, tell);
             if let Some(Polling { every, why, .. }) = &mut self.polling
                 && let Some(why) = why.take()
             {
@@ -190,8 +192,8 @@ impl Watcher {
             }
             let late = fresh.iter().filter(|(path, held)| changed_since(path, **held, start));
             let late: BTreeSet<PathBuf> = late.flat_map(|(path, _)| names(path)).collect();
-            if !late.is_empty() {
-                touched = Some(late);
+            touched.extend(late);
+            if !touched.is_empty() || !left.is_empty() {
                 continue;
             }
             self.show(tell);
@@ -200,7 +202,7 @@ impl Watcher {
                 return;
             }
             match self.wait() {
-                Some(paths) => touched = Some(paths),
+                Some(paths) => touched = paths,
                 None => return,
             }
         }
@@ -214,13 +216,16 @@ impl Watcher {
         polling.seen.look(self.reads.values().flatten().chain(&presets))
     }
 
-    /// Builds the presets that read one of the touched files, or all; the files that they read in folders that were not
-    /// watched before.
+    /// Builds the presets that read one of the touched files, then those that are left and those that are new; the files
+    /// that they read in folders that were not watched before. What is saved meanwhile does not wait for all of them: it is
+    /// `touched` afterwards, and what is still to be built `left`.
     fn rebuild(
         &mut self,
-        touched: Option<&BTreeSet<PathBuf>>,
+        touched: &mut BTreeSet<PathBuf>,
+        left: &mut Vec<PathBuf>,
         tell: &(dyn Fn(Event<'_>) -> Next + Sync),
     ) -> BTreeMap<PathBuf, Option<Key>> {
+        let (saved, waiting) = (std::mem::take(touched), std::mem::take(left));
         let mut fresh = BTreeMap::new();
         self.listen_near(&absolute(&self.folder).join("preset"));
         let presets = match find_presets(std::slice::from_ref(&self.folder)) {
@@ -231,16 +236,26 @@ impl Watcher {
             }
         };
         self.reads.retain(|preset, _| presets.contains(preset));
-        for preset in presets {
-            let concerned = match (touched, self.reads.get(&preset)) {
-                (Some(touched), Some(reads)) => touched.iter().any(|path| concerns(path, reads)),
-                _ => true,
-            };
-            if !concerned {
+        let is_saved = |preset: &PathBuf| match self.reads.get(preset) {
+            Some(reads) => saved.iter().any(|path| concerns(path, reads)),
+            None => names(preset).iter().any(|name| saved.contains(name)),
+        };
+        let is_due = |preset: &PathBuf| waiting.contains(preset) || !self.reads.contains_key(preset);
+        let (first, rest): (Vec<&PathBuf>, Vec<&PathBuf>) = presets.iter().partition(|preset| is_saved(preset));
+        let rest = rest.into_iter().filter(|preset| is_due(preset));
+        let due: Vec<PathBuf> = first.into_iter().chain(rest).cloned().collect();
+        let mut taken = Names::default();
+        let clashes: BTreeMap<&PathBuf, Vec<Diagnostic>> = (presets.iter())
+            .filter_map(|preset| Some((preset, taken.claim(preset, &preset.file_stem()?.to_string_lossy()).err()?)))
+            .collect();
+        for (i, preset) in due.iter().enumerate() {
+            tell(Event::Preset(preset));
+            if let Some(clash) = clashes.get(preset) {
+                tell(Event::Failed(BuildError::of(clash.clone())));
+                self.reads.insert(preset.clone(), names(preset));
                 continue;
             }
-            tell(Event::Preset(&preset));
-            let built = self.builder.build(std::slice::from_ref(&preset), &|progress| {
+            let built = self.builder.build(std::slice::from_ref(preset), &|progress| {
                 tell(Event::Build(progress));
             });
             let read: BTreeMap<PathBuf, Option<Key>> = match built {
@@ -251,7 +266,7 @@ impl Watcher {
                     read
                 }
             };
-            let mut reads = names(&preset);
+            let mut reads = names(preset);
             for (path, key) in &read {
                 for name in names(path) {
                     let is_new = self.listen_near(&name);
@@ -261,7 +276,14 @@ impl Watcher {
                     reads.insert(name);
                 }
             }
-            self.reads.insert(preset, reads);
+            self.reads.insert(preset.clone(), reads);
+            if i + 1 < due.len() {
+                *touched = self.saved();
+                if !touched.is_empty() {
+                    *left = due[i + 1..].to_vec();
+                    break;
+                }
+            }
         }
         fresh
     }
@@ -269,7 +291,12 @@ impl Watcher {
     /// Brings the page that shows all sets up to date, and tells of sets whose preset is gone, as a build of the folder does.
     fn show(&mut self, tell: &(dyn Fn(Event<'_>) -> Next + Sync)) {
         let folders = [self.folder.clone()];
-        let Ok(presets) = find_presets(&folders) else { return };
+        let presets = match find_presets(&folders) {
+            Ok(presets) => presets,
+            // The last one was deleted.
+            Err(_) if self.folder.is_dir() => Vec::new(),
+            Err(_) => return,
+        };
         // Where nothing was built, there is nothing to show.
         if self.out.is_dir() {
             let drawn = draw_specimens(&self.folder, &self.out, &self.limits, &self.builder.cache());
@@ -301,25 +328,39 @@ impl Watcher {
             for event in first.into_iter().chain(self.events.try_iter()) {
                 self.hear(event, &mut burst);
             }
-            let begin = Instant::now();
-            let mut last = begin;
-            while self.concerns_us(&burst.paths) && begin.elapsed() < PATIENCE {
-                let quiet = if burst.begun.is_empty() { SETTLED } else { QUIET };
-                let Some(left) = (last + quiet).checked_duration_since(Instant::now()) else { break };
-                let Ok(event) = self.events.recv_timeout(left) else { break };
-                // Reading raises events too, and others write beside what is read: neither is waited for.
-                if self.hear(event, &mut burst) {
-                    last = Instant::now();
-                }
-            }
-            // A folder that came or went takes the system's watch along.
-            for folder in self.watched.extract_if(.., |folder| burst.paths.contains(folder)) {
-                let _ = self.system.as_mut().map(|system| system.unwatch(&folder));
-            }
-            if self.concerns_us(&burst.paths) {
-                return Some(burst.paths);
+            if let Some(paths) = self.settled(burst) {
+                return Some(paths);
             }
         }
+    }
+
+    /// What was saved while sets were built; waits for nothing but for files to be whole.
+    fn saved(&mut self) -> BTreeSet<PathBuf> {
+        let mut burst = Burst { paths: self.look(), ..Burst::default() };
+        for event in self.events.try_iter() {
+            self.hear(event, &mut burst);
+        }
+        self.settled(burst).unwrap_or_default()
+    }
+
+    /// The paths of a burst when they are whole; none where none of them matters.
+    fn settled(&mut self, mut burst: Burst) -> Option<BTreeSet<PathBuf>> {
+        let begin = Instant::now();
+        let mut last = begin;
+        while self.concerns_us(&burst.paths) && begin.elapsed() < PATIENCE {
+            let quiet = if burst.begun.is_empty() { SETTLED } else { QUIET };
+            let Some(left) = (last + quiet).checked_duration_since(Instant::now()) else { break };
+            let Ok(event) = self.events.recv_timeout(left) else { break };
+            // Reading raises events too, and others write beside what is read: neither is waited for.
+            if self.hear(event, &mut burst) {
+                last = Instant::now();
+            }
+        }
+        // A folder that came or went takes the system's watch along.
+        for folder in self.watched.extract_if(.., |folder| burst.paths.contains(folder)) {
+            let _ = self.system.as_mut().map(|system| system.unwatch(&folder));
+        }
+        self.concerns_us(&burst.paths).then_some(burst.paths)
     }
 
     /// Takes an event into a burst; whether it concerns us.

@@ -22,7 +22,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Hand, OutputError, is_ours};
+use super::{Hand, OutputError, is_ours, stamp};
 
 /// Name of the mark.
 pub(super) const MARK: &str = ".treewright-exchange.json";
@@ -130,7 +130,7 @@ pub(super) fn settle(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> 
     let mark = folder.join(MARK);
     if next.join(MARK).exists() {
         discard(hand, &next)?;
-    } else if let Ok(bytes) = fs::read(&mark) {
+    } else if let Ok(bytes) = stamp::bytes(&mark) {
         // A mark comes with the folder, so it is whole; one that isn't ours names nothing.
         let gone: BTreeSet<String> = serde_json::from_slice(&bytes).unwrap_or_default();
         clear_old(hand, folder, &next, &gone)?;

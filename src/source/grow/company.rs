@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 use super::space::Space;
 use crate::plant::Plant;
-use crate::preset::plan::GrowParams;
+use crate::preset::plan::{Company, Endpoints, GrowParams, Volume};
 
 /// How many times lower than the highest a plant may be to share its graph.
 const ALIKE: f32 = 2.0;
@@ -104,7 +104,7 @@ pub(super) fn taken<'g>(space: &Space, metres: f32, grown: impl Iterator<Item = 
 }
 
 /// Which plants found no room, by number from 0 and in order, and what helps; `hop` is how long the edges of their graph are, metres.
-/// All but the first plant are left out for it.
+/// They are left out for it, but for a first one that others only stand beside.
 pub(super) fn crowded(params: &GrowParams, stunted: &[usize], hop: f32) -> String {
     let (many, all) = (stunted.len(), params.space.beside.len() + 1);
     let one = |&number: &usize| {
@@ -115,17 +115,26 @@ pub(super) fn crowded(params: &GrowParams, stunted: &[usize], hop: f32) -> Strin
     };
     let told: Vec<String> = stunted.iter().take(TOLD).map(one).collect();
     let more = if many > TOLD { format!("; and {} more", many - TOLD) } else { String::new() };
-    let gone = match (stunted.contains(&0), many) {
+    let stays = params.space.company != Company::Kept && stunted.contains(&0);
+    let gone = match (stays, many) {
         (true, 1) => "",
         (true, _) => " and all but number 1 are left out",
         (false, 1) => " and is left out",
         (false, _) => " and are left out",
     };
+    let leans = stunted.iter().any(|&number| leans(member(params, number)));
+    let lower = if leans { ", lower the `out` of the point at which their trunks end" } else { "" };
     format!(
         "{many} of {all} plants found no room to grow{gone}: {}{more}; the ways that wood may take are {hop:.2} m apart: move \
-         them farther apart or away from obstacles, or raise their species' `nodes`, which brings ways closer together",
+         them farther apart or away from obstacles{lower}, or raise their species' `nodes`, which brings ways closer together",
         told.join("; ")
     )
+}
+
+/// Whether a trunk ends at a point beside its foot, which may be another's ground.
+fn leans(params: &GrowParams) -> bool {
+    let first = params.iterations.first().map(|iteration| &iteration.endpoints);
+    matches!(first, Some(Endpoints::Volume { shape: Volume::Point { out, .. }, .. }) if *out > 0.0)
 }
 
 #[cfg(test)]
@@ -149,7 +158,23 @@ mod tests {
             "{}",
             told(&[1])
         );
-        assert!(told(&[0]).contains("grow: number 1 of") && told(&[1, 2]).contains("grow and are left out: number 2"));
+        assert!(told(&[0]).contains("grow: number 1 of") && !told(&[0]).contains("`out`"));
+        // Of a stand none is the first.
+        let mut kept = stand(&[(0.0, 10.0), (1.0, 10.0), (2.0, 10.0)]);
+        kept.space.company = Company::Kept;
+        let shape = Volume::Point { height: 0.98, out: 0.12 };
+        if let Endpoints::Volume { shape: of, .. } = &mut kept.iterations[0].endpoints {
+            *of = shape.clone();
+        }
+        for beside in &mut kept.space.beside {
+            beside.params.iterations.clone_from(&kept.iterations);
+        }
+        let of_stand = crowded(&kept, &[0, 2], 0.5);
+        assert!(
+            of_stand.contains("grow and are left out: number 1") && of_stand.contains("lower the `out`"),
+            "{of_stand}"
+        );
+        assert!(told(&[1, 2]).contains("grow and are left out: number 2"));
         assert!(told(&[0, 2]).contains("grow and all but number 1 are left out: number 1"), "{}", told(&[0, 2]));
     }
 

@@ -218,8 +218,8 @@ pub fn grow_on(
             if low {
                 stunted.push((i, hop));
             }
-            // A tuft at another's foot is no tree. The one that was asked for stays.
-            if !low || i == 0 {
+            // A tuft at another's foot is no tree. One beside which others stand was asked for, and stays.
+            if !low || (i == 0 && !kept) {
                 let plant;
                 (plant, notes[i]) = finished(skeleton, tree.params, company::stands(params, i), bound)?;
                 if !low {
@@ -232,7 +232,11 @@ pub fn grow_on(
     let mut told: Vec<String> = Vec::new();
     stunted.sort_by_key(|(i, _)| *i);
     stunted.retain(|(i, _)| kept || *i == 0);
-    if let Some(&(_, hop)) = stunted.first() {
+    if let Some(&(number, hop)) = stunted.first() {
+        if kept && stunted.len() == tops.len() {
+            let (nearest, away) = company::nearest(params, number).unwrap_or((number, 0.0));
+            return Err(GrowError::Crowded { number: number + 1, of: tops.len(), nearest: nearest + 1, away, hop });
+        }
         let numbers: Vec<usize> = stunted.iter().map(|(i, _)| *i).collect();
         told.push(company::crowded(params, &numbers, hop));
     }

@@ -4,17 +4,15 @@
 //! [`PIECES`] straight pieces. The profile is rasterized once, in [`ROWS`] rows, finer than any graph. Both halves of an
 //! unequal silhouette count: a ring belongs to it where either half does.
 //!
-//! Limits: [`MOST_SEGMENTS`], [`MOST_SVG`]. Nothing is read beside the given bytes, pictures count as absent. Coordinates
-//! behind a `rotate()` are as exact as the platform's sine.
+//! Limits: [`MOST_SEGMENTS`], and those of `base/svg.rs`. Coordinates behind a `rotate()` are as exact as the platform's sine.
 
 use glam::Vec2;
 
 use super::solid::SolidError;
+use crate::base::{SvgError, read_svg};
 
 /// Most straight pieces of an outline.
 const MOST_SEGMENTS: usize = 100_000;
-/// Most bytes of an SVG.
-const MOST_SVG: usize = 8 << 20;
 /// Straight pieces of a curve.
 const PIECES: u32 = 16;
 /// Rows of a profile.
@@ -31,13 +29,10 @@ pub(super) struct Silhouette {
 
 /// The filled paths of an SVG, y down.
 pub(super) fn silhouettes(bytes: &[u8]) -> Result<Vec<Silhouette>, SolidError> {
-    if bytes.len() > MOST_SVG {
-        return Err(SolidError::TooLarge { found: bytes.len(), what: "bytes", most: MOST_SVG });
-    }
-    let mut options = usvg::Options::default();
-    options.image_href_resolver.resolve_string = Box::new(|_, _| None);
-    options.image_href_resolver.resolve_data = Box::new(|_, _, _| None);
-    let tree = usvg::Tree::from_data(bytes, &options).map_err(|e| SolidError::Unreadable(e.to_string()))?;
+    let tree = read_svg(bytes).map_err(|error| match error {
+        SvgError::Unreadable(why) => SolidError::Unreadable(why),
+        SvgError::TooLarge { found, what, most } => SolidError::TooLarge { found, what, most },
+    })?;
     let mut found = Vec::new();
     let mut pieces = 0_usize;
     let mut work = vec![tree.root()];

@@ -175,6 +175,34 @@ fn plants_that_find_no_room_are_told_in_one_note() {
 }
 
 #[test]
+fn fronds_of_a_high_crown_never_become_stems_on_a_finer_graph() {
+    let palm = species("palm.ron", include_str!("../../../presets/species/palm.ron")).unwrap();
+    for seed in [2, 24] {
+        let (plant, _) = grow(&GrowParams { seed, ..palm.clone() }, Seed::new(1)).unwrap();
+        assert_eq!(plant.chains().iter().filter(|chain| chain.parent.is_none()).count(), 1, "{seed}");
+    }
+}
+
+#[test]
+fn a_stand_in_which_nothing_grows_is_an_error() {
+    // Each trunk ends over another's ground.
+    let culm = "(height: 9.0, nodes: 8000, width: 0.3, tip_radius: 0.01, iterations: [\
+        (endpoints: Volume(shape: Point(height: 0.98, out: 0.12), count: 1)),\
+        (endpoints: Volume(shape: Ellipsoid(bottom: 0.5, top: 0.98, radius: 0.1), count: 10))])";
+    let culm = species("culm.ron", culm).unwrap();
+    let mut params = culm.clone();
+    let beside = [[2.0, 0.0], [-2.0, 0.0], [0.0, 2.0], [0.0, -2.0]];
+    params.space.beside =
+        (2..).zip(beside).map(|(seed, at)| Beside { params: GrowParams { seed, ..culm.clone() }, at }).collect();
+    params.space.company = Company::Kept;
+    for seed in 1..6 {
+        let made = grow(&GrowParams { seed, ..params.clone() }, Seed::new(1));
+        let is_low = |plant: &Plant| plant.height() < 9.0 * 0.35;
+        assert!(!made.is_ok_and(|(plant, _)| is_low(&plant)), "{seed}");
+    }
+}
+
+#[test]
 fn trees_of_a_stand_share_the_space_without_touching() {
     let stand = grown(&pair(Company::Kept));
     let stems: Vec<Vec3> = stand.chains().iter().filter(|c| c.parent.is_none()).map(|c| c.origin).collect();

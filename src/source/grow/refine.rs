@@ -234,6 +234,9 @@ impl Scale<'_> {
         let share = self.nodes.disc / plant.nodes.disc;
         let seen = |p: Vec3| (p - foot) / share;
         let iteration = &params.iterations[run.pass];
+        // What leaves above the clear bole leaves there on a finer course as well; lower it would be a stem of its own.
+        let bole = params.bole.min(structure.first(plant.nodes));
+        let is_stem = seen(at).y < bole;
         // Where it may begin, and with which vector.
         let entry = |index: u32, at: Vec3, kept: Vec3| {
             let (vector, lean) = guide::start(iteration.start, &iteration.guide, kept, seen(at));
@@ -243,10 +246,13 @@ impl Scale<'_> {
             None => vec![entry(0, at, Vec3::Y)],
             Some(course) => {
                 let far = |i: usize| course.places[i].distance_squared(at);
-                let nearest = (0..course.places.len()).min_by(|&a, &b| far(a).total_cmp(&far(b))).unwrap_or(0);
-                let near = |&i: &usize| {
-                    i == nearest || (far(i) < self.hop * self.hop && seen(course.places[i]).y >= params.bole)
+                let is_high = |&i: &usize| seen(course.places[i]).y >= bole;
+                let nearest = |may: &dyn Fn(&usize) -> bool| {
+                    let places = (0..course.places.len()).filter(|i| may(i));
+                    places.min_by(|&a, &b| far(a).total_cmp(&far(b)))
                 };
+                let nearest = nearest(&|i| is_stem || is_high(i)).or_else(|| nearest(&|_| true)).unwrap_or(0);
+                let near = |&i: &usize| i == nearest || (far(i) < self.hop * self.hop && is_high(&i));
                 let ids = (0..course.places.len()).filter(near);
                 ids.map(|i| entry(i as u32, course.places[i], course.vectors[i])).collect()
             }

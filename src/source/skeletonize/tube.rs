@@ -23,6 +23,8 @@ const LEAST_AREA: f64 = 0.5;
 const TIP: f64 = 0.1;
 /// What a point is taken for, a share of the widest ring: an axis has wood everywhere.
 const POINT: f64 = 0.02;
+/// Rounds that are thinner, in the same measure, are points.
+const NOTHING: f64 = 1e-4;
 /// Least length of an axis over its greatest radius: a disc's layers are rings too.
 const SLENDER: f64 = 0.8;
 /// Cosine between triangles of one flat face.
@@ -176,9 +178,10 @@ fn axis(surface: &Surface, neighbours: &Neighbours, start: &[u32]) -> Option<(Li
         return None;
     }
     smooth_caps(&mut nodes);
-    for node in &mut nodes {
-        node.1 = node.1.max(widest * POINT);
-    }
+    // A point gets some thickness, no more than is beside it: leaders of tall trees taper by more than [`POINT`].
+    let is_point = |radius: f64| radius < widest * NOTHING;
+    let thin = nodes.iter().map(|n| n.1).filter(|&r| !is_point(r)).fold(widest * POINT, f64::min);
+    nodes.iter_mut().filter(|node| is_point(node.1)).for_each(|node| node.1 = thin);
     Some((Limb::path(&nodes), if corners > 0.0 { faces / corners } else { 1.0 }))
 }
 
@@ -290,6 +293,20 @@ mod tests {
                 assert!(node.position.distance(path[k]) < 1e-6, "{sides} {k}");
                 assert!((node.radius - [0.3, 0.25, 0.2, 0.1][k]).abs() < 1e-6);
             }
+        }
+    }
+
+    #[test]
+    fn a_leader_is_as_thin_as_it_is_and_a_point_as_what_is_beside_it() {
+        let path: Vec<DVec3> = (0..5).map(|i| DVec3::Y * f64::from(i) * 5.0).collect();
+        for (radii, end) in [
+            ([0.4, 0.2, 0.05, 0.003, 0.001], 0.001),
+            ([0.4, 0.2, 0.05, 0.003, 0.0], 0.003),
+            ([0.4, 0.3, 0.2, 0.1, 0.0], 0.008),
+        ] {
+            let (limb, _) = tube(&shapes::tube(&path, &radii, 6)).unwrap();
+            let thinnest = limb.nodes.iter().map(|node| node.radius).fold(f64::MAX, f64::min);
+            assert!((thinnest - end).abs() < 1e-6, "{radii:?}: {thinnest}");
         }
     }
 
