@@ -70,6 +70,32 @@ fn a_dump_reads_back_as_the_same_plant() {
 }
 
 #[test]
+fn nothing_is_written_over_what_it_is_made_from() {
+    let project = tiny::project();
+    let folder = project.path();
+    let scan = fs::read(folder.join("scans/tiny.swc")).unwrap();
+    let said = fails(folder, &["inspect", "scans/tiny.swc", "--dump", "scans/../scans/tiny.swc"]);
+    assert!(said.contains("it is what is read"), "{said}");
+    let said = fails(folder, &["distance", "scans/tiny.swc", "species/tiny.ron", "--dendrogram", "scans/tiny.swc"]);
+    assert!(said.contains("it is what is read"), "{said}");
+    assert_eq!(fs::read(folder.join("scans/tiny.swc")).unwrap(), scan);
+}
+
+#[test]
+fn a_set_whose_preset_is_gone_is_told_and_no_reason_to_fail() {
+    let project = tiny::project();
+    let folder = project.path();
+    fs::write(folder.join("scanned.ron"), tiny::scanned()).unwrap();
+    assert!(treewright(folder, &["build", ".", "--out", "out"]).status.success());
+    fs::remove_file(folder.join("scanned.ron")).unwrap();
+    let checked = treewright(folder, &["build", ".", "--out", "out", "--check"]);
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned() + &String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success() && said.contains("scanned.ron, is gone"), "{said}");
+    fs::write(folder.join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    assert!(!treewright(folder, &["build", ".", "--out", "out", "--check"]).status.success());
+}
+
+#[test]
 fn what_the_trunk_bears_over_a_morph_is_told_and_plotted() {
     let project = tiny::project();
     let folder = project.path();

@@ -258,8 +258,8 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     if color.is_some() && normal.is_none() {
         maps.normal = normals_of(&maps.color, width as usize, height as usize, ArtUse::Leaf);
     }
-    clean(&mut maps);
     dilate(&mut maps);
+    clean(&mut maps);
     maps
 }
 

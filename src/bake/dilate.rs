@@ -9,6 +9,8 @@ use super::Maps;
 const SEEN: u8 = 8;
 /// Of a picture that comes from elsewhere colours are its own from this alpha on, unless none is as opaque.
 const OPAQUE: u8 = 240;
+/// Of so many opaque pixels one at least lies among others where a picture's rims are told from the rest.
+const FEW: usize = 10;
 
 /// A level of the pyramid: `N` channels.
 struct Level<const N: usize> {
@@ -22,21 +24,6 @@ struct Level<const N: usize> {
 /// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
 /// do not match its size.
 pub fn dilate(maps: &mut Maps) {
-    dilate_from(maps, SEEN);
-}
-
-/// Takes the colours of what is not opaque from what is, around it. Pictures are cut out of a light ground as a rule, and what
-/// is half opaque, and what was carried on from there under the clear, is pale by it: engines mix it into every mip, and
-/// trees paled with distance. Normals and material have no ground, and stay.
-pub(super) fn clean(maps: &mut Maps) {
-    let most = maps.color.iter().map(|color| color[3]).max().unwrap_or(0);
-    let (normal, orm) = (maps.normal.clone(), maps.orm.clone());
-    dilate_from(maps, OPAQUE.min(most));
-    (maps.normal, maps.orm) = (normal, orm);
-}
-
-/// As [`dilate`], of every pixel whose alpha is below `seen`.
-fn dilate_from(maps: &mut Maps, seen: u8) {
     let count = maps.width as usize * maps.height as usize;
     if maps.color.len() != count || maps.normal.len() != count || maps.orm.len() != count {
         return;
@@ -46,10 +33,10 @@ fn dilate_from(maps: &mut Maps, seen: u8) {
         [c[0], c[1], c[2], n[0], n[1], n[2], o[0], o[1], o[2]].map(f32::from)
     };
     let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    let Some(filled) = filled_from(&alphas, (maps.width, maps.height), seen, values) else { return };
+    let Some(filled) = filled(&alphas, maps.width, maps.height, values) else { return };
     let pixels = maps.color.iter_mut().zip(&mut maps.normal).zip(&mut maps.orm);
     for (((color, normal), orm), v) in pixels.zip(&filled) {
-        if color[3] >= seen {
+        if color[3] >= SEEN {
             continue;
         }
         for i in 0..3 {
@@ -57,6 +44,34 @@ fn dilate_from(maps: &mut Maps, seen: u8) {
             orm[i] = byte(v[6 + i]);
         }
         *normal = unit_normal([v[3], v[4], v[5]]);
+    }
+}
+
+/// Takes the colours of what is not opaque, and of the outermost pixels of what is, from what lies inside of that; those of what is
+/// so slim that nothing does stay. Pictures are cut out of a light ground as a rule, and their rims, and what was carried
+/// on from there under the clear, are pale by it: engines mix it into every mip, and trees paled with distance. Normals and
+/// material have no ground, and stay.
+pub(super) fn clean(maps: &mut Maps) {
+    let (width, height) = (maps.width as usize, maps.height as usize);
+    if maps.color.len() != width * height {
+        return;
+    }
+    let most = maps.color.iter().map(|color| color[3]).max().unwrap_or(0).min(OPAQUE);
+    let opaque: Vec<bool> = maps.color.iter().map(|color| color[3] >= most).collect();
+    let around = |i: usize| {
+        let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        near(i / width, height).flat_map(move |y| near(i % width, width).map(move |x| y * width + x))
+    };
+    let inner: Vec<bool> = (0..opaque.len()).map(|i| around(i).all(|k| opaque[k])).collect();
+    let count = |of: &[bool]| of.iter().filter(|is| **is).count();
+    // Of what is all rims those are what there is.
+    let sound = if count(&inner) * FEW < count(&opaque) { &opaque } else { &inner };
+    let is_rim = |i: usize| !sound[i] && (!opaque[i] || around(i).any(|k| sound[k]));
+    let values = |i: usize| [maps.color[i][0], maps.color[i][1], maps.color[i][2]].map(f32::from);
+    let seen: Vec<u8> = sound.iter().map(|&sound| if sound { u8::MAX } else { 0 }).collect();
+    let Some(filled) = filled(&seen, maps.width, maps.height, values) else { return };
+    for (_, (color, v)) in maps.color.iter_mut().zip(&filled).enumerate().filter(|(i, _)| is_rim(*i)) {
+        *color = [byte(v[0]), byte(v[1]), byte(v[2]), color[3]];
     }
 }
 
@@ -103,21 +118,11 @@ pub(crate) fn filled<const N: usize>(
     height: u32,
     channels: impl Fn(usize) -> [f32; N],
 ) -> Option<Vec<[f32; N]>> {
-    filled_from(alphas, (width, height), SEEN, channels)
-}
-
-/// As [`filled`], where pixels of less alpha than `seen` are unseen.
-fn filled_from<const N: usize>(
-    alphas: &[u8],
-    (width, height): (u32, u32),
-    seen: u8,
-    channels: impl Fn(usize) -> [f32; N],
-) -> Option<Vec<[f32; N]>> {
-    let count = alphas.iter().filter(|alpha| **alpha >= seen).count();
-    if count == 0 || count == alphas.len() {
+    let seen = alphas.iter().filter(|alpha| **alpha >= SEEN).count();
+    if seen == 0 || seen == alphas.len() {
         return None;
     }
-    let weights = alphas.iter().map(|&alpha| if alpha < seen { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
+    let weights = alphas.iter().map(|&alpha| if alpha < SEEN { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
     let values = (0..alphas.len()).map(channels).collect();
     let mut levels = vec![Level { width: width as usize, height: height as usize, values, weights }];
     // What has no hole needs nothing from coarser levels.
@@ -245,7 +250,8 @@ mod tests {
         let rim = |i: usize| (7..25).contains(&(i % 32)) && (7..25).contains(&(i / 32));
         let edge: Vec<usize> = (0..32 * 32).filter(|&i| rim(i) && maps.color[i][3] == 0).collect();
         for &i in &edge {
-            maps.color[i] = [230, 230, 220, 100];
+            // Half of it opaque.
+            maps.color[i] = [230, 230, 220, if i % 2 == 0 { 100 } else { 255 }];
             maps.normal[i] = [9, 128, 200];
         }
         let before = maps.clone();

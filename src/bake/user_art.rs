@@ -184,6 +184,7 @@ pub fn maps_from_images(
         clean(&mut maps);
         maps = squared(maps.within(limits.leaf).into_owned());
         dilate(&mut maps);
+        clean(&mut maps);
     }
     Ok(maps)
 }

@@ -21,9 +21,9 @@ use crate::source::{estimate, foliage, grow, import};
 /// The stages that make sources and pictures, with their versions.
 const GROW: Stage = Stage("grow", 11);
 const GRAPH: Stage = Stage("graph", 3);
-const IMPORT: Stage = Stage("import", 19);
+const IMPORT: Stage = Stage("import", 20);
 const LIKE: Stage = Stage("like", 13);
-const PICTURES: Stage = Stage("pictures", 11);
+const PICTURES: Stage = Stage("pictures", 12);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
 
