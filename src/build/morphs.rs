@@ -11,7 +11,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use super::blends;
-use super::pipeline::Inputs;
 use super::selections::Selected;
 use super::sketches::Drawn;
 use super::trees::cell;
@@ -65,15 +64,16 @@ pub(super) struct Made {
     first_picture: u16,
 }
 
-/// Matches the sources of every sequence, and then adds the pictures between their leaves to the wardrobe.
+/// Matches the sources of every sequence, those that follow a sketch by `drawn` in their order, and then adds the pictures between their leaves to the wardrobe.
 ///
 /// # Errors
 ///
 /// When sources can't be matched, at their fields.
-pub(super) fn morphs(plan: &Plan, inputs: &Inputs, wardrobe: &mut Wardrobe) -> Result<Morphs, Vec<Diagnostic>> {
+pub(super) fn morphs(plan: &Plan, drawn: &[Drawn], wardrobe: &mut Wardrobe) -> Result<Morphs, Vec<Diagnostic>> {
+    let mut drawn = drawn.iter();
     let (mut made, mut errors) = (Vec::new(), Vec::new());
     for params in &plan.morphs {
-        match one(plan, params, inputs, wardrobe) {
+        match one(plan, params, &mut drawn, wardrobe) {
             Ok(morph) => made.push(morph),
             Err(found) => errors.extend(found),
         }
@@ -146,7 +146,12 @@ fn between(frames: u32) -> u32 {
     frames.saturating_sub(2)
 }
 
-fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardrobe) -> Result<Made, Vec<Diagnostic>> {
+fn one<'d>(
+    plan: &Plan,
+    params: &MorphParams,
+    drawn: &mut impl Iterator<Item = &'d Drawn>,
+    wardrobe: &mut Wardrobe,
+) -> Result<Made, Vec<Diagnostic>> {
     let mut source = |index: usize, leaf: &TargetLeaf| {
         let none = Selected::default();
         let seed = blends::identity(plan, &Variant::Source(index), &none).1;
@@ -176,13 +181,11 @@ fn one(plan: &Plan, params: &MorphParams, inputs: &Inputs, wardrobe: &mut Wardro
             let kins: Vec<Kin> = plant.chain_ids().map(kin).collect();
             (blended(Family::new(vec![plant], &kins).map_err(|error| wrong("of", error))?), PairedSlots::default())
         }
-        MorphKind::Sketch { of, sketch } => {
+        MorphKind::Sketch { of, .. } => {
             let plant = source(of, &TargetLeaf::AsSet);
-            let drawn = Drawn::read(&sketch, inputs)?;
+            let sketched = drawn.next().and_then(|drawn| drawn.sketched(&plant));
             (
-                drawn
-                    .sketched(&plant)
-                    .map_or(Way::Still(plant), |sketched| Way::Sketched(Box::new(sketched.following()))),
+                sketched.map_or(Way::Still(plant), |sketched| Way::Sketched(Box::new(sketched.following()))),
                 PairedSlots::default(),
             )
         }

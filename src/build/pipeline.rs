@@ -226,6 +226,7 @@ pub(super) struct Prepared {
     pub(super) wardrobe: Wardrobe,
     pub(super) morphs: Morphs,
     pub(super) blended: Blends,
+    /// Those of variants, then those of sequences.
     pub(super) sketches: Vec<Drawn>,
 }
 
@@ -244,7 +245,7 @@ pub(super) fn prepared(
     step("leaves and bark");
     let around = Surroundings::of(plan, &sources, inputs)?;
     let mut wardrobe = wardrobe::wardrobe(plan, &sources, &pictures, around)?;
-    let morphs = morphs::morphs(plan, inputs, &mut wardrobe)?;
+    let morphs = morphs::morphs(plan, &sketches[plan.sketches.len()..], &mut wardrobe)?;
     let blended = blends::blends(plan, &wardrobe.plants, cache)?;
     step("matching");
     Ok(Prepared { sources, wardrobe, morphs, blended, sketches })
@@ -276,10 +277,10 @@ fn trees(
 }
 
 /// What was mended in the sources, rejected and removed, and what an atlas has no room for.
-fn notes(plan: &Plan, inputs: &Inputs, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
+fn notes(plan: &Plan, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
     let mut notes = wears::notes(plan, &prepared.sources);
     notes.extend(stages::source_notes(plan, &prepared.sources));
-    notes.extend(sketches::notes(plan, inputs));
+    notes.extend(sketches::notes(&prepared.sketches));
     notes.extend(selected.notes.iter().cloned());
     notes.extend(prepared.morphs.note.clone());
     notes.extend(prepared.wardrobe.note());
@@ -315,7 +316,7 @@ pub fn make_set(
     let clips = clips::clips(plan, &prepared.morphs, pictures, &placed.packed.layout)?;
     step("atlas");
     let identities: Vec<_> = plan.variants.iter().map(|variant| blends::identity(plan, variant, &selected)).collect();
-    let mut notes = notes(plan, inputs, &prepared, &selected);
+    let mut notes = notes(plan, &prepared, &selected);
     notes.extend(placed.scaled(plan));
     let stock = OnceLock::new();
     let drawn = |leaf: &Leaf| once(&stock, || super::trees::stock(plan, pictures, cache)).drawn(leaf);
@@ -365,7 +366,7 @@ pub fn make_share(
     if share == Share::Atlas {
         assets::textures(plan, &prepared.wardrobe.pictures, &trees, cache)?;
     }
-    Ok((places.len(), notes(plan, inputs, &prepared, &selected)))
+    Ok((places.len(), notes(plan, &prepared, &selected)))
 }
 
 #[cfg(test)]

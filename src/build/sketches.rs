@@ -33,36 +33,32 @@ pub(super) fn named(plan: &Plan) -> impl Iterator<Item = &SketchParams> {
     plan.sketches.iter().chain(of_morphs)
 }
 
-/// Reads the sketches of a plan's variants, in its order.
+/// Reads the sketches of a plan, in the order of [`named`].
 ///
 /// # Errors
 ///
-/// Those that can't be read, each at the field that names its file; also those of sequences.
+/// Those that can't be read, each at the field that names its file.
 pub(super) fn sketches(plan: &Plan, inputs: &Inputs) -> Result<Vec<Drawn>, Vec<Diagnostic>> {
     let (mut drawn, mut errors) = (Vec::new(), Vec::new());
-    for (i, params) in named(plan).enumerate() {
+    for params in named(plan) {
         match Drawn::read(params, inputs) {
-            Ok(read) if i < plan.sketches.len() => drawn.push(read),
-            Ok(_) => {}
+            Ok(read) => drawn.push(read),
             Err(found) => errors.extend(found),
         }
     }
     if errors.is_empty() { Ok(drawn) } else { Err(errors) }
 }
 
-/// What was closed, untangled or left out in the sketches of a plan.
-pub(super) fn notes(plan: &Plan, inputs: &Inputs) -> Vec<Note> {
-    let of = |params: &SketchParams| {
-        let drawn = Drawn::read(params, inputs).ok();
-        let said = drawn.into_iter().flat_map(|drawn| {
-            let side = drawn.side.into_iter().flat_map(|side| side.notes);
-            let front = told_of_front(drawn.front.notes, params.elevation == 0.0);
-            front.chain(side).collect::<Vec<_>>()
-        });
+/// What was closed, untangled or left out in sketches.
+pub(super) fn notes(drawn: &[Drawn]) -> Vec<Note> {
+    let of = |drawn: &Drawn| {
+        let Drawn { params, front, side, .. } = drawn;
+        let front = told_of_front(front.notes.clone(), params.elevation == 0.0);
+        let said = front.chain(side.iter().flat_map(|side| side.notes.clone()));
         said.map(|message| Note { about: params.field.clone(), message: format!("its sketch: {message}") })
             .collect::<Vec<_>>()
     };
-    named(plan).flat_map(of).collect()
+    drawn.iter().flat_map(of).collect()
 }
 
 /// Only a level view can have a trunk: from above a slim part is a lobe, and the id would be an error.

@@ -18,18 +18,18 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 17);
 const SKETCH: Stage = Stage("sketch", 14);
-const LADDER: Stage = Stage("ladder", 54);
+const LADDER: Stage = Stage("ladder", 55);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 48);
+const LEVEL: Stage = Stage("level", 49);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 13);
+const FOOTING: Stage = Stage("footing", 14);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 9);
+const COLORS: Stage = Stage("colors", 10);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 9);
-const REFERENCE: Stage = Stage("reference", 13);
+const OUTLINES: Stage = Stage("outlines", 10);
+const REFERENCE: Stage = Stage("reference", 14);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 5);
+const STOCK: Stage = Stage("stock", 6);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

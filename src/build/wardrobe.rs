@@ -28,6 +28,8 @@ pub(super) struct Wardrobe {
     bare: Vec<bool>,
     /// First slot of the pictures that dressing gives leaves, and how many there are.
     dressed: (u16, u16),
+    /// Leaves that sequences turn into, and the first slot of the pictures of each.
+    targets: Vec<(LeafArt, u16)>,
     /// Length of a leaf that dressing makes, metres.
     pub(super) leaf_size: f32,
     /// What is around the sources, and so around what is made of them.
@@ -114,7 +116,7 @@ pub(super) fn wardrobe(
     let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
     let pictures = Pictures { leaves, bark };
     let bare = sources.iter().map(|s| stays(s)).collect();
-    Ok(Wardrobe { pictures, plants, bare, dressed, leaf_size, around, shrunk })
+    Ok(Wardrobe { pictures, plants, bare, dressed, targets: Vec::new(), leaf_size, around, shrunk })
 }
 
 /// What is wrong where leaves or bark are taken from a source that brings none, as far as sources are known.
@@ -323,13 +325,23 @@ impl Wardrobe {
     /// A source with leaves, as the variant of it is; where dressing makes them, they wear `leaf`, whose pictures are added.
     pub(super) fn source(&mut self, plan: &Plan, index: usize, leaf: &TargetLeaf, seed: Seed) -> Plant {
         let plant = self.plants[index].clone();
-        let (art, dress) = match leaf {
+        let (first, art, dress) = match leaf {
             TargetLeaf::Made { art, size, angle, droop, twig, full, phyllotaxis } if plant.leaves().is_empty() => {
                 let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
+                // A leaf that the set or another sequence wears already is drawn, and has its room in the atlas.
+                let own = (*art == plan.leaf_art && self.dressed.1 > 0).then_some(self.dressed.0);
+                let known = || self.targets.iter().find(|known| known.0 == *art).map(|known| known.1);
+                let first = own.or_else(known);
                 let edge = plan.atlas.inside(*edge);
                 let picture =
                     |i| bake::leaf_maps(*shape, *color, *variation, edge, i, Seed::new(plan.seed).child("leaves"));
-                let art: Vec<Maps> = (0..u32::from(plan.dress.pictures)).into_par_iter().map(picture).collect();
+                let count = if first.is_some() { 0 } else { u32::from(plan.dress.pictures) };
+                let drawn: Vec<Maps> = (0..count).into_par_iter().map(picture).collect();
+                let first = first.unwrap_or_else(|| {
+                    let first = self.pictures.leaves.len() as u16;
+                    self.targets.push((art.clone(), first));
+                    first
+                });
                 let (leaf_size, leaf_angle) = (size * bake::spray_span(*shape), *angle);
                 let dress = DressParams {
                     density: plan.own_density * full,
@@ -340,7 +352,7 @@ impl Wardrobe {
                     phyllotaxis: *phyllotaxis,
                     ..plan.dress.clone()
                 };
-                (art, dress)
+                (first, drawn, dress)
             }
             _ => {
                 return match self.dressing(plan, &Variant::Source(index)) {
@@ -349,7 +361,6 @@ impl Wardrobe {
                 };
             }
         };
-        let first = self.pictures.leaves.len() as u16;
         self.pictures.leaves.extend(art);
         let around = self.around.around(plan, &[index]);
         dress::dress_among(&plant, &dress, &around.obstacles, seed).rewear(|_, leaf| (first + leaf.slot, leaf.form))
@@ -553,6 +564,36 @@ mod tests {
             dressing.dress(made.plants[1].clone(), Seed::new(1)).leaves().len()
         });
         assert!(source > 30 && target == source, "{target} for {source}");
+    }
+
+    #[test]
+    fn a_leaf_that_several_sequences_turn_into_is_drawn_once_and_one_that_is_worn_not_at_all() {
+        let bare = || Arc::new(SourcePlant::grown(pole(0.2).plant.without_leaves(), Vec::new()));
+        let drawn = |leaves: [&str; 2]| {
+            let one = |(leaf, frames): (&str, u32)| {
+                format!("Morph(from: \"a\", to: \"b\", frames: {frames}, leaf: \"{leaf}\")")
+            };
+            let text = format!(
+                "(sources: {{\"a\": Import(file: \"a.csv\"), \"b\": Import(file: \"b.csv\")}}, \
+                 variants: [{}, {}], foliage: (leaf: \"oak\"))",
+                one((leaves[0], 2)),
+                one((leaves[1], 3))
+            );
+            let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).unwrap();
+            let pictures = Pictures { leaves: vec![picture(0.5); plan.dress.pictures.into()], bark: picture(1.0) };
+            let Ok(mut made) = wardrobe(&plan, &[bare(), bare()], &pictures, Surroundings::default()) else {
+                panic!("no wardrobe")
+            };
+            let of = |morph: usize, made: &mut Wardrobe| made.source(&plan, 1, &plan.morphs[morph].leaf, Seed::new(1));
+            let plants = [of(0, &mut made), of(1, &mut made)];
+            let slots = plants
+                .map(|plant| plant.leaves().iter().map(|leaf| leaf.slot / plan.dress.pictures).collect::<Vec<_>>());
+            assert!(slots.iter().all(|slots| slots.len() > 30 && slots.iter().all(|slot| *slot == slots[0])));
+            (made.pictures.leaves.len() / usize::from(plan.dress.pictures), slots.map(|slots| slots[0]))
+        };
+        assert_eq!(drawn(["willow", "willow"]), (2, [1, 1]));
+        assert_eq!(drawn(["willow", "beech"]), (3, [1, 2]));
+        assert_eq!(drawn(["oak", "willow"]), (2, [0, 1]));
     }
 
     #[test]

@@ -79,7 +79,7 @@ impl Shapes {
         with_rings.fold((0, 0), |(vertices, triangles), Shape { rings, skin, .. }| {
             let sides = skin.sides as usize;
             (
-                vertices + (rings.len() + usize::from(skin.is_sunk)) * (sides + 1) + 2 * sides,
+                vertices + (rings.len() + skin.dome().len() + usize::from(skin.is_sunk)) * (sides + 1) + 2 * sides,
                 triangles + skin.triangles(rings.len(), true),
             )
         })
@@ -117,7 +117,7 @@ impl Part {
         let (first, all) = (self.rings.len(), wood.rings_of(limb));
         self.own.clear();
         self.own.extend(all.iter().filter(|ring| is_kept(ring, error)));
-        let (mut skin, mut fuller) = (Skin { sides: 3, is_pointed: true, is_sunk: false }, 1.0);
+        let (mut skin, mut fuller) = (Skin { sides: 3, is_pointed: true, is_round: false, is_sunk: false }, 1.0);
         let mut foot = Foot::default();
         if !self.own.is_empty() {
             skin = wood.skin(limb, detail);

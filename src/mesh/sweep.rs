@@ -10,7 +10,7 @@ use super::roots::Roots;
 use super::shapes::Shapes;
 use super::sides::out_of_corners;
 use super::tangent::tangent_of;
-use super::tube::{Skin, TubeDetail, Wood};
+use super::tube::{CROWN, Skin, TubeDetail, Wood};
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
 use crate::plant::ChainId;
@@ -60,7 +60,8 @@ impl Wood<'_> {
         let limb = &self.limbs[id.index()];
         let base = limb.base;
         let Some((shape, rings)) = shapes.get(id) else { return };
-        let (Skin { sides, is_pointed, is_sunk }, fuller) = (shape.skin, shape.fuller);
+        let (Skin { sides, is_pointed, is_sunk, .. }, fuller) = (shape.skin, shape.fuller);
+        let dome = shape.skin.dome();
         // Those that have vertices all round.
         let body = &rings[..rings.len() - usize::from(is_pointed)];
         let (first, tip) = (rings[0], rings[rings.len() - 1]);
@@ -89,7 +90,8 @@ impl Wood<'_> {
         let mut last = first;
         let (start, triangles) = (mesh.positions.len() as u32, mesh.indices.len());
         let is_capped = self.is_capped(id, detail);
-        let vertices = (body.len() + usize::from(is_sunk)) * columns + sides as usize * (1 + usize::from(is_capped));
+        let vertices =
+            (body.len() + dome.len() + usize::from(is_sunk)) * columns + sides as usize * (1 + usize::from(is_capped));
         mesh.positions.reserve(vertices);
         mesh.normals.reserve(vertices);
         mesh.tangents.reserve(vertices);
@@ -182,10 +184,39 @@ impl Wood<'_> {
                 }
             }
         }
-        let apex = if is_pointed { tip.centre } else { tip.centre + frame.y * (tip.radius * 0.6) };
-        let end = Cone { rim: start + (body.len() as u32 - 1) * columns, apex, frame, v, density, is_base: false };
         let shade = |place, radius| Self::shade(light, place, radius);
-        end.add(mesh, middles, (last.radius, self.thinnest), around(last.radius), shade(apex, last.radius));
+        let mut rim = start + (body.len() as u32 - 1) * columns;
+        let (mut beyond, mut narrow) = (0.0, 1.0);
+        for &(along, share) in dome {
+            let (centre, next) = (tip.centre + frame.y * (tip.radius * along), mesh.positions.len() as u32);
+            v -= (along - beyond).hypot(narrow - share) * tip.radius * density;
+            (beyond, narrow) = (along, share);
+            // As a ball's.
+            let (across, up) = (share, frame.y * (1.0 - share * share).sqrt());
+            for (k, &(sin, cos)) in corners.iter().enumerate() {
+                let radial = frame.x * cos - frame.z * sin;
+                let place = centre + radial * ((tip.radius * fuller + detail.added) * widened * share);
+                let growing = frame.x * -sin - frame.z * cos;
+                let seen = (radial * across + up, [growing.x, growing.y, growing.z, 1.0]);
+                let u = around(last.radius) * (k as f32 / sides as f32 - 0.5);
+                push(mesh, place, seen, Vec2::new(u, v), shade(place, tip.radius));
+            }
+            for k in 0..sides {
+                let (a, b, c, d) = (rim + k, rim + k + 1, next + k, next + k + 1);
+                mesh.indices.extend([a, b, d, a, d, c]);
+            }
+            rim = next;
+        }
+        let high = if is_pointed {
+            0.0
+        } else if dome.is_empty() {
+            0.6
+        } else {
+            CROWN
+        };
+        let apex = tip.centre + frame.y * (tip.radius * high);
+        let end = Cone { rim, apex, frame, v, density, is_base: false };
+        end.add(mesh, middles, (last.radius * narrow, self.thinnest), around(last.radius), shade(apex, last.radius));
         if is_capped {
             let apex = first.centre - base_frame.y * (first.radius * 0.6);
             let cap = Cone { rim: start, apex, frame: base_frame, v: v_at_base, density, is_base: true };

@@ -337,8 +337,9 @@ impl<'a> Wood<'a> {
         let spread = Self::foot(limb, detail).spread(&self.rings[limb.rings.0 as usize]);
         Skin {
             sides: if spread > error { usual.max(roots::sides(usual).min(detail.most_sides)) } else { usual },
-            // A thin end closes in one point, a thick one gets a blunt cone behind its last ring.
+            // A thin end closes in one point, a thick one gets a blunt cone behind its last ring, and one as thick as a trunk is round.
             is_pointed: self.is_pointed(limb, detail.error),
+            is_round: self.rings[limb.rings.1 as usize - 1].radius >= error.max(self.thinnest) * THICK,
             is_sunk: detail.below > 0.0 && matches!(limb.base, Base::Ground { .. }),
         }
     }
@@ -385,21 +386,34 @@ impl<'a> Wood<'a> {
     }
 }
 
+/// See [`Skin::dome`]; on an ellipsoid whose top is [`CROWN`] of the last ring's radius beyond it.
+const DOME: [(f32, f32); 2] = [(0.5 * CROWN, 0.866), (0.866 * CROWN, 0.5)];
+pub(super) const CROWN: f32 = 0.9;
+/// Ends of so many times the error are round: as cones they look sharpened.
+const THICK: f32 = 8.0;
+
 /// What a chain's skin is like.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Skin {
     pub(super) sides: u32,
     /// Whether its end closes in one point.
     pub(super) is_pointed: bool,
+    /// Whether it is a dome.
+    pub(super) is_round: bool,
     /// Whether it goes on below the ground.
     pub(super) is_sunk: bool,
 }
 
 impl Skin {
+    /// Rings of a round end above the last one, below a cone: how far beyond it, and how wide, both of its radius.
+    pub(super) fn dome(&self) -> &'static [(f32, f32)] {
+        if self.is_round && !self.is_pointed { &DOME } else { &[] }
+    }
+
     /// Of so many rings, with a cap on its base or without.
     pub(super) fn triangles(&self, rings: usize, is_capped: bool) -> usize {
         let rings = rings - usize::from(self.is_pointed) + usize::from(self.is_sunk);
-        (2 * rings - 1 + usize::from(is_capped)) * self.sides as usize
+        (2 * (rings + self.dome().len()) - 1 + usize::from(is_capped)) * self.sides as usize
     }
 }
 
