@@ -189,7 +189,7 @@ impl Wood<'_> {
         let (mut beyond, mut narrow) = (0.0, 1.0);
         for &(along, share) in dome {
             let (centre, next) = (tip.centre + frame.y * (tip.radius * along), mesh.positions.len() as u32);
-            v -= (along - beyond).hypot(narrow - share) * tip.radius * density;
+            v -= Vec2::new(along - beyond, narrow - share).length() * tip.radius * density;
             (beyond, narrow) = (along, share);
             // As a ball's.
             let (across, up) = (share, frame.y * (1.0 - share * share).sqrt());

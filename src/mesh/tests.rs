@@ -94,7 +94,7 @@ fn a_trunk_ends_round_and_a_twig_in_a_cone() {
     let highest = of_stem.iter().map(|at| at.0).fold(0.0, f32::max);
     assert!(of_stem.len() > 24 && (highest / 0.2 - 0.9).abs() < 0.01, "{highest}");
     for (up, out) in of_stem {
-        let off = ((up / highest).powi(2) + (out / 0.2).powi(2)).sqrt();
+        let off = Vec2::new(up / highest, out / 0.2).length();
         assert!((off - 1.0).abs() < 0.03, "{up} {out}");
     }
     let of_twig: Vec<(f32, f32)> = beyond(twig, posed.chain(&plant, twig)[1], Vec3::X).collect();

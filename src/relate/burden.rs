@@ -139,7 +139,7 @@ fn come(share: f32) -> f32 {
 mod tests {
     use glam::Vec3;
 
-    use crate::base::Seed;
+    use crate::base::math;
     use crate::plant::{Plant, PlantBuilder, carried};
     use crate::preset::plan::MatchParams;
     use crate::relate::{Blender, Family, KinId, Weights, merged_family};
@@ -201,10 +201,10 @@ mod tests {
         let family = shrub_and_tree();
         let tree = &blends(&family, &[[1.0, 0.0, 0.0]])[0];
         // One limb of three: a third of what the trunk carries, but for the tip.
-        let third = 0.2 * (1.0_f32 / 3.0).powf(0.4);
+        let third = 0.2 * math::pow(1.0 / 3.0, 0.4);
         let (base, tip) = stems(tree)[0];
         assert!((base - third).abs() < 0.01 * third, "{base} {third}");
-        assert!((tip - 0.02 * (1.0_f32 / 3.0).powf(0.4)).abs() < 1e-4, "{tip}");
+        assert!((tip - 0.02 * math::pow(1.0 / 3.0, 0.4)).abs() < 1e-4, "{tip}");
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
         assert!(stems(&trees[1]).iter().all(|(base, _)| (base - 0.2).abs() < 1e-6), "{:?}", stems(&trees[1]));
         let sum: f64 = stems(&trees[0]).iter().map(|(base, _)| carried(f64::from(*base))).sum();
         // Half of it is the rods' own radius.
-        let half = 3.0 * carried(0.5 * 0.02 + 0.5 * 0.2 * (1.0_f64 / 3.0).powf(0.4));
+        let half = 3.0 * carried(0.5 * 0.02 + 0.5 * 0.2 * math::pow64(1.0 / 3.0, 0.4));
         assert!((sum / half - 1.0).abs() < 0.05, "{sum} {half}");
         // What one came to does not hang on what the others were before.
         assert!(trees[0] == trees[2]);

@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn a_tangle_is_an_error_before_it_is_clipped() {
         let line = |i: usize| {
-            if i % 2 == 0 {
+            if i.is_multiple_of(2) {
                 format!("M0 {}L10 {}", i as f32 / 80.0, i as f32 / 80.0)
             } else {
                 format!("M{} 0L{} 10", i as f32 / 80.0, i as f32 / 80.0)
