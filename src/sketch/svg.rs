@@ -95,7 +95,10 @@ impl Drawing {
     ///
     /// When it is none, draws nothing, or is too large.
     pub fn read(bytes: &[u8]) -> Result<Self, SketchError> {
-        let tree = read_svg(bytes)?;
+        let tree = read_svg(bytes).map_err(|error| match error {
+            SvgError::Unreadable(why) => SketchError::Unreadable(why),
+            SvgError::TooLarge { found, what, most } => SketchError::TooLarge { found, what, most },
+        })?;
         let mut reading = Reading::default();
         let mut work = vec![(tree.root(), false, 0)];
         while let Some((group, trunk, depth)) = work.pop() {
@@ -255,15 +258,6 @@ impl Reading {
             notes.push(LIKE_A_TRUNK.into());
         }
         Ok(Drawing { crown, trunk, open, foot: self.foot, canvas, notes })
-    }
-}
-
-impl From<SvgError> for SketchError {
-    fn from(error: SvgError) -> Self {
-        match error {
-            SvgError::Unreadable(why) => Self::Unreadable(why),
-            SvgError::TooLarge { found, what, most } => Self::TooLarge { found, what, most },
-        }
     }
 }
 
