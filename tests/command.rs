@@ -26,12 +26,19 @@ fn fails(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-#[test]
-fn every_kind_of_file_is_told_and_told_as_json() {
+/// The tiny project with a scanned preset, and its two sets in `out`.
+fn built() -> tempfile::TempDir {
     let project = tiny::project();
     let folder = project.path();
     fs::write(folder.join("scanned.ron"), tiny::scanned()).unwrap();
     assert!(treewright(folder, &["build", ".", "--out", "out"]).status.success());
+    project
+}
+
+#[test]
+fn every_kind_of_file_is_told_and_told_as_json() {
+    let project = built();
+    let folder = project.path();
     assert!(["grown", "scanned"].iter().all(|set| tiny::is_whole(&folder.join("out").join(set), set)));
     for (file, kind, part) in [
         ("species/tiny.ron", "species", "plant"),
@@ -83,10 +90,8 @@ fn nothing_is_written_over_what_it_is_made_from() {
 
 #[test]
 fn a_set_whose_preset_is_gone_is_told_and_no_reason_to_fail() {
-    let project = tiny::project();
+    let project = built();
     let folder = project.path();
-    fs::write(folder.join("scanned.ron"), tiny::scanned()).unwrap();
-    assert!(treewright(folder, &["build", ".", "--out", "out"]).status.success());
     fs::remove_file(folder.join("scanned.ron")).unwrap();
     let checked = treewright(folder, &["build", ".", "--out", "out", "--check"]);
     let said = String::from_utf8_lossy(&checked.stderr).into_owned() + &String::from_utf8_lossy(&checked.stdout);

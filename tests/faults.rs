@@ -510,6 +510,9 @@ fn pipes_and_devices_are_told_and_never_waited_for() {
         assert!(told(arguments).contains("it is not a file"), "{arguments:?}");
     }
     assert!(told(&["build", "grown.ron", "--out", "out"]).contains("a pipe or a device"));
+    // In place of a manifest it is none, and the folder not ours.
+    pipe("other/grown/grown.manifest.json");
+    told(&["build", "grown.ron", "--out", "other"]);
     // A folder's presets are files; a species beside them that is none has no sheet.
     fs::remove_file(project.path().join("b.ron")).unwrap();
     builds(project.path(), &["build", ".", "--out", "sets"]);

@@ -70,8 +70,9 @@ pub(super) fn clean(maps: &mut Maps) {
     let values = |i: usize| [maps.color[i][0], maps.color[i][1], maps.color[i][2]].map(f32::from);
     let seen: Vec<u8> = sound.iter().map(|&sound| if sound { u8::MAX } else { 0 }).collect();
     let Some(filled) = filled(&seen, maps.width, maps.height, values) else { return };
-    for (_, (color, v)) in maps.color.iter_mut().zip(&filled).enumerate().filter(|(i, _)| is_rim(*i)) {
-        *color = [byte(v[0]), byte(v[1]), byte(v[2]), color[3]];
+    for i in (0..opaque.len()).filter(|&i| is_rim(i)) {
+        let ([r, g, b], alpha) = (filled[i].map(byte), maps.color[i][3]);
+        maps.color[i] = [r, g, b, alpha];
     }
 }
 

@@ -1,7 +1,7 @@
 //! The user's own pictures as maps: PNG, JPEG and WebP, decoded within limits.
 //!
 //! A picture of a leaf stands with its petiole at the bottom centre, as made ones do, and needs alpha. Leaves are drawn on
-//! squares: a picture that is none keeps its proportions, with clear room beside or above it. A missing normal
+//! squares: a picture that is none keeps its proportions, with clear room beside or above it. Pale rims go. A missing normal
 //! map is made from the colour's luminance, a missing roughness is even, and so is what leaves let through
 //! (`transmission`). Maps of other sizes are resampled to the colour's. EXIF orientation and colour profiles are not read: pictures are taken as sRGB, upright.
 

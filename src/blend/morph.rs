@@ -122,6 +122,12 @@ impl Pace {
         Self { knots }
     }
 
+    /// One that reaches shares at times, both rising from 0 to 1.
+    #[cfg(test)]
+    pub(crate) fn through(knots: &[(f32, f32)]) -> Self {
+        Self { knots: knots.to_vec() }
+    }
+
     /// The share at a time, both 0..=1.
     #[must_use]
     pub fn share(&self, t: f32) -> f32 {

@@ -286,10 +286,13 @@ pub(super) fn identity(plan: &Plan, morph: usize, frame: u32) -> serde_json::Val
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::bake::leaf_maps;
     use crate::base::Seed;
-    use crate::preset::plan::LeafShape;
+    use crate::plant::PlantBuilder;
+    use crate::preset::plan::{LeafShape, MatchParams, PatternParams};
     use crate::relate::random_plant::{Oddity, random_plant};
 
     fn sequence(frames: u32, pairs: Vec<(u16, u16)>) -> Made {
@@ -300,6 +303,27 @@ mod tests {
             slots: PairedSlots { pairs, first: 3 },
             first_picture: 0,
         }
+    }
+
+    #[test]
+    fn every_key_has_the_same_chains_also_where_the_way_is_as_good_as_at_its_end() {
+        let plant = |limbs: u32| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.2, 0.1]);
+            for i in 0..limbs {
+                let out = Seed::new(u64::from(i)).direction() * Vec3::new(1.0, 0.2, 1.0);
+                builder.branch(stem, 0.4 + 0.1 * i as f32, &[Vec3::ZERO, out], &[0.05, 0.02]);
+            }
+            builder.finish().unwrap()
+        };
+        let (matching, patterns) = (MatchParams::default(), PatternParams::default());
+        let family = Box::new(relate::pattern_family(plant(5), plant(2), &matching, &patterns).unwrap());
+        let pace = Pace::through(&[(0.0, 0.0), (1e-8, 0.5), (1.0 - 1e-7, 0.999), (1.0, 1.0)]);
+        let made = Made { way: Way::Blended { family, pace }, ..sequence(5, Vec::new()) };
+        let chains = |frame| made.key(frame).chains().iter().map(|chain| chain.parent).collect::<Vec<_>>();
+        let (middle, end) = (chains(2), made.frame(4).chains().len());
+        let counts: Vec<usize> = (0..5).map(|frame| chains(frame).len()).collect();
+        assert!((0..5).all(|frame| chains(frame) == middle) && end != middle.len(), "{counts:?} {end}");
     }
 
     #[test]

@@ -88,3 +88,22 @@ impl Record {
 
 /// A file's name, stamp where it did not change meanwhile, and hash.
 pub(super) type Compared = (String, Option<Stamp>, Key);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_manifest_owns_nothing_outside_of_its_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let hash = Key::of_bytes(b"x").to_hex();
+        let file = |name: &str| format!("{{\"file\": \"{name}\", \"blake3\": \"{hash}\"}}");
+        let names = ["a.glb", "../a.glb", "/dev/zero", "b/a.glb", "..", ""].map(file).join(",");
+        let text = format!("{{\"generator\": \"{GENERATOR}\", \"key\": \"{hash}\", \"files\": [{names}]}}");
+        std::fs::write(folder.path().join("a.manifest.json"), text).unwrap();
+        let record = read(folder.path(), "a").unwrap();
+        assert_eq!(record.owned().into_keys().collect::<Vec<_>>(), ["a.glb", "a.manifest.json"]);
+        // What is owned elsewhere counts as changed by somebody.
+        assert_eq!(record.damaged(folder.path()).len(), 6);
+    }
+}

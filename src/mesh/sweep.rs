@@ -1,4 +1,4 @@
-//! A tube's vertices: rings swept along the axis by rotation-minimizing frames, the cone at its end, and the cap of a base
+//! A tube's vertices: rings swept along the axis by rotation-minimizing frames, the cone or dome at its end, and the cap of a base
 //! that nothing hides.
 
 use glam::{Vec2, Vec3};
@@ -10,7 +10,7 @@ use super::roots::Roots;
 use super::shapes::Shapes;
 use super::sides::out_of_corners;
 use super::tangent::tangent_of;
-use super::tube::{CROWN, Skin, TubeDetail, Wood};
+use super::tube::{BLUNT_CONE, Skin, TubeDetail, Wood};
 use super::{CrownLight, Mesh};
 use crate::base::{Frame, Seed, math};
 use crate::plant::ChainId;
@@ -207,18 +207,11 @@ impl Wood<'_> {
             }
             rim = next;
         }
-        let high = if is_pointed {
-            0.0
-        } else if dome.is_empty() {
-            0.6
-        } else {
-            CROWN
-        };
-        let apex = tip.centre + frame.y * (tip.radius * high);
+        let apex = tip.centre + frame.y * (tip.radius * shape.skin.beyond());
         let end = Cone { rim, apex, frame, v, density, is_base: false };
         end.add(mesh, middles, (last.radius * narrow, self.thinnest), around(last.radius), shade(apex, last.radius));
         if is_capped {
-            let apex = first.centre - base_frame.y * (first.radius * 0.6);
+            let apex = first.centre - base_frame.y * (first.radius * BLUNT_CONE);
             let cap = Cone { rim: start, apex, frame: base_frame, v: v_at_base, density, is_base: true };
             cap.add(mesh, middles, (first.radius, self.thinnest), around(first.radius), shade(apex, first.radius));
         }

@@ -335,11 +335,12 @@ impl<'a> Wood<'a> {
         let error = self.error(limb.widest, detail);
         let usual = sides(limb.widest, self.thickest, detail, error);
         let spread = Self::foot(limb, detail).spread(&self.rings[limb.rings.0 as usize]);
+        // A thin end closes in one point, a thick one gets a blunt cone beyond its last ring, and one as thick as a trunk a dome.
+        let is_pointed = self.is_pointed(limb, detail.error);
         Skin {
             sides: if spread > error { usual.max(roots::sides(usual).min(detail.most_sides)) } else { usual },
-            // A thin end closes in one point, a thick one gets a blunt cone behind its last ring, and one as thick as a trunk is round.
-            is_pointed: self.is_pointed(limb, detail.error),
-            is_round: self.rings[limb.rings.1 as usize - 1].radius >= error.max(self.thinnest) * THICK,
+            is_pointed,
+            is_round: !is_pointed && self.end(limb).radius >= error.max(self.thinnest) * THICK,
             is_sunk: detail.below > 0.0 && matches!(limb.base, Base::Ground { .. }),
         }
     }
@@ -358,7 +359,12 @@ impl<'a> Wood<'a> {
     /// be a needle.
     fn is_pointed(&self, limb: &Limb, error: f32) -> bool {
         let most = self.finest.max(error * BLUNT).max(self.thinnest * 1.5);
-        self.rings[limb.rings.1 as usize - 1].radius <= most
+        self.end(limb).radius <= most
+    }
+
+    /// The last ring of a chain that has some.
+    fn end(&self, limb: &Limb) -> &Ring {
+        &self.rings[limb.rings.1 as usize - 1]
     }
 
     /// By how much the rings that a coarse tube keeps are to be wider, to cover what all of them do: a twig that has lost the
@@ -388,7 +394,9 @@ impl<'a> Wood<'a> {
 
 /// See [`Skin::dome`]; on an ellipsoid whose top is [`CROWN`] of the last ring's radius beyond it.
 const DOME: [(f32, f32); 2] = [(0.5 * CROWN, 0.866), (0.866 * CROWN, 0.5)];
-pub(super) const CROWN: f32 = 0.9;
+const CROWN: f32 = 0.9;
+/// How high cones are on other ends, of the last ring's radius.
+pub(super) const BLUNT_CONE: f32 = 0.6;
 /// Ends of so many times the error are round: as cones they look sharpened.
 const THICK: f32 = 8.0;
 
@@ -407,7 +415,16 @@ pub(super) struct Skin {
 impl Skin {
     /// Rings of a round end above the last one, below a cone: how far beyond it, and how wide, both of its radius.
     pub(super) fn dome(&self) -> &'static [(f32, f32)] {
-        if self.is_round && !self.is_pointed { &DOME } else { &[] }
+        if self.is_round { &DOME } else { &[] }
+    }
+
+    /// How far the end is beyond the last ring, of its radius.
+    pub(super) fn beyond(&self) -> f32 {
+        match (self.is_pointed, self.is_round) {
+            (true, _) => 0.0,
+            (_, true) => CROWN,
+            _ => BLUNT_CONE,
+        }
     }
 
     /// Of so many rings, with a cap on its base or without.

@@ -61,18 +61,14 @@ impl Blender<'_> {
         let radii = &mut self.radii[span];
         let tip = linear[linear.len() - 1];
         let (mut load, mut expected) = (carried(f64::from(tip)), carried(f64::from(tip)));
-        let sources = family.plants.len();
-        let members = family.row(k).iter().zip(&self.shares[k * sources..(k + 1) * sources]);
-        let (mut thickest, mut thinnest, mut mean, mut count) = (0.0_f32, f32::MAX, 0.0_f32, 0);
-        for (member, &share) in members.filter(|(member, _)| member.chain != NONE) {
+        let (mut thickest, mut thinnest, mut count) = (0.0_f32, f32::MAX, 0);
+        for member in family.row(k).iter().filter(|member| member.chain != NONE) {
             thickest = thickest.max(member.base);
             thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
-            mean += member.base * share;
             count += 1;
         }
-        if family.row(k).iter().any(|member| member.sharers > 1) {
-            mean = linear[0] / self.grown[k];
-        }
+        // Of its members' bases, in its shares.
+        let mean = linear[0] / self.grown[k];
         let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
         let is_sure = count > 1 || family.parents[k] == NONE;
         let least = if mean > 0.0 && is_sure { (thinnest / mean).min(1.0) } else { 0.0 };
