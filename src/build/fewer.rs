@@ -1,6 +1,9 @@
 //! Leaves that are larger than their tree bears, which is told where it shows: there are fewer than are wanted, since a preset's `most`
 //! allows no more or branches have no room for them, and those that are there are longer for it; or the preset asks for such.
 
+use std::sync::Arc;
+
+use super::stages::SourcePlant;
 use super::trees::Tree;
 use super::wardrobe::{Dressing, Wardrobe, picture_span};
 use crate::base::{Note, counted};
@@ -16,6 +19,8 @@ const LONGER: f32 = 1.35;
 const MOST_LONGER: f32 = 1.9;
 /// What share of its tree a picture of leaves is at the most that nobody is told of: usual ones are a fifteenth.
 const LARGE: f32 = 1.0 / 3.0;
+/// Share of the leaves that a source brings below which it is told how many are left.
+const FEW: f32 = 0.1;
 /// How much longer than usual a source's own leaves are told of that wear the picture of another.
 const PADDLE: f32 = 3.0;
 
@@ -103,6 +108,22 @@ fn kept(plan: &Plan, wardrobe: &Wardrobe) -> Option<Note> {
     Some(Note { about: "foliage.size".to_owned(), message })
 }
 
+/// What is told of the source that has least left of the leaves that it brings, where the preset wants them so long that fewer show
+/// as much. `plants` are the sources in what the set wears.
+pub(super) fn left(plan: &Plan, sources: &[Arc<SourcePlant>], plants: &[Plant]) -> Option<Note> {
+    let count = |plant: &Plant| plant.leaves().len();
+    let share = |i: usize| count(&plants[i]) as f32 / count(&sources[i].plant).max(1) as f32;
+    let all = (0..plants.len()).filter(|&i| sources[i].is_leafy() && share(i) < FEW);
+    let worst = all.min_by(|a, b| share(*a).total_cmp(&share(*b)))?;
+    let message = format!(
+        "{} of {} leaves of \"{}\" are left, as so long ones show as much: a smaller `size` keeps more",
+        count(&plants[worst]),
+        count(&sources[worst].plant),
+        plan.sources[worst].name
+    );
+    Some(Note { about: "foliage.size".to_owned(), message })
+}
+
 /// One note for trees whose leaves the preset wants too large, one for all trees of a set that may not have more leaves, and one for those that have no room for more where the
 /// preset asks for more than usual.
 pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Note> {
@@ -123,4 +144,39 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
     let help = "lower `density`, or ask for a larger `size`";
     let full = told(if plan.own_density > 1.0 { &full } else { &[] }, "foliage.density", why, help);
     large(plan, wardrobe, trees).into_iter().chain(cut).chain(full).chain(kept(plan, wardrobe)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bake::Maps;
+    use crate::base::Rotation;
+    use crate::plant::{Leaf, PlantBuilder};
+
+    #[test]
+    fn a_size_that_takes_nearly_all_leaves_of_an_import_is_told() {
+        let pole = |leaves: u16| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.1]);
+            (0..leaves).for_each(|k| {
+                builder.leaf(Leaf::new(stem, f32::from(k) / 100.0, Rotation::IDENTITY, 0.1, 0));
+            });
+            builder.finish().unwrap()
+        };
+        let text =
+            "(sources: {\"a\": Import(file: \"a.obj\"), \"b\": Import(file: \"b.obj\")}, variants: [Source(\"a\")])";
+        let plan = crate::preset::load("set.ron", text, &mut |_| Ok(String::new())).unwrap();
+        let source = |leaves| {
+            let mut source = SourcePlant::grown(pole(leaves), Vec::new());
+            let color = vec![[9; 4]];
+            source.leaf_maps = vec![Maps { width: 1, height: 1, color, normal: vec![[128; 3]], orm: vec![[255; 3]] }];
+            Arc::new(source)
+        };
+        let told = |kept: [u16; 2]| left(&plan, &[source(100), source(50)], &kept.map(pole)).map(|note| note.message);
+        assert_eq!(told([10, 50]), None);
+        let few = told([9, 2]).expect("few are left");
+        assert!(few.starts_with("2 of 50 leaves of \"b\" are left"), "{few}");
+    }
 }

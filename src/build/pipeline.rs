@@ -26,7 +26,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 88;
+pub(super) const VERSION: u32 = 89;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -284,6 +284,7 @@ fn notes(plan: &Plan, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
     notes.extend(selected.notes.iter().cloned());
     notes.extend(prepared.morphs.note.clone());
     notes.extend(prepared.wardrobe.note());
+    notes.extend(super::fewer::left(plan, &prepared.sources, &prepared.wardrobe.plants));
     notes.extend(super::trees::small_atlas(plan, &prepared.wardrobe.pictures));
     notes
 }

@@ -19,7 +19,7 @@ use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
 const SHEET: Stage = Stage("sheet", 13);
-const SHOWN: Stage = Stage("shown", 11);
+const SHOWN: Stage = Stage("shown", 12);
 
 /// All trees of a set at all levels, before they have colours.
 pub(super) struct Sheet {

@@ -19,9 +19,9 @@ use crate::preset::{self, Plan};
 use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 11);
+const GROW: Stage = Stage("grow", 12);
 const GRAPH: Stage = Stage("graph", 3);
-const IMPORT: Stage = Stage("import", 20);
+const IMPORT: Stage = Stage("import", 21);
 const LIKE: Stage = Stage("like", 13);
 const PICTURES: Stage = Stage("pictures", 12);
 const DRAWING: Stage = Stage("drawing", 4);

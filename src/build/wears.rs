@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::stages::SourcePlant;
 use crate::base::Note;
 use crate::preset::plan::{BarkArt, LeafArt, Wear};
-use crate::preset::{KEPT_COLORS, Plan};
+use crate::preset::{BARE_IN_WINTER, KEPT_COLORS, Plan};
 use crate::source::foliage;
 
 /// Fields of `foliage` that made leaves alone take, and those that leaves take which Treewright puts on branches.
@@ -150,11 +150,11 @@ fn makes_leaves(sources: &[Arc<SourcePlant>]) -> bool {
 /// What the plan tells of itself, less what nothing wears, and what there is to tell of what its trees wear.
 pub(super) fn notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     let is_rest = plan.leaf_wear == Wear::Rest;
-    // The size of a made leaf is of no concern where none is, nor are the colours of those that sources bring where none does.
+    // The size of a made leaf is of no concern where none is, nor is what becomes of those that sources bring where none does.
     let makes_none = is_rest && !makes_leaves(sources);
     let brings_none = is_rest && made(sources).all(|(_, source)| source.plant.leaves().is_empty());
-    let concerns =
-        |note: &&Note| !(makes_none && note.about == "foliage.size" || brings_none && note.message == KEPT_COLORS);
+    let is_of_theirs = |note: &Note| [KEPT_COLORS, BARE_IN_WINTER].contains(&note.message.as_str());
+    let concerns = |note: &&Note| !(makes_none && note.about == "foliage.size" || brings_none && is_of_theirs(note));
     let of_plan = plan.notes.iter().filter(concerns).cloned();
     of_plan.chain(one_bark(plan, sources)).chain(idle(plan, sources)).collect()
 }
@@ -209,6 +209,20 @@ mod tests {
         }
         for season in ["Summer", "Winter"] {
             assert!(!told(&format!("foliage: (season: {season})"), [true, true]));
+        }
+    }
+
+    #[test]
+    fn winter_tells_of_leaves_that_sources_bring_and_lose() {
+        let told = |fields: &str, leafy: [bool; 2]| {
+            let found = notes(&plan(&format!("foliage: ({fields})")), &leafy.map(|leafy| source(leafy, None)));
+            found.iter().any(|note| note.message == BARE_IN_WINTER)
+        };
+        assert!(told("season: Winter", [true, false]) && !told("season: Winter", [false, false]));
+        for quiet in
+            ["", "season: Winter, leaf: \"oak\"", "season: Winter, leaf: \"pine\"", "season: Winter, density: 0"]
+        {
+            assert!(!told(quiet, [true, true]), "{quiet}");
         }
     }
 

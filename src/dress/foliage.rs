@@ -209,8 +209,12 @@ fn sites(
                 back = k as f32 * gap;
             }
             let location = 1.0 - back / length;
-            // Leaves grow on young wood only.
-            if location <= 0.0 || (own && curve.value(plant.radii(id), f64::from(location)) > wood.thin[id.index()]) {
+            // Leaves grow on young wood only, and on stems in the crown.
+            let is_bare = || {
+                let is_bole = plant.chain(id).parent.is_none() && curve.point(f64::from(location)).y < wood.floor;
+                is_bole || curve.value(plant.radii(id), f64::from(location)) > wood.thin[id.index()]
+            };
+            if location <= 0.0 || (own && is_bare()) {
                 break;
             }
             let inward = if own { ((back - young) / near.max(1e-6)).max(0.0) } else { 0.0 };

@@ -58,6 +58,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::base::math;
     use crate::plant::{PlantBuilder, dump};
     use crate::preset::plan::Phyllotaxis;
 
@@ -106,6 +107,25 @@ mod tests {
                 (bare.chain(id).parent, bare.chain(id).location),
                 (leafy.chain(id).parent, leafy.chain(id).location)
             );
+        }
+    }
+
+    #[test]
+    fn stubs_on_a_bole_are_no_crown() {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 20.0], &[0.1, 0.02]);
+        builder.branch(stem, 0.4, &[Vec3::ZERO, Vec3::X * 0.2], &[0.04, 0.03]);
+        let pole = builder.clone().finish().unwrap();
+        for k in 0..8_u8 {
+            let (sin, cos) = math::sin_cos(f32::from(k) * 2.4);
+            let side = Vec3::new(cos, 0.3, sin) * 2.0;
+            builder.branch(stem, 0.8 + 0.02 * f32::from(k), &[Vec3::ZERO, side], &[0.02, 0.005]);
+        }
+        for (plant, base) in [(pole, 9.5), (builder.finish().unwrap(), 12.0)] {
+            let leafy = dress(&plant, &params(), Seed::new(1));
+            let posed = leafy.pose();
+            let lowest = leafy.leaves().iter().map(|leaf| posed.leaf(&leafy, leaf).position.y).fold(f32::MAX, f32::min);
+            assert!(leafy.leaves().len() > 100 && lowest > base, "{} leaves from {lowest} m up", leafy.leaves().len());
         }
     }
 

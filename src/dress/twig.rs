@@ -20,6 +20,11 @@ const STRAIGHT: f32 = 0.14;
 /// Length of all branches, in extents of the plant, from which on a plant has a crown of its own.
 const SPARSE: f32 = 8.0;
 
+/// What length of branches is no crown yet, as a share of the height, and where the crown of a plant without branches begins: the
+/// bole of a scan may have stubs only.
+const STUBS: f32 = 0.03;
+const POLE: f32 = 0.65;
+
 /// A place on the wood where a twig can start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
@@ -98,9 +103,13 @@ impl Wood {
         let floor = (base - swell * 0.7).max(low.y);
         let blunt = blunt_ends(plant);
         let mut thin = thickest * THIN;
+        // What lies below the crown bears leaves where it is thin, and stubs none.
+        let is_low = |id| posed.chain(plant, id).iter().all(|p| p.y < floor);
+        let lowest: Vec<bool> = plant.chain_ids().map(is_low).collect();
         let (mut starts, mut each) = (Vec::new(), Vec::new());
         for _ in 0..4 {
-            each = blunt.iter().map(|end| thin.max(*end)).collect();
+            let bears = |(end, low): (&f32, &bool)| if *low { thickest * THIN } else { thin.max(*end) };
+            each = blunt.iter().zip(&lowest).map(bears).collect();
             starts = places(plant, posed, &each, floor, step * 0.7);
             let bearing = starts.len() as f32 * step * 0.7;
             if bearing > extent * 2.0 {
@@ -134,16 +143,22 @@ impl Wood {
     }
 }
 
-/// Height below which no twig starts: what all but a fiftieth of the branches stay above. The paper takes the crown of the
-/// first scale, which begins where the lowest limb leaves the stem; shoots that hang lower would be bare there.
+/// Height below which no twig starts: that above which all but a fiftieth of the branches' length stays. The paper takes the
+/// crown of the first scale, which begins where the lowest limb leaves the stem; shoots that hang lower would be bare there, and
+/// a stub on the bole is no crown.
 fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
-    let mut tips: Vec<f32> = plant
-        .chain_ids()
-        .filter(|&id| plant.chain(id).parent.is_some())
-        .filter_map(|id| posed.chain(plant, id).iter().map(|p| p.y).min_by(f32::total_cmp))
-        .collect();
-    tips.sort_by(f32::total_cmp);
-    let lowest = tips.get(tips.len() / 50).copied().unwrap_or(low + (high - low) * 0.3);
+    let lowest = |id| posed.chain(plant, id).iter().map(|p| p.y).min_by(f32::total_cmp);
+    let branches = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_some());
+    let mut branches: Vec<(f32, f32)> =
+        branches.filter_map(|id| Some((lowest(id)?, posed.curve(plant, id).length()))).collect();
+    branches.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let below = (branches.iter().map(|b| b.1).sum::<f32>() / 50.0).max((high - low) * STUBS);
+    let mut passed = 0.0;
+    let first = branches.iter().find(|(_, length)| {
+        passed += length;
+        passed > below
+    });
+    let lowest = first.map_or(low + (high - low) * POLE, |first| first.0);
     lowest.max(low + (high - low) * 0.08)
 }
 

@@ -20,6 +20,11 @@ const WINDOW: usize = 96;
 /// both to the wood of one, a tree takes its time.
 const TAPER: f32 = 0.12;
 
+/// What is left of wood where it is at once much thinner, how far up that is rounded, in what it is thinner by, and in how many parts.
+const STEP: f32 = 0.6;
+const SHOULDER: f32 = 1.3;
+const CUTS: usize = 5;
+
 /// How far up a stem may flare, in its radius at the ground.
 const FLARED: f32 = 2.5;
 
@@ -147,10 +152,52 @@ pub(super) fn add_rings(
     if knots.len() < 2 {
         return;
     }
+    shoulders(knots);
     subdivide(knots, error, fine);
     with_base(fine, base, error, apart, all);
     weigh(all, error, stack);
     to.extend(all.iter().filter(|ring| error <= 0.0 || ring.worth > error));
+}
+
+/// Rounds where wood is at once much thinner, as a thick trunk is that many limbs leave at one place: it narrows as far up as it
+/// narrows by. An end stays a cone.
+fn shoulders(knots: &mut Vec<(Vec3, f32)>) {
+    let mut i = 0;
+    while i + 2 < knots.len() {
+        let ((from, wide), (_, thin)) = (knots[i], knots[i + 1]);
+        let drop = wide - thin;
+        if thin > wide * STEP || from.distance(knots[i + 1].0) > drop {
+            i += 1;
+            continue;
+        }
+        let left: f32 = knots[i..].windows(2).map(|pair| pair[0].0.distance(pair[1].0)).sum();
+        let reach = (drop * SHOULDER).min(left * 0.8);
+        let profile = |along: f32| thin + drop * (1.0 - math::smoothstep(0.0, reach, along));
+        let (mut along, mut next) = (0.0, i + 1);
+        let mut made: Vec<(Vec3, f32)> = Vec::new();
+        let mut cut = 1;
+        while next < knots.len() {
+            let (a, b) = (knots[next - 1].0, knots[next].0);
+            let step = a.distance(b);
+            while cut < CUTS && reach * cut as f32 / CUTS as f32 <= along + step {
+                let at = reach * cut as f32 / CUTS as f32;
+                let t = (at - along) / step.max(1e-9);
+                let own =
+                    if next == i + 1 { thin } else { knots[next - 1].1 + (knots[next].1 - knots[next - 1].1) * t };
+                made.push((a.lerp(b, t), own.max(profile(at))));
+                cut += 1;
+            }
+            along += step;
+            if along >= reach {
+                break;
+            }
+            made.push((b, knots[next].1.max(profile(along))));
+            next += 1;
+        }
+        let count = made.len();
+        knots.splice(i + 1..next, made);
+        i += count + 1;
+    }
 }
 
 /// Directs rings, and takes some away until none cuts into its neighbours: where thick wood bends sharper than it is wide, the
@@ -433,5 +480,29 @@ fn orient(rings: &mut [Ring]) {
         rings[i].tangent = direction;
         let run = rings[after].arc - rings[before].arc;
         rings[i].slope = if run > 0.0 { (rings[after].radius - rings[before].radius) / run } else { 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wood_that_is_at_once_much_thinner_has_a_shoulder_and_an_end_stays_a_cone() {
+        let trunk = |above: f32| {
+            let mut knots = vec![(Vec3::ZERO, 2.0), (Vec3::Y * 4.0, 2.0), (Vec3::Y * 4.3, above)];
+            knots.extend((1..9).map(|k| (Vec3::Y * (4.3 + 0.5 * k as f32), above)));
+            shoulders(&mut knots);
+            knots
+        };
+        let round = trunk(0.8);
+        assert!(round.windows(2).all(|pair| pair[1].1 <= pair[0].1 && pair[1].0.y > pair[0].0.y), "{round:?}");
+        let at = |y: f32| round.iter().rev().find(|knot| knot.0.y <= y).unwrap().1;
+        assert!(at(4.35) > 1.7 && (0.9..1.9).contains(&at(4.9)) && at(6.0) == 0.8, "{round:?}");
+        // What is left of it is no step.
+        assert_eq!(trunk(1.4).len(), 11);
+        let mut cone = vec![(Vec3::ZERO, 2.0), (Vec3::Y * 4.0, 2.0), (Vec3::Y * 4.3, 0.1)];
+        shoulders(&mut cone);
+        assert_eq!(cone.len(), 3);
     }
 }

@@ -431,6 +431,10 @@ pub(super) struct Named {
 pub(crate) const KEPT_COLORS: &str = "leaves that sources bring, and pictures of your own, become fewer and keep their \
                                       colours: `leaf: \"oak\"` puts made leaves in their place, which turn";
 
+/// What is told where leaves that may be evergreen fall.
+pub(crate) const BARE_IN_WINTER: &str = "in winter trees are bare, also of pictures of your own and of a source's leaves, \
+                                         which don't tell whether they are evergreen: leave `season` out to keep them";
+
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
 pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliage> {
     let season = Season::of(fields);
@@ -480,17 +484,10 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
         droop: fields.number_or("droop", leaf.droop),
         pictures: if is_made { u16::try_from(fields.integer("pictures")).unwrap_or(1) } else { 1 },
     };
-    // Who asks for winter and no leaves at all knows.
-    let unknown = !is_made || matches!(wear, Wear::Source(_));
-    let falls = season == Season::Winter && unknown && asked > 0.0;
-    let winter = falls.then(|| Note {
-        about: "foliage.season".to_owned(),
-        message:
-            "in winter trees are bare, also of pictures of your own and of a source's leaves, which don't tell whether \
-                  they are evergreen: leave `season` out to keep them"
-                .to_owned(),
-    });
-    // Whether sources bring leaves is known once they are read.
+    // Who asks for winter and no leaves at all knows. Whether sources bring leaves is known once they are read.
+    let unknown = !is_made || wear != Wear::All;
+    let falls = season == Season::Winter && unknown && own_density < asked;
+    let winter = falls.then(|| Note { about: "foliage.season".to_owned(), message: BARE_IN_WINTER.to_owned() });
     let turns = is_made && wear == Wear::All || asked <= 0.0;
     let kept = (matches!(season, Season::Spring | Season::Autumn) && !turns)
         .then(|| Note { about: "foliage.season".to_owned(), message: KEPT_COLORS.to_owned() });

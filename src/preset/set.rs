@@ -13,8 +13,8 @@ use super::morphs::{GROWTH, MORPH};
 use super::output::{self, ATLAS, COLLIDERS, ENGINES, LODS, MESH};
 use super::path::{folder, joined, name_fault, stem};
 use super::plan::{
-    Beside, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, MeshParams, Obstacle, Part,
-    Plan, Source, SourceRecipe, USUAL_ERROR_SHARE, UpAxis,
+    Beside, Company, GrowParams, GrowSpace, ImportHeight, ImportParams, Light, LikeParams, Lod, MeshParams, Obstacle,
+    Part, Plan, Source, SourceRecipe, USUAL_ERROR_SHARE, UpAxis,
 };
 use super::reader::{Item, Reader, clip};
 use super::report::Report;
@@ -67,7 +67,8 @@ pub(super) static SET: Record = Record {
             name: "lods",
             kind: Kind::ListOf { choice: &LODS, low: 1, high: 8 },
             default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor]"),
-            about: "levels of detail, from fine to coarse",
+            about: "levels of detail, from fine to coarse; left out, sets without leaves have no cloud: cards show bare \
+                    twigs badly",
         },
         Field {
             name: "atlas",
@@ -362,7 +363,10 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         };
         (mesh, output::wind(fields), fields.count("lightmap"))
     });
-    let lods = output::lods(set, mesh.as_ref().map_or(super::plan::ANY, |(mesh, ..)| mesh.most));
+    let mut lods = output::lods(set, mesh.as_ref().map_or(super::plan::ANY, |(mesh, ..)| mesh.most));
+    if !set.has("lods") && foliage.as_ref().is_some_and(|foliage| foliage.own_density <= 0.0) {
+        lods.retain(|level| !matches!(level.lod, Lod::BillboardCloud { .. }));
+    }
     let atlas = set.group("atlas", output::atlas);
     let engines = output::engines(set);
     let colliders = set.group("colliders", |fields| output::colliders(fields, &engines));

@@ -83,7 +83,23 @@ fn winter_tells_of_leaves_that_may_be_evergreen() {
     let own = "leaf: Files(color: \"holly.png\")";
     assert_eq!(notes(&format!("{own}, season: Winter")), (0.0, vec!["foliage.season".to_owned()]));
     let quiet = [own, "season: Winter", "leaf: \"pine\", season: Winter"].map(|foliage| notes(foliage).1.len());
-    assert_eq!((quiet, notes(&format!("{own}, season: Winter, density: 0")).1.len()), ([0; 3], 0));
+    // Whether a source brings leaves is known once it is read.
+    assert_eq!((quiet, notes(&format!("{own}, season: Winter, density: 0")).1.len()), ([0, 1, 0], 0));
+}
+
+#[test]
+fn a_set_without_leaves_has_no_cloud_unless_it_asks_for_one() {
+    let clouds = |fields: &str| {
+        let text =
+            format!("(sources: {{\"a\": Grow(species: \"species/oak.ron\")}}, variants: [Source(\"a\")], {fields})");
+        let lods = load_with_oak(&text).expect("loads").lods;
+        (lods.len(), lods.iter().filter(|level| matches!(level.lod, plan::Lod::BillboardCloud { .. })).count())
+    };
+    assert_eq!(clouds(""), (4, 1));
+    assert_eq!(clouds("foliage: (leaf: \"pine\", season: Winter)"), (4, 1));
+    assert_eq!(clouds("foliage: (season: Winter)"), (3, 0));
+    assert_eq!(clouds("foliage: (density: 0)"), (3, 0));
+    assert_eq!(clouds("foliage: (density: 0), lods: [Full, BillboardCloud()]"), (2, 1));
 }
 
 #[test]

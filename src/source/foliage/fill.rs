@@ -21,6 +21,12 @@ const PULLS: usize = 420;
 const ROUNDS: usize = 80;
 /// How near to another node, in steps, none grows.
 const HELD: f32 = 0.3;
+/// Radius of a tip as a share of the height.
+const TIP: f32 = 6e-4;
+/// How thick a branch is at most that leaves wood before its end, as a share of that.
+const SIDE: f32 = 0.5;
+/// And how thick such a branch is at most, as a share of its length from there on.
+const STOUT: f32 = 0.035;
 /// Leaf area over the area of the crown's surface.
 const COVER: f32 = 5.0;
 /// Length of a leaf's card as a share of the cube root of the crown's volume.
@@ -141,12 +147,13 @@ fn grow(plant: Plant, pulls: &[Vec3], step: f32, seed: Seed) -> Plant {
 /// Nodes to chains; the longest way on carries on a chain.
 fn branches(plant: &Plant, posed: &crate::plant::Posed, nodes: &[Node], first: usize) -> Plant {
     let mut children: Vec<Vec<u32>> = vec![Vec::new(); nodes.len()];
-    let mut reach = vec![0_u32; nodes.len()];
+    let mut reach = vec![0.0_f32; nodes.len()];
     let mut load = vec![0.0_f32; nodes.len()];
     for i in (first..nodes.len()).rev() {
         load[i] = load[i].max(1.0);
         if let Some(p) = nodes[i].parent {
-            reach[p as usize] = reach[p as usize].max(reach[i] + 1);
+            let step = nodes[p as usize].position.distance(nodes[i].position);
+            reach[p as usize] = reach[p as usize].max(reach[i] + step);
             load[p as usize] += load[i];
         }
     }
@@ -156,23 +163,43 @@ fn branches(plant: &Plant, posed: &crate::plant::Posed, nodes: &[Node], first: u
         }
     }
     for list in &mut children {
-        list.sort_by_key(|&c| (std::cmp::Reverse(reach[c as usize]), c));
+        list.sort_by(|&a, &b| reach[b as usize].total_cmp(&reach[a as usize]).then(a.cmp(&b)));
     }
     let height = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y));
-    let tip = height * 6e-4;
-    let radius = |i: u32| tip * math::pow(load[i as usize], 1.0 / ALLOMETRIC_EXPONENT);
+    let tip = height * TIP;
+    let borne = borne(plant, &nodes[..first], &load);
     let mut builder = PlantBuilder::from_plant(plant.clone());
-    let mut work: Vec<(u32, Vec3, ChainId, f32, Frame, f32)> = Vec::new();
+    let mut radii = vec![0.0_f32; nodes.len()];
     for (i, node) in nodes[..first].iter().enumerate() {
         let (chain, t) = node.start;
-        let most = posed.curve(plant, chain).value(plant.radii(chain), f64::from(t));
+        radii[i] = posed.curve(plant, chain).value(plant.radii(chain), f64::from(t)).max(tip);
+    }
+    // Wood goes on as thick as it ends and narrows towards the tips: however few branches a crown takes, a bare tree is not stumps
+    // that bear threads.
+    let mut start: Vec<u32> = (0..nodes.len() as u32).collect();
+    for i in first..nodes.len() {
+        let Some(parent) = nodes[i].parent.map(|p| p as usize) else { continue };
+        start[i] = start[parent];
+        let from = start[i] as usize;
+        let grown = tip * math::pow(load[i], 1.0 / ALLOMETRIC_EXPONENT);
+        let share = math::pow(load[i] / borne[from], 1.0 / ALLOMETRIC_EXPONENT);
+        let goes_on = radii[from] * share * reach[i] / reach[from].max(1e-9);
+        // What leaves the very end goes on with it, the rest are branches.
+        let is_end = nodes[from].start.1 >= 1.0;
+        let goes_on = if is_end { goes_on } else { goes_on.min(reach[i] * STOUT) };
+        let most = if parent < first && !is_end { radii[parent] * SIDE } else { radii[parent] };
+        radii[i] = goes_on.max(grown).min(most);
+    }
+    let mut work: Vec<(u32, Vec3, ChainId, f32, Frame)> = Vec::new();
+    for (i, node) in nodes[..first].iter().enumerate() {
+        let (chain, t) = node.start;
         for &child in &children[i] {
-            work.push((child, node.position, chain, t, posed.frame(chain, t), most));
+            work.push((child, node.position, chain, t, posed.frame(chain, t)));
         }
     }
     let mut next = 0;
     while next < work.len() {
-        let (node, base, parent, location, frame, most) = work[next];
+        let (node, base, parent, location, frame) = work[next];
         next += 1;
         let mut path = vec![node];
         while let Some(&on) = children[path[path.len() - 1] as usize].first() {
@@ -180,19 +207,43 @@ fn branches(plant: &Plant, posed: &crate::plant::Posed, nodes: &[Node], first: u
         }
         let local = |n: &u32| frame.to_local(nodes[*n as usize].position - base);
         let points: Vec<Vec3> = std::iter::once(Vec3::ZERO).chain(path.iter().map(local)).collect();
-        let most = most.max(tip);
-        let radii: Vec<f32> = std::iter::once(&node).chain(&path).map(|n| radius(*n).min(most * 0.8)).collect();
-        let id = builder.branch(parent, location, &points, &radii);
+        let along: Vec<f32> = std::iter::once(&node).chain(&path).map(|n| radii[*n as usize]).collect();
+        let id = builder.branch(parent, location, &points, &along);
         let curve = Curve::new(&points);
         let (frames, parameters) = (curve.frames(frame), curve.parameters());
         for (k, &n) in path.iter().enumerate() {
             for &side in children[n as usize].iter().skip(1) {
                 let t = (parameters[k + 1] as f32).clamp(0.0, 1.0);
-                work.push((side, nodes[n as usize].position, id, t, frame_at(&frames, t), radii[k + 1]));
+                work.push((side, nodes[n as usize].position, id, t, frame_at(&frames, t)));
             }
         }
     }
     builder.finish().unwrap_or_else(|_| plant.clone())
+}
+
+/// For each node that starts on the plant the tips that the wood bears from there on.
+fn borne(plant: &Plant, starts: &[Node], load: &[f32]) -> Vec<f32> {
+    let mut whole = vec![0.0_f32; plant.chains().len()];
+    let mut borne = vec![0.0; starts.len()];
+    let children = plant.children();
+    // Nodes stand in the order of their chains and along them; chains after those that bear them.
+    let mut i = starts.len();
+    for chain in plant.chain_ids().rev() {
+        let mut children = children[chain.index()].clone();
+        children.sort_by(|a, b| plant.chain(*a).location.total_cmp(&plant.chain(*b).location));
+        let mut beyond = 0.0;
+        while let Some(before) = i.checked_sub(1).filter(|&before| starts[before].start.0 == chain) {
+            let t = starts[before].start.1;
+            while let Some(child) = children.pop_if(|child| plant.chain(*child).location >= t) {
+                beyond += whole[child.index()];
+            }
+            beyond += load[before];
+            borne[before] = beyond;
+            i = before;
+        }
+        whole[chain.index()] = beyond + children.iter().map(|child| whole[child.index()]).sum::<f32>();
+    }
+    borne
 }
 
 /// Leaves below the crowns' surfaces, each on the nearest chain.
@@ -285,5 +336,26 @@ mod tests {
                 assert!(near < 0.12, "{rise}: {near}");
             }
         }
+    }
+
+    #[test]
+    fn wood_goes_on_as_thick_as_it_ends_and_narrows_to_the_tips() {
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.2, 0.15]);
+        let stub = builder.finish().unwrap();
+        let pulls: Vec<Vec3> =
+            (0..60).map(|k| Vec3::Y * 3.5 + Seed::new(7).at(k).direction() * 1.4).filter(|p| p.y > 2.1).collect();
+        let filled = grow(stub, &pulls, 0.2, Seed::new(1));
+        let branches = || filled.chain_ids().skip(1);
+        let leader = branches().find(|&id| filled.chain(id).location >= 1.0).expect("something leaves the end");
+        let foot =
+            branches().filter(|&id| filled.chain(id).location >= 1.0).map(|id| filled.radii(id)[0]).fold(0.0, f32::max);
+        assert!((0.1..=0.15).contains(&foot), "{foot}");
+        for id in branches() {
+            let radii = filled.radii(id);
+            assert!(radii.windows(2).all(|pair| pair[1] <= pair[0] + 1e-6), "{radii:?}");
+            assert!(radii[radii.len() - 1] < 0.01, "{radii:?}");
+        }
+        assert!(filled.radii(leader).len() > 2);
     }
 }
