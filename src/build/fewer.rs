@@ -108,15 +108,18 @@ fn kept(plan: &Plan, wardrobe: &Wardrobe) -> Option<Note> {
     Some(Note { about: "foliage.size".to_owned(), message })
 }
 
-/// What is told of the source that has least left of the leaves that it brings, where the preset wants them so long that fewer show
-/// as much. `plants` are the sources in what the set wears.
+/// What is told of the source that has least left of the leaves that it brings, where few of those that the set wears show as much.
+/// `plants` are the sources in what the set wears.
 pub(super) fn left(plan: &Plan, sources: &[Arc<SourcePlant>], plants: &[Plant]) -> Option<Note> {
+    if plan.own_density <= 0.0 {
+        return None;
+    }
     let count = |plant: &Plant| plant.leaves().len();
     let share = |i: usize| count(&plants[i]) as f32 / count(&sources[i].plant).max(1) as f32;
     let all = (0..plants.len()).filter(|&i| sources[i].is_leafy() && share(i) < FEW);
     let worst = all.min_by(|a, b| share(*a).total_cmp(&share(*b)))?;
     let message = format!(
-        "{} of {} leaves of \"{}\" are left, as so long ones show as much: a smaller `size` keeps more",
+        "{} of {} leaves of \"{}\" are left, which show as much as all did: a smaller `size` keeps more",
         count(&plants[worst]),
         count(&sources[worst].plant),
         plan.sources[worst].name
@@ -174,7 +177,10 @@ mod tests {
             source.leaf_maps = vec![Maps { width: 1, height: 1, color, normal: vec![[128; 3]], orm: vec![[255; 3]] }];
             Arc::new(source)
         };
-        let told = |kept: [u16; 2]| left(&plan, &[source(100), source(50)], &kept.map(pole)).map(|note| note.message);
+        let sources = [source(100), source(50)];
+        let told = |kept: [u16; 2]| left(&plan, &sources, &kept.map(pole)).map(|note| note.message);
+        let bare = Plan { own_density: 0.0, ..plan.clone() };
+        assert!(left(&bare, &sources, &[9, 2].map(pole)).is_none());
         assert_eq!(told([10, 50]), None);
         let few = told([9, 2]).expect("few are left");
         assert!(few.starts_with("2 of 50 leaves of \"b\" are left"), "{few}");

@@ -20,10 +20,11 @@ const STRAIGHT: f32 = 0.14;
 /// Length of all branches, in extents of the plant, from which on a plant has a crown of its own.
 const SPARSE: f32 = 8.0;
 
-/// What length of branches is no crown yet, as a share of the height, and where the crown of a plant without branches begins: the
-/// bole of a scan may have stubs only.
+/// What length of branches is no crown yet, as a share of the height: the bole of a scan may have stubs only. And where the crown of a
+/// plant begins that has such, and where that of one without a branch.
 const STUBS: f32 = 0.03;
 const POLE: f32 = 0.65;
+const WHIP: f32 = 0.3;
 
 /// A place on the wood where a twig can start.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +104,7 @@ impl Wood {
         let floor = (base - swell * 0.7).max(low.y);
         let blunt = blunt_ends(plant);
         let mut thin = thickest * THIN;
-        // What lies below the crown bears leaves where it is thin, and stubs none.
+        // What lies below the crown bears leaves where it is thin; thick stubs bear none.
         let is_low = |id| posed.chain(plant, id).iter().all(|p| p.y < floor);
         let lowest: Vec<bool> = plant.chain_ids().map(is_low).collect();
         let (mut starts, mut each) = (Vec::new(), Vec::new());
@@ -143,7 +144,7 @@ impl Wood {
     }
 }
 
-/// Height below which no twig starts: that above which all but a fiftieth of the branches' length stays. The paper takes the
+/// Height below which no twig starts: that above which all but a fiftieth of the branches' length stays, and all but [`STUBS`]. The paper takes the
 /// crown of the first scale, which begins where the lowest limb leaves the stem; shoots that hang lower would be bare there, and
 /// a stub on the bole is no crown.
 fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
@@ -158,7 +159,8 @@ fn crown_base(plant: &Plant, posed: &Posed, low: f32, high: f32) -> f32 {
         passed += length;
         passed > below
     });
-    let lowest = first.map_or(low + (high - low) * POLE, |first| first.0);
+    let share = if branches.is_empty() { WHIP } else { POLE };
+    let lowest = first.map_or(low + (high - low) * share, |first| first.0);
     lowest.max(low + (high - low) * 0.08)
 }
 

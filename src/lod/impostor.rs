@@ -198,7 +198,7 @@ fn impostor(scene: &Scene<'_>, (frames, cards): (u32, u32), wardrobe: &Wardrobe,
         .map(|(s, i)| (at(i), &s.wood))
         .step_by(COUNTED)
         .collect();
-    let limbs = Limbs::of(scene.plant, scene.posed, &scene.wood.shown);
+    let limbs = Limbs::of(scene.plant, scene.posed, &scene.wood.shown).sunk(&scene.full.bark);
     let limbs =
         if is_twigs { limbs.thick(2.0 * height / texels as f32) } else { limbs.enough(&layout, texels, &level) };
     let mut drawn: Vec<Drawn> = surveyed

@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 
 use super::impostor::Impostor;
 use crate::base::Frame;
+use crate::mesh::Mesh;
 use crate::plant::{ChainId, Plant, Posed};
 
 /// Half the least width of a line, texels: half a texel, and a little that mixing and rounding take. With half a texel alone thin
@@ -77,6 +78,8 @@ pub(super) struct Limbs<'a> {
     order: Vec<ChainId>,
     /// Limbs of so small a radius and thinner are not drawn, metres.
     below: f32,
+    /// How low the wood of each chain reaches, metres; nothing where no stem goes on below its foot.
+    lowest: Vec<f32>,
 }
 
 /// Lines in a frame.
@@ -110,7 +113,18 @@ impl<'a> Limbs<'a> {
         }
         let mut order: Vec<ChainId> = plant.chain_ids().filter(|id| shown[id.index()]).collect();
         order.sort_by(|a, b| thick[b.index()].total_cmp(&thick[a.index()]));
-        Self { plant, posed, order, below: f32::MIN }
+        Self { plant, posed, order, below: f32::MIN, lowest: Vec::new() }
+    }
+
+    /// With stems that go on below their feet as far as they do in this mesh of the wood.
+    pub(super) fn sunk(mut self, wood: &Mesh) -> Self {
+        self.lowest = vec![f32::MAX; self.plant.chains().len()];
+        for (chain, place) in wood.chains.iter().zip(&wood.positions) {
+            if let Some(low) = self.lowest.get_mut(*chain as usize) {
+                *low = low.min(place.y);
+            }
+        }
+        self
     }
 
     /// Of a tree that is all wood, down to where lines would cover too much more than limbs do, with texels of so many metres.
@@ -166,7 +180,9 @@ impl<'a> Limbs<'a> {
         let (points, radii) = (self.posed.chain(self.plant, limb), self.plant.radii(limb));
         let is_stem = self.plant.chain(limb).parent.is_none();
         let mut solid = 0;
-        let mut from: Option<(Vec3, f32)> = None;
+        let foot = points[0].with_y(self.lowest.get(limb.index()).map_or(f32::MAX, |low| *low).min(points[0].y));
+        // Straight down, as its skin does.
+        let mut from = (is_stem && foot.y < points[0].y).then(|| (lines.seen(foot), radii[0]));
         let mut is_first = true;
         for (i, (point, radius)) in points.iter().zip(radii).enumerate() {
             if *radius <= self.below {
@@ -258,7 +274,9 @@ impl Lines {
 mod tests {
     use super::*;
     use crate::base::math;
+    use crate::mesh::{TubeDetail, tubes};
     use crate::plant::PlantBuilder;
+    use crate::preset::plan::MeshParams;
 
     const LAYOUT: Impostor = Impostor { frames: 8, centre: Vec3::Y, radius: 4.0, reach: 3.0, height: 1.5 };
     const TEXELS: u32 = 48;
@@ -320,6 +338,23 @@ mod tests {
             builder.branch(stem, 0.5, &[Vec3::ZERO, way], &[radius, radius * 0.9]);
         }
         builder.finish().unwrap()
+    }
+
+    #[test]
+    fn a_stem_that_goes_on_below_the_ground_is_drawn_as_far_down() {
+        let plant = forked(0, 0.01);
+        let posed = plant.pose();
+        let down = |below: f32| {
+            let detail = TubeDetail { below, ..TubeDetail::full(&MeshParams::told(8, 0.004)) };
+            let limbs = Limbs::of(&plant, &posed, &plant.thick(0.0)).sunk(&tubes(&plant, &posed, &detail));
+            let lines = limbs.lines(&LAYOUT, (7, 0), TEXELS);
+            (0..TEXELS as usize)
+                .rev()
+                .find(|y| (0..TEXELS as usize).any(|x| lines.alpha[y * TEXELS as usize + x] >= 0.5))
+        };
+        // A texel is 3 / 48 m high, and half a metre of the frame lies below the ground.
+        let rows = down(0.4).unwrap() - down(0.0).unwrap();
+        assert!((6..=7).contains(&rows), "{rows}");
     }
 
     #[test]

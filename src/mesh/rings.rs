@@ -2,7 +2,7 @@
 //! error bound allows.
 //!
 //! The axis is the centripetal Catmull-Rom curve through the chain's points (Yuksel et al. 2011), cut finely where it
-//! bends. Radii are linear between points, widened by the collar at a fork and the flare at the ground. Then rings are
+//! bends. Radii are linear between points, widened by the collar at a fork, the flare at the ground, and shoulders above drops. Then rings are
 //! dropped as Douglas and Peucker (1973) drop points, in position and radius at once, so that the surface moves by less
 //! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear. Each ring that stays knows up to which
 //! bound it does, so that coarser levels are chosen of it and not made anew. At last rings go that would cut into
@@ -20,10 +20,12 @@ const WINDOW: usize = 96;
 /// both to the wood of one, a tree takes its time.
 const TAPER: f32 = 0.12;
 
-/// What is left of wood where it is at once much thinner, how far up that is rounded, in what it is thinner by, and in how many parts.
+/// What is left of wood where it is at once too thin to be eased, how far up a shoulder goes there, in what it is thinner by, and in how
+/// many parts; where wood goes on for less than so many times as far, it is an end.
 const STEP: f32 = 0.6;
 const SHOULDER: f32 = 1.3;
 const CUTS: usize = 5;
+const GOES_ON: f32 = 2.0;
 
 /// How far up a stem may flare, in its radius at the ground.
 const FLARED: f32 = 2.5;
@@ -99,20 +101,55 @@ impl Base {
     }
 }
 
+/// Where wood is at once much thinner, as a thick trunk is that many limbs leave at one place: it narrows as far up as it narrows by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shoulder {
+    /// Arc length from the chain's base where it begins, how far up it goes, and the radius below, metres.
+    at: f32,
+    reach: f32,
+    wide: f32,
+}
+
+impl Shoulder {
+    /// The radius at an arc length, where that of the wood alone is `own`.
+    pub(super) fn radius(&self, arc: f32, own: f32) -> f32 {
+        if arc < self.at {
+            return own;
+        }
+        own + (self.wide - own).max(0.0) * (1.0 - math::smoothstep(0.0, self.reach, arc - self.at))
+    }
+}
+
 /// Makes a plant's radii of a chain those that it is meshed with: as they are, but thinning no faster than [`TAPER`] where a branch has
-/// left.
-pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool) {
-    // A stem's own flare is as steep as it is.
+/// left. Adds where it has shoulders. Linear in points.
+pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool, shoulders: &mut Vec<Shoulder>) {
+    // A stem's own flare is as steep as it is, and what a branch begins with lies in its bearer.
     let flared = if is_stem { FLARED * tapered.first().copied().unwrap_or(0.0) } else { 0.0 };
     let mut along = 0.0;
+    let mut rounded = 0.0;
     for i in 1..tapered.len().min(points.len()) {
         let step = points[i - 1].distance(points[i]);
+        let at = along;
         along += step;
         let before = tapered[i - 1];
         let least = before - step * TAPER;
-        // Short cones are meant to be steep.
-        if along >= flared && tapered[i] < least && tapered[i] > before * 0.6 {
+        if along < flared || tapered[i] >= least {
+            continue;
+        }
+        if tapered[i] > before * STEP {
             tapered[i] = least;
+        } else if i > 1 && at >= flared.max(rounded) && step < before - tapered[i] {
+            let reach = (before - tapered[i]) * SHOULDER;
+            // Short cones and ends are meant to be steep.
+            let mut arc = at;
+            let goes_on = (i..points.len()).any(|k| {
+                arc += points[k - 1].distance(points[k]);
+                arc >= at + reach * GOES_ON
+            });
+            if goes_on {
+                shoulders.push(Shoulder { at, reach, wide: before });
+                rounded = at + reach;
+            }
         }
     }
 }
@@ -121,6 +158,7 @@ pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool) {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     knots: Vec<(Vec3, f32)>,
+    rounded: Vec<(Vec3, f32)>,
     fine: Vec<(Vec3, f32, f32)>,
     all: Vec<Ring>,
     stack: Vec<(usize, usize, f32)>,
@@ -129,17 +167,17 @@ pub(super) struct Scratch {
 /// Adds the rings of a chain to `to`, base first: at least two, at least `apart` metres from each other, or none for a chain
 /// without length. They have no directions yet ([`unfold`]).
 ///
-/// `points` and `radii` ([`taper`]) are the chain's, in the world, of equal length; radii are raised to `thinnest`. Two points in
-/// one place count as one.
+/// `points`, `radii` and `shoulders` ([`taper`]) are the chain's, in the world, of equal length the first two; radii are raised to
+/// `thinnest`. Two points in one place count as one.
 pub(super) fn add_rings(
     to: &mut Vec<Ring>,
-    (points, radii): (&[Vec3], &[f32]),
+    (points, radii, shoulders): (&[Vec3], &[f32], &[Shoulder]),
     base: Base,
     (error, thinnest): (f32, f32),
     scratch: &mut Scratch,
 ) {
     let apart = thinnest;
-    let Scratch { knots, fine, all, stack } = scratch;
+    let Scratch { knots, rounded, fine, all, stack } = scratch;
     knots.clear();
     for (&p, &r) in points.iter().zip(radii) {
         let r = r.max(thinnest);
@@ -152,52 +190,43 @@ pub(super) fn add_rings(
     if knots.len() < 2 {
         return;
     }
-    shoulders(knots);
+    if !shoulders.is_empty() {
+        round(knots, shoulders, apart, rounded);
+    }
     subdivide(knots, error, fine);
     with_base(fine, base, error, apart, all);
     weigh(all, error, stack);
     to.extend(all.iter().filter(|ring| error <= 0.0 || ring.worth > error));
 }
 
-/// Rounds where wood is at once much thinner, as a thick trunk is that many limbs leave at one place: it narrows as far up as it
-/// narrows by. An end stays a cone.
-fn shoulders(knots: &mut Vec<(Vec3, f32)>) {
-    let mut i = 0;
-    while i + 2 < knots.len() {
-        let ((from, wide), (_, thin)) = (knots[i], knots[i + 1]);
-        let drop = wide - thin;
-        if thin > wide * STEP || from.distance(knots[i + 1].0) > drop {
-            i += 1;
-            continue;
-        }
-        let left: f32 = knots[i..].windows(2).map(|pair| pair[0].0.distance(pair[1].0)).sum();
-        let reach = (drop * SHOULDER).min(left * 0.8);
-        let profile = |along: f32| thin + drop * (1.0 - math::smoothstep(0.0, reach, along));
-        let (mut along, mut next) = (0.0, i + 1);
-        let mut made: Vec<(Vec3, f32)> = Vec::new();
-        let mut cut = 1;
-        while next < knots.len() {
-            let (a, b) = (knots[next - 1].0, knots[next].0);
-            let step = a.distance(b);
-            while cut < CUTS && reach * cut as f32 / CUTS as f32 <= along + step {
-                let at = reach * cut as f32 / CUTS as f32;
-                let t = (at - along) / step.max(1e-9);
-                let own =
-                    if next == i + 1 { thin } else { knots[next - 1].1 + (knots[next].1 - knots[next - 1].1) * t };
-                made.push((a.lerp(b, t), own.max(profile(at))));
-                cut += 1;
+/// Gives knots the radii of shoulders, with knots of their own where they bend, `apart` from others.
+fn round(knots: &mut Vec<(Vec3, f32)>, shoulders: &[Shoulder], apart: f32, rounded: &mut Vec<(Vec3, f32)>) {
+    rounded.clear();
+    rounded.push(knots[0]);
+    let mut shoulders = shoulders.iter();
+    let mut shoulder = shoulders.next();
+    let mut along = 0.0;
+    for pair in knots.windows(2) {
+        let [(a, ra), (b, rb)] = [pair[0], pair[1]];
+        let end = along + a.distance(b);
+        // One that ends within the step may be followed by another.
+        while let Some(round) = shoulder {
+            for k in 1..=CUTS {
+                let arc = round.at + round.reach * k as f32 / CUTS as f32;
+                if arc > along + apart && arc < end - apart {
+                    let t = (arc - along) / (end - along);
+                    rounded.push((a.lerp(b, t), round.radius(arc, ra + (rb - ra) * t)));
+                }
             }
-            along += step;
-            if along >= reach {
+            if round.at + round.reach > end {
                 break;
             }
-            made.push((b, knots[next].1.max(profile(along))));
-            next += 1;
+            shoulder = shoulders.next();
         }
-        let count = made.len();
-        knots.splice(i + 1..next, made);
-        i += count + 1;
+        rounded.push((b, shoulder.map_or(rb, |round| round.radius(end, rb))));
+        along = end;
     }
+    std::mem::swap(knots, rounded);
 }
 
 /// Directs rings, and takes some away until none cuts into its neighbours: where thick wood bends sharper than it is wide, the
@@ -487,22 +516,48 @@ fn orient(rings: &mut [Ring]) {
 mod tests {
     use super::*;
 
+    /// The radii at heights of wood of these heights and radii, with its shoulders.
+    fn rounded(wood: &[(f32, f32)], is_stem: bool) -> (usize, Vec<(f32, f32)>) {
+        let points: Vec<Vec3> = wood.iter().map(|at| Vec3::Y * at.0).collect();
+        let mut radii: Vec<f32> = wood.iter().map(|at| at.1).collect();
+        let mut shoulders = Vec::new();
+        taper(&points, &mut radii, is_stem, &mut shoulders);
+        let mut knots: Vec<(Vec3, f32)> = points.into_iter().zip(radii).collect();
+        round(&mut knots, &shoulders, 1e-4, &mut Vec::new());
+        (shoulders.len(), knots.into_iter().map(|(p, r)| (p.y - wood[0].0, r)).collect())
+    }
+
+    fn at(knots: &[(f32, f32)], y: f32) -> f32 {
+        let next = knots.iter().position(|knot| knot.0 >= y).unwrap();
+        let ((a, ra), (b, rb)) = (knots[next - 1], knots[next]);
+        ra + (rb - ra) * (y - a) / (b - a)
+    }
+
     #[test]
-    fn wood_that_is_at_once_much_thinner_has_a_shoulder_and_an_end_stays_a_cone() {
-        let trunk = |above: f32| {
-            let mut knots = vec![(Vec3::ZERO, 2.0), (Vec3::Y * 4.0, 2.0), (Vec3::Y * 4.3, above)];
-            knots.extend((1..9).map(|k| (Vec3::Y * (4.3 + 0.5 * k as f32), above)));
-            shoulders(&mut knots);
-            knots
-        };
-        let round = trunk(0.8);
-        assert!(round.windows(2).all(|pair| pair[1].1 <= pair[0].1 && pair[1].0.y > pair[0].0.y), "{round:?}");
-        let at = |y: f32| round.iter().rev().find(|knot| knot.0.y <= y).unwrap().1;
-        assert!(at(4.35) > 1.7 && (0.9..1.9).contains(&at(4.9)) && at(6.0) == 0.8, "{round:?}");
-        // What is left of it is no step.
-        assert_eq!(trunk(1.4).len(), 11);
-        let mut cone = vec![(Vec3::ZERO, 2.0), (Vec3::Y * 4.0, 2.0), (Vec3::Y * 4.3, 0.1)];
-        shoulders(&mut cone);
-        assert_eq!(cone.len(), 3);
+    fn a_trunk_that_many_limbs_leave_at_one_place_has_a_shoulder() {
+        for last in [7.0, 20.0] {
+            let (count, knots) = rounded(&[(0.0, 2.0), (8.0, 2.0), (8.3, 0.8), (8.0 + last, 0.8)], true);
+            assert!(
+                count == 1 && knots.windows(2).all(|pair| pair[1].0 > pair[0].0 && pair[1].1 <= pair[0].1),
+                "{knots:?}"
+            );
+            assert!(at(&knots, 8.2) > 1.8 && (0.9..1.9).contains(&at(&knots, 8.9)), "{knots:?}");
+            // As far up as it narrows by, and a little more.
+            assert!(at(&knots, 9.6) < 0.801, "{knots:?}");
+        }
+        // A second drop above the first leaves no step, nor wood that is thicker farther up.
+        let (_, knots) = rounded(&[(0.0, 2.0), (8.0, 2.0), (8.3, 0.8), (8.5, 0.3), (9.0, 0.3), (12.0, 0.3)], true);
+        assert!(at(&knots, 9.7) < 0.31 && knots.windows(2).all(|pair| pair[1].1 <= pair[0].1), "{knots:?}");
+    }
+
+    #[test]
+    fn ends_flares_and_bases_stay_as_steep_as_they_are() {
+        let flare = [(0.0, 0.8), (0.3, 0.45), (0.4, 0.2), (5.0, 0.18)];
+        assert_eq!(rounded(&flare, true).0, 0);
+        assert_eq!(rounded(&[(0.0, 0.5), (0.2, 0.1), (1.0, 0.1)], false).0, 0);
+        for end in [&[(8.3, 0.1)][..], &[(8.3, 0.8), (8.4, 0.4), (8.5, 0.1), (8.6, 0.05)], &[(8.3, 0.8), (9.0, 0.8)]] {
+            let wood = [&[(0.0, 2.0), (8.0, 2.0)], end].concat();
+            assert_eq!(rounded(&wood, true).0, 0, "{end:?}");
+        }
     }
 }

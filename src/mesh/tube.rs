@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::bareness::bareness;
 use super::bark_uv::{ABOVE, BarkScale};
 use super::bearer::NARROW;
-use super::rings::{Base, Ring, Scratch, add_rings, span_at, taper};
+use super::rings::{Base, Ring, Scratch, Shoulder, add_rings, span_at, taper};
 use super::roots::{self, Foot};
 use super::shapes::Shapes;
 use super::sides::{out_of_middles, sides};
@@ -91,8 +91,9 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
 pub struct Wood<'a> {
     pub(super) plant: &'a Plant,
     pub(super) posed: &'a Posed,
-    /// As wood is meshed ([`taper`]).
+    /// As wood is meshed ([`taper`]), but for shoulders, which few chains have, and those in the chains' order.
     radii: Vec<f32>,
+    shoulders: Vec<(ChainId, Vec<Shoulder>)>,
     pub(super) limbs: Vec<Limb>,
     rings: Vec<Ring>,
     pub(super) bark: BarkScale,
@@ -131,8 +132,13 @@ impl<'a> Wood<'a> {
         // Below this, coordinates of 24 bits can't tell the corners of a ring apart.
         let thinnest = (reach * 2e-5).max(thickest * 1e-3).max(1e-5);
         let mut radii = plant.all_radii().to_vec();
+        let (mut shoulders, mut found) = (Vec::new(), Vec::new());
         for id in plant.chain_ids() {
-            taper(posed.chain(plant, id), &mut radii[plant.span(id)], plant.chain(id).parent.is_none());
+            let is_stem = plant.chain(id).parent.is_none();
+            taper(posed.chain(plant, id), &mut radii[plant.span(id)], is_stem, &mut found);
+            if !found.is_empty() {
+                shoulders.push((id, std::mem::take(&mut found)));
+            }
         }
         let bark = BarkScale::of(plant, posed, finest.bark_tile);
         let bare = bareness(plant, posed);
@@ -140,6 +146,7 @@ impl<'a> Wood<'a> {
             plant,
             posed,
             radii,
+            shoulders,
             limbs: Vec::new(),
             rings: Vec::new(),
             bark,
@@ -191,6 +198,19 @@ impl<'a> Wood<'a> {
         self
     }
 
+    fn shoulders_of(&self, id: ChainId) -> &[Shoulder] {
+        let found = self.shoulders.binary_search_by_key(&id, |of| of.0);
+        found.map_or(&[], |found| &self.shoulders[found].1)
+    }
+
+    /// How thick a chain is meshed at a share of its length, metres.
+    fn radius_at(&self, id: ChainId, location: f32) -> f32 {
+        let curve = self.posed.curve(self.plant, id);
+        let own = curve.value(&self.radii[self.plant.span(id)], f64::from(location));
+        let wider = |own, shoulder: &Shoulder| shoulder.radius(curve.length() * location, own);
+        self.shoulders_of(id).iter().fold(own, wider)
+    }
+
     /// Reads one chain.
     fn limb(&self, id: ChainId, finest: &TubeDetail, rings: &mut Vec<Ring>, scratch: &mut Scratch) -> Limb {
         let chain = self.plant.chain(id);
@@ -199,18 +219,15 @@ impl<'a> Wood<'a> {
         let base = match chain.parent {
             Some(parent) => Base::Fork {
                 axis: self.posed.tangent(parent, chain.location),
-                parent: self
-                    .posed
-                    .curve(self.plant, parent)
-                    .value(&self.radii[self.plant.span(parent)], f64::from(chain.location))
-                    .max(self.thinnest),
+                parent: self.radius_at(parent, chain.location).max(self.thinnest),
                 forks: finest.forks,
             },
             None => Base::Ground { flare: flare(points, radii, finest.flare) },
         };
         let widest = radii.iter().fold(self.thinnest, |a, &r| a.max(r));
         let first = rings.len() as u32;
-        add_rings(rings, (points, radii), base, (self.error(widest, finest), self.thinnest), scratch);
+        let shoulders = self.shoulders_of(id);
+        add_rings(rings, (points, radii, shoulders), base, (self.error(widest, finest), self.thinnest), scratch);
         let own = self.plant.radii(id).iter().fold(0.0_f32, |a, &r| a.max(r));
         let foot = if chain.parent.is_none() { Foot::of(points, radii) } else { Foot::default() };
         Limb { rings: (first, rings.len() as u32), base, own, widest, foot, is_exposed: false }

@@ -67,8 +67,8 @@ pub(super) static SET: Record = Record {
             name: "lods",
             kind: Kind::ListOf { choice: &LODS, low: 1, high: 8 },
             default: Default::Is("[Full, Thinned(triangles: 0.4), BillboardCloud(cards: 48), Impostor]"),
-            about: "levels of detail, from fine to coarse; left out, sets without leaves have no cloud: cards show bare \
-                    twigs badly",
+            about: "levels of detail, from fine to coarse; left out, sets that are to have no leaf have no cloud: \
+                    cards show bare twigs badly",
         },
         Field {
             name: "atlas",

@@ -67,7 +67,7 @@ impl Blender<'_> {
             thinnest = thinnest.min(if member.sharers > 1 { 0.0 } else { member.base });
             count += 1;
         }
-        // Of its members' bases, in its shares.
+        // Of its members' bases, by the weights of its first point.
         let mean = linear[0] / self.grown[k];
         let most = if mean > 0.0 { (thickest / mean).max(1.0) } else { 1.0 };
         let is_sure = count > 1 || family.parents[k] == NONE;

@@ -13,6 +13,7 @@ use super::connect;
 use super::mend;
 use super::nearest::Nearest;
 use super::piece::{Piece, Shape};
+use super::trace::Node;
 use super::{trace, upright};
 use crate::base::counted;
 use crate::plant::Plant;
@@ -142,6 +143,7 @@ pub(in crate::source) fn join(
     let (order, joined) = connect::connect(&mut pieces, order, Shape::Nodes);
     let shift = pieces[0].start - before;
     let (mut nodes, gaps) = trace::trace(&pieces, &order, Shape::Nodes);
+    calm(&mut nodes);
     // Crowns and fronds rise above the wood.
     let top = around.into_iter().flatten().map(|corner| f64::from(if up == UpAxis::Z { corner.z } else { corner.y }));
     let top = top.fold(0.0, |top: f64, y| top.max(y + shift.y));
@@ -150,6 +152,31 @@ pub(in crate::source) fn join(
     gaps.note(factor, notes);
     let plant = upright::skeleton(&nodes).into_plant().map_err(|error| format!("the wood makes no plant: {error}"))?;
     Ok(Tree { plant, up, shift, factor })
+}
+
+/// How much wider than all beside it a node may be before it is what two pieces of wood have at their joint.
+const SWOLLEN: f64 = 2.0;
+
+/// Gives nodes between others that are much wider than all of these the radius of the widest: the open base of a piece is as wide as
+/// its collar, which stood on thin limbs as a plate.
+fn calm(nodes: &mut [Node]) {
+    let mut beside = vec![(0.0_f64, 0_u32); nodes.len()];
+    let mut meet = |at: usize, other: usize| {
+        beside[at].0 = beside[at].0.max(nodes[other].radius);
+        beside[at].1 += 1;
+    };
+    for (i, node) in nodes.iter().enumerate() {
+        if let Some(parent) = node.parent {
+            meet(i, parent as usize);
+            meet(parent as usize, i);
+        }
+    }
+    for (node, (most, count)) in nodes.iter_mut().zip(beside) {
+        // A trunk may well be wider at its foot, and a limb at its end.
+        if count > 1 && node.parent.is_some() && node.radius > most * SWOLLEN {
+            node.radius = most;
+        }
+    }
 }
 
 /// Turns all limbs so that Y points up. In doubt, it is the axis along which the most wood runs.
@@ -261,4 +288,24 @@ fn bases(limbs: &[Limb], notes: &mut Vec<String>) -> Vec<u32> {
         notes.push(format!("{} below the base of the trunk", counted(roots, "root", "roots")));
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_is_no_wider_than_all_beside_it_and_feet_and_ends_may_be() {
+        let radii = |radii: [f64; 5]| {
+            let mut nodes: Vec<Node> = (0_u32..)
+                .zip(radii)
+                .map(|(i, radius)| Node { position: DVec3::Y * f64::from(i), radius, parent: i.checked_sub(1) })
+                .collect();
+            calm(&mut nodes);
+            nodes.into_iter().map(|node| node.radius).collect::<Vec<_>>()
+        };
+        assert_eq!(radii([0.5, 0.04, 0.2, 0.03, 0.02]), [0.5, 0.04, 0.04, 0.03, 0.02]);
+        let kept = [0.5, 0.04, 0.07, 0.03, 0.2];
+        assert_eq!(radii(kept), kept);
+    }
 }
