@@ -23,6 +23,9 @@ use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
 const SAMPLES: u32 = 3;
 /// Least of a texel that is worth alpha: below it are specks.
 const SPECK: f32 = 0.02;
+/// What wood covers at least of a texel that stays solid, and the alpha of such.
+const WOOD: f32 = 0.15;
+const SOLID: u8 = 144;
 /// How much of a card's vertex normals is the crown's; the rest is the card's own, which its texels' normals stand on.
 const CANOPY: f32 = 0.5;
 /// How much of the vertex normals of a pair back to back is the card's own: measured, the colour of the full tree is
@@ -95,6 +98,8 @@ pub(super) struct Card {
     ranked: Vec<f32>,
     /// Texels' worth of content.
     covered: f32,
+    /// Texels that are solid whatever the gain.
+    stands: Vec<u32>,
 }
 
 impl Card {
@@ -132,13 +137,15 @@ impl Card {
             coverage: drawn.coverage,
             ranked,
             covered,
+            stands: Vec::new(),
         })
     }
 
     /// Makes it a pair of rectangles back to back, each seen from one side only since it hides the other, `apart` metres
     /// from the plane. Normals can then be those of the crown, alike on all cards, without an engine turning them round
     /// on the back. Wood, which the first `barks` pictures are of, faces the viewer: with the crown's normals the foot of a trunk
-    /// was lit from below.
+    /// was lit from below. And what of it is most of a row stays solid: a thin trunk that is settled like leaves has gaps, and its crown
+    /// floats.
     pub(super) fn back_to_back(&mut self, place: &Place, light: &CrownLight, apart: f32, barks: u32) {
         let mut mesh = Mesh::default();
         for side in [1.0_f32, -1.0] {
@@ -166,6 +173,15 @@ impl Card {
             let up = up.try_normalize().unwrap_or(place.frame.z);
             *normal = relative(up.lerp(place.frame.z, wood), up, place.frame.x);
         }
+        let wood: Vec<f32> =
+            self.recipe.share_of_first(barks).zip(&self.coverage).map(|(share, c)| share * c).collect();
+        let (width, count) = (self.size.0 as usize, self.size.1);
+        let most = |row: u32| {
+            let first = row as usize * width;
+            let of_row = (first..first + width).filter(|&i| wood[i] > WOOD);
+            of_row.max_by(|&a, &b| wood[a].total_cmp(&wood[b])).map(|i| i as u32)
+        };
+        self.stands = (0..count).filter_map(most).collect();
     }
 
     /// Lets texels that lack something grow towards being solid, and others away from it, by `step` times what `lacks`
@@ -219,7 +235,9 @@ impl Card {
     fn alpha(&self, gain: f32) -> Vec<u8> {
         let scale = self.scale(gain);
         let alpha = |&c: &f32| if c > SPECK { (c * scale * 255.0 + 0.5).clamp(0.0, 255.0) as u8 } else { 0 };
-        self.coverage.iter().map(alpha).collect()
+        let mut alphas: Vec<u8> = self.coverage.iter().map(alpha).collect();
+        self.stands.iter().for_each(|&i| alphas[i as usize] = alphas[i as usize].max(SOLID));
+        alphas
     }
 }
 

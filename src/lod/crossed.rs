@@ -99,6 +99,21 @@ mod tests {
     }
 
     #[test]
+    fn a_trunk_thinner_than_a_texel_has_no_gap() {
+        let ladder = climbed(&on_trunk(Vec3::ZERO, (9.0, 0.02), (60, 60)), Lod::CrossedQuads);
+        for tile in &ladder.tiles {
+            let (width, height) = (tile.width as usize, tile.height as usize);
+            let is_wood: Vec<bool> = tile.recipe.share_of_first(1).map(|wood| wood > 0.9).collect();
+            let rows = (height / 2..height - 3).filter(|row| {
+                let mut row = row * width..(row + 1) * width;
+                row.clone().any(|i| is_wood[i]) && !row.any(|i| is_wood[i] && tile.alpha[i] > 127)
+            });
+            assert_eq!(rows.count(), 0, "{width} by {height}");
+            assert!(is_wood.iter().filter(|is_wood| **is_wood).count() > height / 3);
+        }
+    }
+
+    #[test]
     fn wood_on_quads_faces_the_viewer_and_leaves_are_lit_as_the_crown() {
         let ladder = climbed(&on_trunk(Vec3::X, (4.0, 0.2), (60, 60)), Lod::CrossedQuads);
         let (mut foot, mut leaves) = (0, 0);
