@@ -104,7 +104,8 @@ mod tests {
         for tile in &ladder.tiles {
             let (width, height) = (tile.width as usize, tile.height as usize);
             let is_wood: Vec<bool> = tile.recipe.share_of_first(1).map(|wood| wood > 0.9).collect();
-            let rows = (height / 2..height - 3).filter(|row| {
+            // Below the crown, where nothing hides it.
+            let rows = (height * 2 / 3..height - 3).filter(|row| {
                 let mut row = row * width..(row + 1) * width;
                 row.clone().any(|i| is_wood[i]) && !row.any(|i| is_wood[i] && tile.alpha[i] > 127)
             });
