@@ -191,7 +191,15 @@ try {
   await p.getByRole('button', { name: 'By distance' }).click();
   await drawn(p);
   const levels = new Set();
-  for (let i = 0; i < 60 && levels.size < 4; i++) { levels.add(await p.locator('.canvas').getAttribute('data-level')); await p.keyboard.press('ArrowDown'); await wait(160); }
+  // A key goes a quarter farther away, which may pass a level over: then back again, by other steps.
+  const middle = await canvas.boundingBox();
+  await p.mouse.move(middle.x + middle.width / 2, middle.y + middle.height / 2);
+  for (let pass = 0; pass < 4 && levels.size < 4; pass++) {
+    const key = pass % 2 ? 'ArrowUp' : 'ArrowDown';
+    for (let i = 0; i < 30 && levels.size < 4; i++) { levels.add(await p.locator('.canvas').getAttribute('data-level')); await p.keyboard.press(key); await wait(160); }
+    await p.mouse.wheel(0, (pass % 2 ? 1 : -1) * 120 * (pass + 1));
+    await wait(300);
+  }
   check(levels.size === 4, `levels switch by distance: ${[...levels].join(', ')}`);
   for (let i = 0; i < 13; i++) await p.keyboard.press('ArrowUp');
   await wait(400);
