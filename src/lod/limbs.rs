@@ -5,7 +5,8 @@
 //! distance from a limb's axis and is a half at its rim, which a bilinear filter follows between texels (Green 2007,
 //! "Improved alpha-tested magnification"). Limbs are the same in all frames, so that lines that are mixed meet.
 //!
-//! Lines that are wider than limbs cover more: the thickest are drawn, and only so many as cover what all do.
+//! Lines that are wider than limbs cover more: the thickest are drawn, and only so many as cover what all do. Stems are drawn down to
+//! where their wood ends below the ground.
 
 use glam::{Vec2, Vec3};
 

@@ -3,6 +3,8 @@
 //! A limb is a tree in the sense of graphs. Here each gets its base, becomes pieces as a structure model's rows do, and
 //! takes the same way from there: `connect` finds the wood that it grows from, `trace` the place on its axis.
 //!
+//! Joined, no place is much wider than all beside it (`calm`).
+//!
 //! The base of a limb is one of its thickest ends: of those the one that touches other wood or the ground, of several
 //! that do the thickest, of those alike the one on the thickest wood. The limb with the most wood stands on its thickest
 //! end near the ground; where it is thicker above that end, the end is a root, and the base is where the roots meet.
