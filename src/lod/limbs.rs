@@ -181,9 +181,9 @@ impl<'a> Limbs<'a> {
         let (points, radii) = (self.posed.chain(self.plant, limb), self.plant.radii(limb));
         let is_stem = self.plant.chain(limb).parent.is_none();
         let mut solid = 0;
-        let foot = points[0].with_y(self.lowest.get(limb.index()).map_or(f32::MAX, |low| *low).min(points[0].y));
         // Straight down, as its skin does.
-        let mut from = (is_stem && foot.y < points[0].y).then(|| (lines.seen(foot), radii[0]));
+        let low = self.lowest.get(limb.index()).filter(|low| is_stem && **low < points[0].y);
+        let mut from = low.map(|low| (lines.seen(points[0].with_y(*low)), radii[0]));
         let mut is_first = true;
         for (i, (point, radius)) in points.iter().zip(radii).enumerate() {
             if *radius <= self.below {

@@ -2,7 +2,8 @@
 //! error bound allows.
 //!
 //! The axis is the centripetal Catmull-Rom curve through the chain's points (Yuksel et al. 2011), cut finely where it
-//! bends. Radii are linear between points, widened by the collar at a fork, the flare at the ground, and shoulders above drops. Then rings are
+//! bends. Radii are linear between points, widened by the collar at a fork, the flare at the ground,
+//! and shoulders where wood is at once much thinner. Then rings are
 //! dropped as Douglas and Peucker (1973) drop points, in position and radius at once, so that the surface moves by less
 //! than the bound; in windows of [`WINDOW`] rings, which keeps the worst case linear. Each ring that stays knows up to which
 //! bound it does, so that coarser levels are chosen of it and not made anew. At last rings go that would cut into
@@ -127,6 +128,7 @@ pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool, shoulde
     let flared = if is_stem { FLARED * tapered.first().copied().unwrap_or(0.0) } else { 0.0 };
     let mut along = 0.0;
     let mut rounded = 0.0;
+    let mut whole: Option<f32> = None;
     for i in 1..tapered.len().min(points.len()) {
         let step = points[i - 1].distance(points[i]);
         let at = along;
@@ -141,11 +143,8 @@ pub(super) fn taper(points: &[Vec3], tapered: &mut [f32], is_stem: bool, shoulde
         } else if i > 1 && at >= flared.max(rounded) && step < before - tapered[i] {
             let reach = (before - tapered[i]) * SHOULDER;
             // Short cones and ends are meant to be steep.
-            let mut arc = at;
-            let goes_on = (i..points.len()).any(|k| {
-                arc += points[k - 1].distance(points[k]);
-                arc >= at + reach * GOES_ON
-            });
+            let whole = *whole.get_or_insert_with(|| points.windows(2).map(|ends| ends[0].distance(ends[1])).sum());
+            let goes_on = whole - at >= reach * GOES_ON;
             if goes_on {
                 shoulders.push(Shoulder { at, reach, wide: before });
                 rounded = at + reach;

@@ -91,8 +91,9 @@ pub fn tubes_in(plant: &Plant, posed: &Posed, light: &CrownLight, detail: &TubeD
 pub struct Wood<'a> {
     pub(super) plant: &'a Plant,
     pub(super) posed: &'a Posed,
-    /// As wood is meshed ([`taper`]), but for shoulders, which few chains have, and those in the chains' order.
+    /// As wood is meshed ([`taper`]), but for shoulders.
     radii: Vec<f32>,
+    /// Of the few chains that have any, in the chains' order.
     shoulders: Vec<(ChainId, Vec<Shoulder>)>,
     pub(super) limbs: Vec<Limb>,
     rings: Vec<Ring>,
