@@ -5,7 +5,7 @@
 //! texel of the first four mips mixes two pictures, and none of a leaf's down to the one that is all of it ([`AtlasParams::inside`]). Those of a picture are then the same in every
 //! atlas: alpha is made for them, and levels are settled by it before there is an atlas. The rest of the cell repeats the
 //! picture's edge. Pictures that don't fit at full size are all scaled by one factor, the largest k/1024 that fits. The
-//! height is halved while everything still fits; both sides stay powers of two.
+//! height is halved while everything still fits, and the width where that leaves fewer texels; both sides stay powers of two.
 //!
 //! A [`Layout`] is made from sizes alone, and normals and material are drawn apart from colours: a new tint draws the
 //! colours again and nothing else. Pictures are dilated already; between the cells colour goes on in squares of 16 texels.
@@ -199,7 +199,7 @@ impl Layout {
     ///
     /// `groups` are numbers of pictures that belong together, in order. As long as all fit at full size, one group is
     /// placed after the other, so that the places of the first do not hang on those that come later; else, and where that
-    /// makes an atlas of half the height, the largest come first, whosever they are. The first group is of leaf pictures, which
+    /// makes an atlas of half the texels, the largest come first, whosever they are. The first group is of leaf pictures, which
     /// are drawn once more to fill a square where there is room ([`echoes`]).
     ///
     /// # Errors
@@ -221,7 +221,7 @@ impl Layout {
             Ok(mut echoed) if echoed.scale == 1.0 => {
                 let drawn = echoed.rects.drain(leaves..leaves + count);
                 echoed.echoes = again.map(|i| i as u32).zip(drawn).collect();
-                Ok(Self { utilisation: plain.utilisation * plain.height as f32 / echoed.height as f32, ..echoed })
+                Ok(Self { utilisation: plain.utilisation * (plain.texels() / echoed.texels()) as f32, ..echoed })
             }
             _ => Ok(plain),
         }
@@ -244,11 +244,11 @@ impl Layout {
             let side = |n: u32| ((u64::from(n) * u64::from(k) + u64::from(SCALES / 2)) / u64::from(SCALES)).max(1);
             sizes.iter().map(|t| (side(t.0) as u32, side(t.1) as u32)).collect()
         };
-        let fit = |k: u32, group: &dyn Fn(usize) -> usize| -> Option<Vec<(u32, u32)>> {
+        let fit = |k: u32, group: &dyn Fn(usize) -> usize, wide: u32| -> Option<Vec<(u32, u32)>> {
             let cells = sizes_at(k).into_iter().map(|size| Cell::of(size, gutter).block);
             let cells: Vec<Block> = cells.collect();
             let area: u64 = cells.iter().map(|b| u64::from(b.width) * u64::from(b.height)).fold(0, u64::saturating_add);
-            if area > u64::from(size) * u64::from(size) {
+            if area > u64::from(wide) * u64::from(size) {
                 return None;
             }
             let mut order: Vec<usize> = (0..cells.len()).collect();
@@ -259,7 +259,7 @@ impl Layout {
             });
             let is_square = |i: &usize| (cells[*i].width, cells[*i].height) == (cells[*i].of, cells[*i].of);
             let squares = order.iter().take_while(|i| is_square(i)).count();
-            skyline::place(&cells, &order, squares, size)
+            skyline::place(&cells, &order, squares, (wide, size))
         };
         let ends: Vec<usize> = groups
             .iter()
@@ -275,22 +275,35 @@ impl Layout {
             let bottom = corners.iter().zip(sizes).map(end).max().unwrap_or(1);
             bottom.next_power_of_two().min(size)
         };
+        let all: u64 = sizes.iter().map(|s| u64::from(s.0) * u64::from(s.1)).sum();
+        let texels = |wide: u32, corners: &[(u32, u32)]| u64::from(wide) * u64::from(height(corners, sizes));
         // Half the texels are worth more than places that stay.
-        let grouped = fit(SCALES, &own).map(|grouped| {
-            let all: u64 = sizes.iter().map(|s| u64::from(s.0) * u64::from(s.1)).sum();
-            let may_be_lower = all * 2 < u64::from(size) * u64::from(height(&grouped, sizes));
-            let lower = || fit(SCALES, &one).filter(|ordered| height(ordered, sizes) < height(&grouped, sizes));
-            if may_be_lower { lower().unwrap_or(grouped) } else { grouped }
-        });
-        // Bisection for the largest k that fits; the lower end always does.
-        let mut best = match grouped.or_else(|| fit(SCALES, &one)) {
-            Some(corners) => (SCALES, corners),
-            None => (1, fit(1, &one).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?),
+        let whole = |wide: u32| {
+            let grouped = fit(SCALES, &own, wide);
+            let may_be_lower = grouped.as_ref().is_none_or(|grouped| all * 2 < texels(wide, grouped));
+            let ordered = if may_be_lower { fit(SCALES, &one, wide) } else { None };
+            match (grouped, ordered) {
+                (Some(grouped), Some(ordered)) if texels(wide, &grouped) <= texels(wide, &ordered) => Some(grouped),
+                (grouped, ordered) => ordered.or(grouped),
+            }
         };
+        // Bisection for the largest k that fits; the lower end always does.
+        let (mut wide, mut best) = match whole(size) {
+            Some(corners) => (size, (SCALES, corners)),
+            None => (size, (1, fit(1, &one, size).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?)),
+        };
+        let mut narrower = size / 2;
+        // Gutters are at most a sixteenth of it.
+        while best.0 == SCALES && narrower >= (16 * gutter).max(ALIGN) && all * 2 < texels(wide, &best.1) {
+            if let Some(corners) = whole(narrower).filter(|corners| texels(narrower, corners) < texels(wide, &best.1)) {
+                (wide, best.1) = (narrower, corners);
+            }
+            narrower /= 2;
+        }
         let mut above = SCALES;
         while above > best.0 + 1 {
             let k = best.0.midpoint(above);
-            match fit(k, &one) {
+            match fit(k, &one, size) {
                 Some(corners) => best = (k, corners),
                 None => above = k,
             }
@@ -305,9 +318,9 @@ impl Layout {
             })
             .collect();
         let used: u64 = rects.iter().map(|r| u64::from(r.width) * u64::from(r.height)).sum();
-        let utilisation = (used as f64 / (f64::from(size) * f64::from(height))) as f32;
+        let utilisation = (used as f64 / (f64::from(wide) * f64::from(height))) as f32;
         let scale = k as f32 / SCALES as f32;
-        Ok(Self { width: size, height, rects, scale, utilisation, gutter, echoes: Vec::new() })
+        Ok(Self { width: wide, height, rects, scale, utilisation, gutter, echoes: Vec::new() })
     }
 
     /// Whether its cells lie in it and its echoes are of its pictures, as of one that was not found but read.
@@ -321,6 +334,10 @@ impl Layout {
         self.gutter <= self.width / 16
             && self.rects.iter().all(is_inside)
             && self.echoes.iter().all(|(i, rect)| (*i as usize) < self.rects.len() && is_inside(rect))
+    }
+
+    fn texels(&self) -> f64 {
+        f64::from(self.width) * f64::from(self.height)
     }
 
     /// Width and height, texels.

@@ -13,10 +13,10 @@ pub(super) struct Block {
     pub(super) of: u32,
 }
 
-/// Places blocks, in the order of `order`, into a square of `size`, a power of two. The first `squares` of that order are squares of
+/// Places blocks, in the order of `order`, into a rectangle of so many columns and rows, powers of two. The first `squares` of that order are squares of
 /// powers of two, the largest first: they lie along a Z-curve (Morton 1966), where four that are alike fill a square. The
 /// corner of each, or none when they do not fit.
-pub(super) fn place(blocks: &[Block], order: &[usize], squares: usize, size: u32) -> Option<Vec<(u32, u32)>> {
+pub(super) fn place(blocks: &[Block], order: &[usize], squares: usize, size: (u32, u32)) -> Option<Vec<(u32, u32)>> {
     let mut corners = vec![(0, 0); blocks.len()];
     let mut skyline = Skyline { size, steps: vec![(0, 0)] };
     let (squares, others) = order.split_at(squares);
@@ -25,7 +25,7 @@ pub(super) fn place(blocks: &[Block], order: &[usize], squares: usize, size: u32
         let side = blocks[i].width;
         let area = u64::from(side) * u64::from(side);
         let (x, y) = (side * every_other(taken / area), side * every_other((taken / area) >> 1));
-        if x >= size || y >= size {
+        if x >= size.0 || y >= size.1 {
             return None;
         }
         skyline.raise(x, side, y + side);
@@ -41,7 +41,8 @@ pub(super) fn place(blocks: &[Block], order: &[usize], squares: usize, size: u32
 
 /// How high a strip is filled.
 struct Skyline {
-    size: u32,
+    /// Columns and rows.
+    size: (u32, u32),
     /// From left to right: where each step begins and how high the strip is filled there.
     steps: Vec<(u32, u32)>,
 }
@@ -49,19 +50,19 @@ struct Skyline {
 impl Skyline {
     /// Where a block ends lowest, and of those places the leftmost.
     fn lowest(&self, Block { width, height, of }: Block) -> Option<(u32, u32)> {
-        if width > self.size || height > self.size {
+        if width > self.size.0 || height > self.size.1 {
             return None;
         }
         let mut best: Option<(u32, u32)> = None;
         for first in 0..self.steps.len() {
             let x = self.steps[first].0.next_multiple_of(of);
-            if x > self.size - width {
+            if x > self.size.0 - width {
                 break;
             }
-            let ends = |k: usize| self.steps.get(k + 1).map_or(self.size, |next| next.0);
+            let ends = |k: usize| self.steps.get(k + 1).map_or(self.size.0, |next| next.0);
             let under = (first..self.steps.len()).take_while(|&k| self.steps[k].0 < x + width).filter(|&k| ends(k) > x);
             let floor = under.map(|k| self.steps[k].1).max().unwrap_or(0).next_multiple_of(of);
-            if floor <= self.size - height && best.is_none_or(|(_, y)| floor < y) {
+            if floor <= self.size.1 - height && best.is_none_or(|(_, y)| floor < y) {
                 best = Some((x, floor));
             }
         }
@@ -74,7 +75,7 @@ impl Skyline {
         let behind = self.steps.iter().rfind(|step| step.0 <= right).map_or(0, |step| step.1);
         self.steps.retain(|step| step.0 < x || step.0 > right);
         let at = self.steps.partition_point(|step| step.0 < x);
-        if right < self.size {
+        if right < self.size.0 {
             self.steps.insert(at, (right, behind));
         }
         self.steps.insert(at, (x, top));
@@ -103,7 +104,7 @@ mod tests {
             let squares = [128, 64, 64, 64, 64];
             blocks.extend(squares.map(|side| Block { width: side, height: side, of: side }));
             let order: Vec<usize> = (40..45).chain(0..40).collect();
-            let corners = place(&blocks, &order, 5, 2048).unwrap();
+            let corners = place(&blocks, &order, 5, (2048, 2048)).unwrap();
             assert_eq!(corners[40..], [(0, 0), (128, 0), (192, 0), (128, 64), (192, 64)]);
             let mut taken = vec![false; 128 * 128];
             for (block, (x, y)) in blocks.iter().zip(&corners) {
@@ -116,9 +117,9 @@ mod tests {
             }
         }
         let wide = Block { width: 96, height: 16, of: 16 };
-        assert!(place(&[wide], &[0], 0, 64).is_none());
+        assert!(place(&[wide], &[0], 0, (64, 128)).is_none() && place(&[wide], &[0], 0, (128, 64)).is_some());
         let square = Block { width: 64, height: 64, of: 64 };
-        assert_eq!(place(&[square; 4], &[0, 1, 2, 3], 4, 128).unwrap(), [(0, 0), (64, 0), (0, 64), (64, 64)]);
-        assert!(place(&[square; 5], &[0, 1, 2, 3, 4], 5, 128).is_none());
+        assert_eq!(place(&[square; 4], &[0, 1, 2, 3], 4, (128, 128)).unwrap(), [(0, 0), (64, 0), (0, 64), (64, 64)]);
+        assert!(place(&[square; 5], &[0, 1, 2, 3, 4], 5, (128, 128)).is_none());
     }
 }

@@ -40,7 +40,8 @@ const PART_SUFFIX: &str = ".part";
 struct Journal {
     /// (part, target)
     rename: Vec<(String, String)>,
-    remove: Vec<String>,
+    /// The files that go, and the hashes of what they were: one that somebody changes before this is carried out stays.
+    remove: Vec<(String, String)>,
 }
 
 /// What a commit did.
@@ -324,7 +325,7 @@ fn commit_by<B: AsRef<[u8]> + Sync>(
     }
     let kept: BTreeSet<&String> = files.iter().map(|(name, _)| name).collect();
     for (name, key) in owned.iter().filter(|(name, _)| !kept.contains(name)) {
-        if stamp::bytes(&folder.join(name)).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key) {
+        if is_still(&folder.join(name), key) {
             committed.removed.push(name.clone());
         }
     }
@@ -333,7 +334,8 @@ fn commit_by<B: AsRef<[u8]> + Sync>(
     }
     committed.written = changed.iter().map(|(name, _)| (*name).to_owned()).collect();
     if !exchange::commit(hand, folder, &changed, &committed.removed)? {
-        by_journal(hand, folder, &changed, &committed.removed)?;
+        let remove = committed.removed.iter().filter_map(|name| Some((name.clone(), owned.get(name)?.to_hex())));
+        by_journal(hand, folder, &changed, remove.collect())?;
     }
     Ok(committed)
 }
@@ -343,9 +345,9 @@ fn by_journal(
     hand: &mut Hand,
     folder: &Path,
     changed: &[(&str, &[u8])],
-    removed: &[String],
+    remove: Vec<(String, String)>,
 ) -> Result<(), OutputError> {
-    let mut journal = Journal { rename: Vec::new(), remove: removed.to_vec() };
+    let mut journal = Journal { rename: Vec::new(), remove };
     for (i, (name, bytes)) in changed.iter().enumerate() {
         let part = format!("{PART_PREFIX}{i:04}{PART_SUFFIX}");
         hand.write_as(&folder.join(&part), bytes, name)?;
@@ -367,12 +369,18 @@ fn carry_out(hand: &mut Hand, folder: &Path, journal: &Journal) -> Result<(), Ou
             hand.rename(&part, &target)?;
         }
     }
-    for name in &journal.remove {
-        if let Some(path) = inside(folder, name) {
+    for (name, key) in &journal.remove {
+        let (Some(path), Some(key)) = (inside(folder, name), Key::from_hex(key)) else { continue };
+        if is_still(&path, &key) {
             hand.remove(&path)?;
         }
     }
     Ok(())
+}
+
+/// Whether a file is what it was when its set was recorded.
+fn is_still(path: &Path, key: &Key) -> bool {
+    stamp::bytes(path).is_ok_and(|bytes| Key::of_bytes(&bytes) == *key)
 }
 
 /// A plain file name's path; none for a name that would lead out of the folder.
@@ -616,11 +624,14 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a"), "old").unwrap();
         fs::write(at("stale"), "old").unwrap();
+        fs::write(at("edited"), "by somebody, after the kill").unwrap();
         fs::write(at(".treewright-0000.part"), "new").unwrap();
-        let journal = r#"{"rename":[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]],"remove":["stale","../../etc"]}"#;
-        fs::write(at(JOURNAL), journal).unwrap();
+        let renames = r#"[[".treewright-0000.part","a"],["gone.part","b"],["../x","y"]]"#;
+        let old = Key::of_bytes(b"old").to_hex();
+        let removed = format!(r#"[["stale","{old}"],["edited","{old}"],["../../etc","{old}"]]"#);
+        fs::write(at(JOURNAL), format!(r#"{{"rename":{renames},"remove":{removed}}}"#)).unwrap();
         recover(folder.path()).unwrap();
-        assert_eq!(listing(folder.path()), ["a"]);
+        assert_eq!(listing(folder.path()), ["a", "edited"]);
         assert_eq!(fs::read_to_string(at("a")).unwrap(), "new");
     }
 

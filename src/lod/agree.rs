@@ -35,7 +35,7 @@ const CONTRAST: f32 = 1.5;
 pub struct Outlines {
     views: Vec<View>,
     /// Samples along the tree's height, and along a metre.
-    lines: u32,
+    lines: f32,
     per_metre: f32,
     drawn: Vec<Silhouette>,
     /// What pixels are to cover that are carved.
@@ -44,10 +44,11 @@ pub struct Outlines {
 
 impl Outlines {
     /// Draws `tree` from `count` directions so that it is `lines` samples high.
-    pub(super) fn new(tree: &TreeMesh, cutouts: &[&Cutout], lines: u32, count: u32) -> Self {
+    pub(super) fn new(tree: &TreeMesh, cutouts: &[&Cutout], lines: f32, count: u32) -> Self {
         let (low, high) = bounds(tree);
-        let per_metre = lines.max(1) as f32 / (high.y - low.y).max(1e-3);
-        let views = views(tree, lines, count).0.par_iter().map(|view| around(tree, view, per_metre)).collect();
+        let lines = lines.max(1.0);
+        let per_metre = lines / (high.y - low.y).max(1e-3);
+        let views = views(tree, 1, count).0.par_iter().map(|view| around(tree, view, per_metre)).collect();
         let mut made = Self { views, lines, per_metre, drawn: Vec::new(), wanted: OnceLock::new() };
         made.drawn = made.draw(tree, cutouts);
         made
@@ -139,7 +140,7 @@ impl Outlines {
 
     /// How a level agrees with the full tree at pixels of `size` samples an edge; colours are not looked at.
     pub(super) fn agreement(&self, (full, level): (&[Areas], &[Areas]), size: usize) -> Measured {
-        let pixels = (self.lines as f32 / size.max(1) as f32 + 0.5) as u32;
+        let pixels = ((self.lines / size.max(1) as f32 + 0.5) as u32).max(1);
         let count = self.drawn.len().max(1) as f32;
         let of = |(a, b): (&Areas, &Areas)| (iou(a, b, size), over(u64::from(a.count()), u64::from(b.count())));
         let of: Vec<(f32, f32)> = full.par_iter().zip(level).map(of).collect();

@@ -94,8 +94,6 @@ pub(super) struct Card {
     bend: Bend,
     /// Share of each texel that is covered, and what was added since.
     coverage: Vec<f32>,
-    /// Coverage of all texels in falling order.
-    ranked: Vec<f32>,
     /// Texels' worth of content.
     covered: f32,
     /// Texels that are solid whatever the gain.
@@ -122,8 +120,6 @@ impl Card {
         let ground = rasterize(&[bare], &place.view(), drawn.width, drawn.height, 1, &Shading::Albedo);
         let through: Vec<u8> = surfaces.iter().flat_map(Surface::through).collect();
         let (normal, orm) = relief(&drawn, &ground, place, &recipe.mean(&through));
-        let mut ranked: Vec<f32> = drawn.coverage.iter().copied().filter(|c| *c > SPECK).collect();
-        ranked.sort_unstable_by(|a, b| b.total_cmp(a));
         let covered = drawn.coverage.iter().sum();
         let size = (drawn.width, drawn.height);
         Some(Self {
@@ -135,7 +131,6 @@ impl Card {
             orm,
             recipe,
             coverage: drawn.coverage,
-            ranked,
             covered,
             stands: Vec::new(),
         })
@@ -196,10 +191,7 @@ impl Card {
             let point = self.place.point(at * half) + self.place.frame.z * self.bend.at(at);
             *c = (*c * scale + step * lacks.at(point)).clamp(SPECK * 1.5, 1.0);
         }
-        self.ranked.clear();
-        self.ranked.extend(self.coverage.iter().copied().filter(|c| *c > SPECK));
-        self.ranked.sort_unstable_by(|a, b| b.total_cmp(a));
-        self.covered = self.ranked.partition_point(|c| *c >= 0.5) as f32;
+        self.covered = self.coverage.iter().filter(|c| **c >= 0.5).count() as f32;
     }
 
     /// What of the card passes the alpha test as it is, with `gain` times the area that its content covers solid.
@@ -228,8 +220,10 @@ impl Card {
     /// What coverage is multiplied by so that `gain` times the area that its content covers is a half and more.
     fn scale(&self, gain: f32) -> f32 {
         let wanted = (self.covered * gain).max(1.0) as usize;
-        let threshold = self.ranked.get(wanted.min(self.ranked.len().saturating_sub(1))).copied().unwrap_or(0.5);
-        0.5 / threshold.clamp(SPECK, 1.0)
+        let mut seen: Vec<f32> = self.coverage.iter().copied().filter(|c| *c > SPECK).collect();
+        let last = (wanted - 1).min(seen.len().saturating_sub(1));
+        let threshold = (!seen.is_empty()).then(|| *seen.select_nth_unstable_by(last, |a, b| b.total_cmp(a)).1);
+        0.5 / threshold.unwrap_or(0.5).clamp(SPECK, 1.0)
     }
 
     fn alpha(&self, gain: f32) -> Vec<u8> {

@@ -39,6 +39,7 @@ const fn colored(pixels: u32) -> &'static [usize] {
 /// What levels are measured with.
 pub(super) struct Bench<'a> {
     full: &'a TreeMesh,
+    flat: f32,
     stock: &'a Stock,
     /// Of the leaf pictures.
     cutouts: Vec<&'a Cutout>,
@@ -48,9 +49,9 @@ pub(super) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub(super) fn new(full: &'a TreeMesh, stock: &'a Stock, memory: &'a dyn Memory) -> Self {
+    pub(super) fn new((full, flat): (&'a TreeMesh, f32), stock: &'a Stock, memory: &'a dyn Memory) -> Self {
         let cutouts = stock.wardrobe.cutouts();
-        Self { full, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), memory }
+        Self { full, flat, stock, cutouts, fine: OnceLock::new(), coarse: OnceLock::new(), memory }
     }
 
     /// Makes a level.
@@ -122,7 +123,7 @@ impl<'a> Bench<'a> {
         let cutout = Cutout::as_packed(sheet.width, sheet.height, &sheet.alpha);
         // It is the first picture after those of the leaves.
         let drawn = outlines.draw(planes, &vec![&cutout; self.stock.wardrobe.leaves.len() + 1]);
-        let size = (COARSE + pixels / 2) / pixels.max(1);
+        let size = COARSE as f32 * self.flat / pixels.max(1) as f32 + 0.5;
         let full = once(full, || outlines.areas());
         outlines.agreement((full, &areas(&drawn)), size as usize)
     }
@@ -140,7 +141,7 @@ impl<'a> Bench<'a> {
             _ if self.full.leaf.indices.is_empty() => VIEWS * 2,
             _ => VIEWS,
         };
-        let mut make = || Outlines::new(self.full, &self.cutouts, lines, views);
+        let mut make = || Outlines::new(self.full, &self.cutouts, lines as f32 * self.flat, views);
         once(kept, || (self.memory.outlines(lines, &mut make), OnceLock::new()))
     }
 
@@ -153,12 +154,12 @@ impl<'a> Bench<'a> {
         for &size in sizes {
             let measured = outlines.agreement((full, &drawn), size);
             better.push(agrees(lod, &measured));
-            found.push((share(lines(lod), size), measured));
+            found.push((share((lines(lod), self.flat), size), measured));
             if better.last().is_some_and(|better| *better >= 0.0) {
                 break;
             }
         }
-        let none = (share(lines(lod), 1), Measured::same(SCREEN as u32));
+        let none = (share((lines(lod), self.flat), 1), Measured::same(SCREEN as u32));
         let (size, measured) = chosen(&better).map_or(none, |size| found[size]);
         Footing { size, measured }
     }

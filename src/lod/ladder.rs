@@ -20,7 +20,7 @@ use super::cloud::{CARD_TEXELS, Scene, most_triangles};
 use super::impostor::Impostor;
 use super::measure::Measured;
 use super::memory::{Colors, Footing, Forgetful, Memory, Piece, Rung};
-use super::sizes::{COARSE, SCREEN, Sizes, sizes};
+use super::sizes::{COARSE, SCREEN, Sizes, flatness, sizes};
 use super::stock::Stock;
 use super::thin::thinned;
 use super::tile::Tile;
@@ -30,7 +30,7 @@ use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards
 use crate::plant::{Plant, Posed};
 use crate::preset::plan::{ANY, Backs, LeafCards, Lod, LodBudget, MeshParams};
 
-/// Where the last level is no longer drawn.
+/// Where the last level is no longer drawn, of trees that are measured by their height.
 pub const CULL: f32 = 0.01;
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -171,11 +171,12 @@ pub fn ladder_by<'s>(
         let mesh = full_level(&dressed, &light, (wood(), mesh));
         Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
     });
+    let flat = flatness(&full.mesh);
     let leaf_of = leaf_of_triangles(plant, posed, cards);
     let scene =
         || Scene { plant, posed, params: mesh, full: &full.mesh, leaf_of: &leaf_of, light: &light, wood: wood() };
     let bench = OnceLock::new();
-    let bench = || once(&bench, || Bench::new(&full.mesh, stock(), memory));
+    let bench = || once(&bench, || Bench::new((&full.mesh, flat), stock(), memory));
     let made = |lods: &[LodBudget]| {
         let mut above = usize::MAX;
         let one = |LodBudget { lod, .. }: &LodBudget| {
@@ -203,7 +204,7 @@ pub fn ladder_by<'s>(
         let footing = if rung.lod == Lod::Full {
             Footing { size: 1.0, measured: Measured::same(SCREEN as u32) }
         } else {
-            let Sizes { measured, told } = sizes(&lods[i..], above);
+            let Sizes { measured, told } = sizes(&lods[i..], above, flat);
             let found = memory.footing(rung, &measured, &mut || bench().takes_over(&rung.lod, &measured, &piece.drawn));
             Footing { size: told.unwrap_or(found.size), ..found }
         };
@@ -220,7 +221,7 @@ pub fn ladder_by<'s>(
         }
     };
     let colors: Vec<Colors> = pieces.par_iter().with_max_len(1).zip(&footings).map(shown).collect();
-    let mut climb = Climb { tiles: Vec::new(), levels: Vec::new() };
+    let mut climb = Climb { flat, tiles: Vec::new(), levels: Vec::new() };
     for (((rung, piece), footing), colors) in pieces.iter().zip(footings).zip(colors) {
         climb.add((&rung.lod, mesh.backs), piece, footing, colors);
     }
@@ -235,6 +236,7 @@ fn first_far(lods: &[LodBudget]) -> usize {
 
 /// The levels as far as they are made.
 struct Climb {
+    flat: f32,
     tiles: Vec<Tile>,
     levels: Vec<Level>,
 }
@@ -258,7 +260,7 @@ impl Climb {
             kind: lod.clone(),
             mesh,
             triangles: piece.triangles(lod.sides(backs)),
-            screen_coverage: CULL.min(size * 0.5),
+            screen_coverage: (CULL * self.flat).min(size * 0.5),
             measured: Measured { color: colors.color, flip: colors.flip, ..measured },
             plain: colors.plain,
             impostor: piece.impostor,

@@ -152,7 +152,7 @@ impl Reference {
     pub fn new(tree: &TreeMesh, wardrobe: &Wardrobe, pixels: u32, views: u32) -> Self {
         let (all, size) = self::views(tree, pixels, views);
         let made = Self::of(tree, wardrobe, (pixels, LINES), all, size);
-        let outlines = Outlines::new(tree, &wardrobe.cutouts(), pixels.max(1) * made.samples, views);
+        let outlines = Outlines::new(tree, &wardrobe.cutouts(), (pixels.max(1) * made.samples) as f32, views);
         let areas = outlines.areas();
         Self { outlines: Some(Arc::new((outlines, areas))), ..made }
     }

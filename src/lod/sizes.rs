@@ -3,9 +3,14 @@
 //! Silhouettes are compared on so many samples along the tree's height ([`lines`]), whole ones a pixel; so sizes that are
 //! measured are those fractions. Where the preset tells a size, it is that size, and what is measured there is measured at the
 //! nearest fraction.
+//!
+//! Of what is far wider than high, a ground cover, the width is what is seen: such plants have as many samples along the
+//! [`FLAT`]th part of it ([`flatness`]), and their levels take over where that is as high as others' trees. With all of them
+//! along its height a creeper of 0.4 by 10 metres took 4.6 GB and gave way to cards when it was 500 pixels wide.
 
-use super::measure::Measured;
+use super::measure::{Measured, bounds};
 use crate::base::math::pow;
+use crate::mesh::TreeMesh;
 use crate::preset::plan::{Lod, LodBudget};
 
 /// Lines of the screen that sizes are measured on.
@@ -23,6 +28,8 @@ const HOPELESS: f32 = -0.1;
 const NOTHING: f32 = 0.2;
 /// The most samples a pixel.
 const MOST: usize = 64;
+/// How many times as wide as high a plant is at most that is measured by its height.
+const FLAT: f32 = 3.0;
 
 /// Where a level may take over.
 #[derive(Debug, PartialEq)]
@@ -34,10 +41,17 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    fn told(lod: &Lod, share: f32) -> Self {
-        let nearest = (lines(lod) as f32 / (SCREEN * share)).round();
+    fn told((lod, flat): (&Lod, f32), share: f32) -> Self {
+        let nearest = (lines(lod) as f32 * flat / (SCREEN * share)).round();
         Self { measured: vec![(nearest as usize).clamp(1, MOST)], told: Some(share) }
     }
+}
+
+/// Which part a tree's height is of what its samples lie along, 0..=1: all of it, but of the flattest.
+pub(super) fn flatness(tree: &TreeMesh) -> f32 {
+    let (low, high) = bounds(tree);
+    let (size, least) = (high - low, 1e-3);
+    (size.y.max(least) * FLAT / size.x.max(size.z).max(least)).min(1.0)
 }
 
 /// Samples along a tree's height for a kind of level.
@@ -48,17 +62,17 @@ pub(super) fn lines(lod: &Lod) -> u32 {
     }
 }
 
-/// The share of the screen that a tree covers whose pixels are so many of its samples wide.
-pub(super) fn share(lines: u32, size: usize) -> f32 {
-    lines as f32 / (size as f32 * SCREEN)
+/// The share of the screen that a tree as flat as that covers whose pixels are so many of its samples wide.
+pub(super) fn share((lines, flat): (u32, f32), size: usize) -> f32 {
+    lines as f32 * flat / (size as f32 * SCREEN)
 }
 
 /// The sizes at which the first of some levels may take over: where the preset tells, or all below `above`, where the level
 /// before did, and above what is told of a level further on.
-pub(super) fn sizes(levels: &[LodBudget], above: f32) -> Sizes {
+pub(super) fn sizes(levels: &[LodBudget], above: f32, flat: f32) -> Sizes {
     let Some(LodBudget { lod, screen }) = levels.first() else { return Sizes { measured: vec![1], told: None } };
     if let Some(share) = *screen {
-        return Sizes::told(lod, share);
+        return Sizes::told((lod, flat), share);
     }
     let next = levels.iter().enumerate().find_map(|(i, level)| Some((i, level.screen?)));
     let least = next.map_or(0.0, |(steps, share)| (0..steps).fold(share, |share, _| share / STEP));
@@ -68,7 +82,7 @@ pub(super) fn sizes(levels: &[LodBudget], above: f32) -> Sizes {
         Lod::BillboardCloud { .. } => &[3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 15],
         Lod::CrossedQuads | Lod::Impostor { .. } => &[7, 8, 10, 12, 13, 15, 17, 19],
     };
-    let lines = lines(lod);
+    let lines = (lines(lod), flat);
     let may = |size: usize| share(lines, size) < above * STEP && share(lines, size) > least;
     let measured: Vec<usize> = all.iter().copied().filter(|&size| may(size)).collect();
     if !measured.is_empty() {
@@ -76,10 +90,14 @@ pub(super) fn sizes(levels: &[LodBudget], above: f32) -> Sizes {
     }
     match next {
         // Of the way down to what is told, as much as of the other levels before it.
-        Some((steps, share)) => Sizes::told(lod, above * pow(share / above, 1.0 / (steps + 1) as f32)),
+        Some((steps, share)) => Sizes::told((lod, flat), above * pow(share / above, 1.0 / (steps + 1) as f32)),
         None => {
-            let size = (lines as f32 / (SCREEN * above * STEP)) as usize + 1;
-            if size <= MOST { Sizes { measured: vec![size], told: None } } else { Sizes::told(lod, above * STEP) }
+            let size = (lines.0 as f32 * flat / (SCREEN * above * STEP)) as usize + 1;
+            if size <= MOST {
+                Sizes { measured: vec![size], told: None }
+            } else {
+                Sizes::told((lod, flat), above * STEP)
+            }
         }
     }
 }
@@ -113,6 +131,24 @@ pub(super) fn chosen(better: &[f32]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lod::Outlines;
+    use crate::mesh::Mesh;
+    use glam::Vec3;
+
+    #[test]
+    fn what_is_far_wider_than_high_is_measured_by_its_width() {
+        let mesh = |wide: f32| {
+            let positions = vec![Vec3::ZERO, Vec3::new(wide, 1.0, 0.1)];
+            TreeMesh { bark: Mesh { positions, ..Mesh::default() }, ..TreeMesh::default() }
+        };
+        assert_eq!([0.1, 1.0, 3.0, 30.0].map(|wide| flatness(&mesh(wide))), [1.0, 1.0, 1.0, 0.1]);
+        // Told shares are those of its height, and it may take over at those that others may, of that part of its width.
+        assert_eq!(sizes(&[at(CLOUD, 0.02)], 1.0, 0.1), Sizes { measured: vec![1], told: Some(0.02) });
+        assert_eq!(sizes(&[CLOUD.into()], 0.1, 0.1), sizes(&[CLOUD.into()], 1.0, 1.0));
+        assert!((share((COARSE, 0.1), 3) - 0.1 * share((COARSE, 1.0), 3)).abs() < 1e-6);
+        let bytes = |wide: f32| Outlines::new(&mesh(wide), &[], 540.0 * flatness(&mesh(wide)), 4).weight();
+        assert!(bytes(300.0) < 2 * bytes(3.0), "{} {}", bytes(300.0), bytes(3.0));
+    }
 
     const THINNED: Lod = Lod::thinned(0.4);
     const CLOUD: Lod = Lod::BillboardCloud { cards: 12 };
@@ -123,17 +159,17 @@ mod tests {
 
     #[test]
     fn what_the_preset_tells_is_taken_and_measured_nearby() {
-        assert_eq!(sizes(&[at(THINNED, 0.25)], 1.0), Sizes { measured: vec![2], told: Some(0.25) });
-        assert_eq!(sizes(&[at(CLOUD, 0.9)], 1.0), Sizes { measured: vec![1], told: Some(0.9) });
-        assert_eq!(sizes(&[at(CLOUD, 0.002)], 1.0), Sizes { measured: vec![64], told: Some(0.002) });
+        assert_eq!(sizes(&[at(THINNED, 0.25)], 1.0, 1.0), Sizes { measured: vec![2], told: Some(0.25) });
+        assert_eq!(sizes(&[at(CLOUD, 0.9)], 1.0, 1.0), Sizes { measured: vec![1], told: Some(0.9) });
+        assert_eq!(sizes(&[at(CLOUD, 0.002)], 1.0, 1.0), Sizes { measured: vec![64], told: Some(0.002) });
     }
 
     #[test]
     fn what_is_sought_lies_between_the_level_before_and_what_is_told_further_on() {
-        let found = sizes(&[THINNED.into(), CLOUD.into(), at(Lod::CrossedQuads, 0.1)], 0.3);
+        let found = sizes(&[THINNED.into(), CLOUD.into(), at(Lod::CrossedQuads, 0.1)], 0.3, 1.0);
         assert_eq!(found, Sizes { measured: vec![2, 3, 4], told: None });
         for size in found.measured {
-            let size = share(FINE, size);
+            let size = share((FINE, 1.0), size);
             assert!(size < 0.3 * STEP && size > 0.1 / (STEP * STEP));
         }
     }
@@ -155,8 +191,9 @@ mod tests {
             let levels = [THINNED.into(), CLOUD.into(), at(THINNED, told), CLOUD.into(), Lod::CrossedQuads.into()];
             let mut above = 1.0;
             for i in 0..levels.len() {
-                let found = sizes(&levels[i..], above);
-                let least = found.told.unwrap_or_else(|| share(lines(&levels[i].lod), *found.measured.last().unwrap()));
+                let found = sizes(&levels[i..], above, 1.0);
+                let least =
+                    found.told.unwrap_or_else(|| share((lines(&levels[i].lod), 1.0), *found.measured.last().unwrap()));
                 assert!(
                     least < above && least >= if i < 3 { told } else { 0.0 },
                     "{i} of {told}: {found:?} below {above}"

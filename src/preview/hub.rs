@@ -118,7 +118,7 @@ impl Hub {
         if known.is_some() {
             return known;
         }
-        let read = |file: &str| std::fs::read(folder.join(file)).unwrap_or_default();
+        let read = |file: &str| std::fs::read(folder.join(file)).ok();
         let turn = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
         let wear = kept(
             &self.wears,
@@ -126,13 +126,14 @@ impl Hub {
             MOST_READ.1,
             |_| 1,
             || {
+                // What the set has and can't be read is not kept as if it were blank: a build may be under way.
                 let map = |material: &str, map: &str| {
                     let entry = manifest.textures.iter().find(|t| t.material == material && t.map == map);
-                    entry.map(|t| read(&t.file)).unwrap_or_default()
+                    entry.map_or_else(|| Some(Vec::new()), |t| read(&t.file))
                 };
-                let files = [("leaf", "color"), ("leaf", "normal"), ("bark", "color"), ("bark", "normal")];
-                let [a, b, c, d] = files.map(|(m, n)| map(m, n));
-                Some(Wear::of_png([&a, &b], [&c, &d]))
+                let leaf = [map("leaf", "color")?, map("leaf", "normal")?];
+                let bark = [map("bark", "color")?, map("bark", "normal")?];
+                Some(Wear::of_png([&leaf[0], &leaf[1]], [&bark[0], &bark[1]]))
             },
         )?;
         drop(turn);
@@ -146,7 +147,7 @@ impl Hub {
                 std::iter::once(&variant.file)
                     .chain(others)
                     .filter(|file| file.ends_with(".glb") && manifest.files.iter().any(|f| f.file == **file))
-                    .find_map(|file| scene::level(&read(file), mesh))
+                    .find_map(|file| scene::level(&read(file)?, mesh))
             },
         )?;
         let (reach, top, foot) = extent(&manifest);
@@ -209,6 +210,10 @@ fn kept<T>(
     }
     let made = Arc::new(make()?);
     let mut all = lock();
+    // Somebody may have made it meanwhile.
+    if let Some(found) = all.get(name) {
+        return Some(found);
+    }
     all.made.push_back((name.to_owned(), made.clone()));
     let mut sum: usize = all.made.iter().map(|(_, value)| weight(value)).sum();
     while sum > most && all.made.len() > 1 {

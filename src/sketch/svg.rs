@@ -114,7 +114,7 @@ impl Drawing {
                         work.push((group, trunk || is_trunk(group.id()), depth + 1));
                     }
                     usvg::Node::Path(path) if path.is_visible() => reading.path(path, trunk || is_trunk(path.id()))?,
-                    usvg::Node::Image(_) | usvg::Node::Text(_) => reading.skipped += 1,
+                    usvg::Node::Group(_) | usvg::Node::Image(_) | usvg::Node::Text(_) => reading.skipped += 1,
                     _ => {}
                 }
             }
@@ -241,7 +241,10 @@ impl Reading {
         }
         if self.skipped > 0 {
             let are = if self.skipped == 1 { "is" } else { "are" };
-            notes.push(format!("{} of its pictures, texts and further open lines {are} not read", self.skipped));
+            notes.push(format!(
+                "{} of its pictures, texts, further open lines and groups within {DEEPEST} others {are} not read",
+                self.skipped
+            ));
         }
         for regions in [&self.crown, &self.trunk] {
             clippable(&regions.iter().flat_map(Region::rings).map(<[Vec2]>::to_vec).collect::<Vec<_>>())?;
