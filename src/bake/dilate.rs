@@ -2,11 +2,23 @@
 //!
 //! Push-pull (Gortler et al. 1996, "The Lumigraph", 3.4): averages of the seen pixels go up a pyramid, each empty
 //! pixel then takes the nearest level's value that has any. Time and memory are linear in the pixels.
+//!
+//! A mip of a leaf is the mean of all its texels, whatever their alpha: what lies beyond a few pixels from it is of the colour by
+//! which that mean is the leaf's own. With the rims' colours carried on, an oak's leaves whose rims are light were 1.31 times as
+//! bright from afar as they are.
 
-use super::Maps;
+use glam::{DVec3, Vec3};
+
+use super::{Maps, srgb};
 
 /// Pixels of less alpha than this count as unseen: what a picture holds there is often a left-over of its editor.
 const SEEN: u8 = 8;
+/// Pixels of this alpha and more are solid.
+const SOLID: u8 = 128;
+/// How many pixels around what is seen colours go on as they are.
+const NEAR: usize = 3;
+/// The colour beyond is so much of the picture's mean at least and at most.
+const LEVELLED: (f32, f32) = (0.5, 1.5);
 /// Of a picture that comes from elsewhere colours are its own from this alpha on, unless none is as opaque.
 const OPAQUE: u8 = 240;
 /// Of so many opaque pixels one at least lies among others where a picture's rims are told from the rest.
@@ -20,8 +32,8 @@ struct Level<const N: usize> {
     weights: Vec<f32>,
 }
 
-/// Fills the colour, normal and ORM of every pixel whose alpha is below 8/255 from the seen pixels around it. Alpha
-/// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
+/// Fills the colour, normal and ORM of every pixel whose alpha is below 8/255 from the seen pixels around it, colours of those that
+/// lie farther off so that the whole has the mean of what is solid. Alpha stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
 /// do not match its size.
 pub fn dilate(maps: &mut Maps) {
     let count = maps.width as usize * maps.height as usize;
@@ -45,6 +57,43 @@ pub fn dilate(maps: &mut Maps) {
         }
         *normal = unit_normal([v[3], v[4], v[5]]);
     }
+    level(&mut maps.color, maps.width as usize);
+}
+
+/// Gives what is far from anything seen the colour by which the mean of all pixels is that of the solid ones, in linear light.
+pub(super) fn level(color: &mut [[u8; 4]], width: usize) {
+    let far = beyond(color, width);
+    let linear = |c: &[u8; 4]| Vec3::new(srgb::decode(c[0]), srgb::decode(c[1]), srgb::decode(c[2]));
+    let sum = |of: &dyn Fn(usize) -> bool| {
+        let of = (0..color.len()).filter(|&i| of(i));
+        of.fold((DVec3::ZERO, 0.0), |(sum, count), i| (sum + linear(&color[i]).as_dvec3(), count + 1.0))
+    };
+    let is_solid = |i: usize| color[i][3] >= SOLID;
+    let ((solid, count), (near, near_count)) = (sum(&is_solid), sum(&|i| !is_solid(i) && !far[i]));
+    let far_count = color.len() as f64 - count - near_count;
+    if count == 0.0 || far_count == 0.0 {
+        return;
+    }
+    let mean = solid / count;
+    let wanted = (mean * (near_count + far_count) - near) / far_count;
+    let (least, most) = (mean * f64::from(LEVELLED.0), mean * f64::from(LEVELLED.1));
+    let [r, g, b] = wanted.clamp(least, most).as_vec3().to_array().map(|c| srgb::encode(c.min(1.0)));
+    color.iter_mut().zip(far).filter(|(_, far)| *far).for_each(|(color, _)| *color = [r, g, b, color[3]]);
+}
+
+/// Which pixels have none near them that is seen.
+fn beyond(color: &[[u8; 4]], width: usize) -> Vec<bool> {
+    let spread = |seen: &[bool], step: usize, count: usize| -> Vec<bool> {
+        let at = |i: usize| {
+            let place = i / step % count;
+            let first = i - place.min(NEAR) * step;
+            (0..=place.min(NEAR) + NEAR.min(count - 1 - place)).any(|k| seen[first + k * step])
+        };
+        (0..seen.len()).map(at).collect()
+    };
+    let seen: Vec<bool> = color.iter().map(|color| color[3] >= SEEN).collect();
+    let along = spread(&seen, 1, width.max(1));
+    spread(&along, width.max(1), color.len() / width.max(1)).into_iter().map(|near| !near).collect()
 }
 
 /// Takes the colours of what is not opaque, and of the outermost pixels of what is, from what lies inside of that; those of what is
@@ -74,6 +123,7 @@ pub(super) fn clean(maps: &mut Maps) {
         let ([r, g, b], alpha) = (filled[i].map(byte), maps.color[i][3]);
         maps.color[i] = [r, g, b, alpha];
     }
+    level(&mut maps.color, width);
 }
 
 /// As [`dilate`], of a picture of colours alone.
@@ -229,6 +279,29 @@ mod tests {
             assert!(maps.orm.iter().all(|o| *o == [255, 150, 0]));
             assert_eq!(alpha, maps.color.iter().map(|c| c[3]).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn the_mean_of_a_leaf_and_its_ground_is_the_leafs() {
+        // Dark within and light at the rim, which is what lies beside the ground.
+        let inside = |x: u32, y: u32, by: u32| (16 + by..48 - by).contains(&x) && (16 + by..48 - by).contains(&y);
+        let mut maps = picture(64, 64, |x, y| inside(x, y, 0));
+        for (i, color) in maps.color.iter_mut().enumerate() {
+            let (x, y) = (i as u32 % 64, i as u32 / 64);
+            if inside(x, y, 0) && !inside(x, y, 3) {
+                *color = [130, 200, 60, 255];
+            }
+        }
+        dilate(&mut maps);
+        let linear = |of: &dyn Fn(&[u8; 4]) -> bool| {
+            let all: Vec<f32> = maps.color.iter().filter(|c| of(c)).map(|c| srgb::decode(c[1])).collect();
+            all.iter().sum::<f32>() / all.len() as f32
+        };
+        let (all, leaf) = (linear(&|_| true), linear(&|c| c[3] > 0));
+        assert!((all / leaf - 1.0).abs() < 0.02, "{all} {leaf}");
+        // Beside the leaf what is near goes on.
+        let (beside, far) = (maps.color[32 * 64 + 14], maps.color[0]);
+        assert!(beside[1] > 120 && far[1] < 110, "{beside:?} {far:?}");
     }
 
     #[test]

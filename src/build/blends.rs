@@ -207,7 +207,7 @@ pub(super) fn blend_at<'b>(
             made.chosen.hold(family, blend::scattered(family, shares, *scatter, seed))
         }
     };
-    Some((family, weights))
+    Some((family, blend::whole_stems(family, weights)))
 }
 
 /// One variant, bare.

@@ -18,8 +18,8 @@ use crate::preset::Plan;
 use crate::preset::plan::Lod;
 
 /// The stages with their versions; kept in memory only.
-const SHEET: Stage = Stage("sheet", 13);
-const SHOWN: Stage = Stage("shown", 12);
+const SHEET: Stage = Stage("sheet", 14);
+const SHOWN: Stage = Stage("shown", 13);
 
 /// All trees of a set at all levels, before they have colours.
 pub(super) struct Sheet {

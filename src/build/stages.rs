@@ -23,7 +23,7 @@ const GROW: Stage = Stage("grow", 12);
 const GRAPH: Stage = Stage("graph", 3);
 const IMPORT: Stage = Stage("import", 21);
 const LIKE: Stage = Stage("like", 13);
-const PICTURES: Stage = Stage("pictures", 12);
+const PICTURES: Stage = Stage("pictures", 13);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
 

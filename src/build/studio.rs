@@ -184,7 +184,7 @@ impl Studio {
         };
         let tree = BlendTree::Point { shares: shares.clone(), scatter: 0.0, draw: 0 };
         let seed = self.seed(&blends::blend_identity(&self.plan, &params, &tree));
-        let (plant, kins) = family.blend_with_kins(&blend::mix(family, &shares));
+        let (plant, kins) = family.blend_with_kins(&blend::whole_stems(family, blend::mix(family, &shares)));
         let found = select::collisions(&plant, &Posed::of_bearers(&plant), &kins, habits, &FilterParams::CLEARED);
         let gone: Vec<ChainId> = found.iter().map(|collision| collision.goes).collect();
         let bare = blend::within(select::without(&plant, &gone), family.sources());

@@ -16,20 +16,20 @@ use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
-const DRESS: Stage = Stage("dress", 18);
-const SKETCH: Stage = Stage("sketch", 14);
-const LADDER: Stage = Stage("ladder", 56);
+const DRESS: Stage = Stage("dress", 19);
+const SKETCH: Stage = Stage("sketch", 15);
+const LADDER: Stage = Stage("ladder", 57);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 50);
+const LEVEL: Stage = Stage("level", 51);
 /// Where one takes over, likewise.
-const FOOTING: Stage = Stage("footing", 15);
+const FOOTING: Stage = Stage("footing", 16);
 /// What colours it has there, likewise.
-const COLORS: Stage = Stage("colors", 11);
+const COLORS: Stage = Stage("colors", 12);
 /// What levels are measured with; kept in memory only.
-const OUTLINES: Stage = Stage("outlines", 11);
+const OUTLINES: Stage = Stage("outlines", 12);
 const REFERENCE: Stage = Stage("reference", 15);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 7);
+const STOCK: Stage = Stage("stock", 8);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

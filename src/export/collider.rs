@@ -1,8 +1,9 @@
 //! Simple colliders: capsules along the trunk and the thick limbs.
 //!
 //! Each chain whose wood is thick enough is cut into capsules up to where it is thin, greedily: a capsule grows as long as every point between
-//! its ends stays within half a radius of its axis and the radius doesn't change by more than a third. Cost is linear in
-//! the points, since a capsule spans at most `SPAN` of them. The thickest are kept.
+//! its ends stays within some share of a radius of its axis and the radius doesn't change by more than a third: the smallest of
+//! [`TOLERANCES`] by which there are no more capsules than asked for. Where even the largest leaves more, the thickest are kept. Cost is
+//! linear in the points, since a capsule spans at most `SPAN` of them.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,9 @@ use crate::preset::plan::ColliderParams;
 
 /// Most points between a capsule's ends.
 const SPAN: usize = 32;
+/// How far a chain may lie from a capsule's axis, as shares of its radius. With a half alone a trunk of a scan stood out of its capsules
+/// by more than a third of its radius, where half of those that were asked for were never made.
+const TOLERANCES: [f32; 4] = [0.15, 0.22, 0.33, 0.5];
 
 /// A capsule: everything within `radius` of the segment from `a` to `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,15 +32,27 @@ pub struct Capsule {
 /// Capsules for a plant's trunk and thick limbs, thickest first. A plant that is thin all over has none.
 #[must_use]
 pub fn capsules(plant: &Plant, posed: &Posed, params: &ColliderParams) -> Vec<Capsule> {
+    let fits =
+        |within: &f32| Some(along(plant, posed, params.least_radius, *within)).filter(|all| all.len() <= params.most);
+    let [.., last] = TOLERANCES;
+    let mut found = TOLERANCES.iter().find_map(fits).unwrap_or_else(|| along(plant, posed, params.least_radius, last));
+    // Stable, so that equally thick ones stay in the plant's order.
+    found.sort_by(|p, q| q.radius.total_cmp(&p.radius));
+    found.truncate(params.most);
+    found
+}
+
+/// Capsules of all chains as far as they are thick, no part of which lies farther than `within` radii from an axis.
+fn along(plant: &Plant, posed: &Posed, least_radius: f32, within: f32) -> Vec<Capsule> {
     let mut found = Vec::new();
     let (mut points, mut radii) = (Vec::new(), Vec::new());
     for id in plant.chain_ids() {
-        thick_part((posed.chain(plant, id), plant.radii(id)), params.least_radius, (&mut points, &mut radii));
+        thick_part((posed.chain(plant, id), plant.radii(id)), least_radius, (&mut points, &mut radii));
         let mut first = 0;
         while first + 1 < points.len() {
             let most = points.len().min(first + 1 + SPAN);
             let mut last = first + 1;
-            while last + 1 < most && is_straight(&points, &radii, first, last + 1) {
+            while last + 1 < most && is_straight((&points, &radii), (first, last + 1), within) {
                 last += 1;
             }
             let radius = (radii[first] + radii[last]) * 0.5;
@@ -46,9 +62,6 @@ pub fn capsules(plant: &Plant, posed: &Posed, params: &ColliderParams) -> Vec<Ca
             first = last;
         }
     }
-    // Stable, so that equally thick ones stay in the plant's order.
-    found.sort_by(|p, q| q.radius.total_cmp(&p.radius));
-    found.truncate(params.most);
     found
 }
 
@@ -78,7 +91,7 @@ fn thick_part((all, own): (&[Vec3], &[f32]), least: f32, (points, radii): (&mut 
     }
 }
 
-fn is_straight(points: &[Vec3], radii: &[f32], first: usize, last: usize) -> bool {
+fn is_straight((points, radii): (&[Vec3], &[f32]), (first, last): (usize, usize), within: f32) -> bool {
     if radii[last] < radii[first] * (2.0 / 3.0) || radii[last] > radii[first] * 1.5 {
         return false;
     }
@@ -86,7 +99,7 @@ fn is_straight(points: &[Vec3], radii: &[f32], first: usize, last: usize) -> boo
     let length = along.length_squared();
     (first + 1..last).all(|i| {
         let t = if length > 0.0 { ((points[i] - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
-        points[i].distance(a + along * t) <= 0.5 * radii[i]
+        points[i].distance(a + along * t) <= within * radii[i]
     })
 }
 
@@ -114,6 +127,28 @@ mod tests {
         let of = |most| capsules(&plant, &plant.pose(), &ColliderParams { most, ..ColliderParams::default() });
         assert_eq!(of(9).len(), 2);
         assert_eq!(of(1)[0].b, [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_bow_is_followed_as_closely_as_there_are_capsules_for_it() {
+        let points: Vec<Vec3> = (0..=24).map(|i| Vec3::new(0.004 * (i * i) as f32, 0.2 * i as f32, 0.0)).collect();
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &points, &[0.2; 25]);
+        let plant = builder.finish().unwrap();
+        let off = |most: usize| {
+            let found = capsules(&plant, &plant.pose(), &ColliderParams { most, ..ColliderParams::default() });
+            assert!(found.len() <= most);
+            let away = |p: &Vec3| {
+                let to = |c: &Capsule| {
+                    let (a, b) = (Vec3::from(c.a), Vec3::from(c.b));
+                    p.distance(a + (b - a) * ((*p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0))
+                };
+                found.iter().map(to).fold(f32::MAX, f32::min)
+            };
+            points.iter().map(away).fold(0.0, f32::max)
+        };
+        let (few, many) = (off(4), off(32));
+        assert!(many <= 0.15 * 0.2 + 1e-6 && few > many && few <= 0.5 * 0.2 + 1e-6, "{few} {many}");
     }
 
     #[test]

@@ -61,12 +61,12 @@ impl<'a> Bench<'a> {
         let wardrobe = &self.stock.wardrobe;
         let first_tile = wardrobe.leaves.len() as u32;
         match *lod {
-            Lod::Full => Piece { mesh: self.full.clone(), tiles: Vec::new(), impostor: None, drawn: Vec::new() },
+            Lod::Full => Piece::plain(self.full.clone(), Vec::new()),
             Lod::Thinned { triangles: of_full, most } => {
                 let seen = (&*self.outlines(COARSE), self.cutouts.as_slice());
                 let made = thinned_as_seen(scene, cards, Share { of_full, most }, seen, seed);
                 let drawn = self.outlines(FINE).draw(&made, &self.cutouts);
-                Piece { mesh: made, tiles: Vec::new(), impostor: None, drawn }
+                Piece::plain(made, drawn)
             }
             Lod::BillboardCloud { .. } | Lod::CrossedQuads => {
                 let mut made = match *lod {
@@ -81,7 +81,7 @@ impl<'a> Bench<'a> {
                     let seen = (&*outlines, self.cutouts.as_slice());
                     let mesh = thinned_as_seen(scene, cards, share.into(), seen, seed);
                     let drawn = outlines.draw(&mesh, &self.cutouts);
-                    return Piece { mesh, tiles: Vec::new(), impostor: None, drawn };
+                    return Piece::plain(mesh, drawn);
                 }
                 made.carve(&outlines, &self.cutouts);
                 let mut drawn = made.settle(&outlines, &self.cutouts);
@@ -89,13 +89,13 @@ impl<'a> Bench<'a> {
                     drawn = widen(&mut made, (scene.plant, scene.posed), (&outlines, &self.cutouts), drawn);
                 }
                 let tiles = made.tiles();
-                Piece { mesh: made.tree, tiles, impostor: None, drawn }
+                Piece { tiles, ..Piece::plain(made.tree, drawn) }
             }
             Lod::Impostor { frames } => {
                 let Settled { views, alpha, drawn } =
                     Settled::new(scene, (frames, texels), wardrobe, &self.outlines(COARSE), seed);
                 let mesh = views.tree(first_tile);
-                Piece { mesh, tiles: vec![views.sheet(alpha)], impostor: Some(views.layout), drawn }
+                Piece { tiles: vec![views.sheet(alpha)], impostor: Some(views.layout), ..Piece::plain(mesh, drawn) }
             }
         }
     }

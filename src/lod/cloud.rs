@@ -27,7 +27,7 @@ use super::tile::Tile;
 use super::twigs::{Segment, thin_wood};
 use crate::bake::{Cutout, Design, Silhouette};
 use crate::base::Seed;
-use crate::mesh::{CrownLight, Mesh, TreeMesh, TubeDetail, Wood};
+use crate::mesh::{CrownLight, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood};
 use crate::plant::{LeafForm, Plant, Posed};
 use crate::preset::plan::{Backs, MeshParams};
 
@@ -107,7 +107,9 @@ pub(super) fn cloud(scene: &Scene<'_>, params: CloudParams, wardrobe: &Wardrobe,
     let sides = scene.params.backs.sides();
     let budget =
         budget.min(params.triangles.saturating_sub(2 * params.cards as usize * sides).max(params.triangles / 3));
-    let (bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
+    let (mut bark, min_radius) = limbs(scene, (thickest, high.y - low.y), budget);
+    // Cards stand for leaves of many limbs and bend with the whole tree: wood that swung on its own would leave them.
+    bark.chains.fill(NO_CHAIN);
     let left = params.triangles.saturating_sub(bark.indices.len() / 3) / sides;
     let count = params.cards.min((left / 2) as u32).max(1);
     let cells = bent::cells(count, left);

@@ -1,5 +1,5 @@
 //! The last level: two crossed cards through the line of the trunk, each baked from the whole tree and shown as two
-//! rectangles back to back, so that both cards are lit alike from every side.
+//! rectangles back to back with normals of the places where they are, so that both cards are lit alike from every side.
 //!
 //! Seen from between its planes, and from above, a pair of cards is narrower than a round crown, and where they are solid no
 //! alpha makes up for it: then they are wider than the tree ([`widen`]).
@@ -71,7 +71,7 @@ pub(super) fn crossed_quads(scene: &Scene<'_>, texels: u32, wardrobe: &Wardrobe,
             let edge = |half: f32| packed::edge((2.0 * half * density).ceil() as u32);
             let size = (edge(place.half.x), edge(place.half.y));
             let mut card = Card::bake(full, (&place, &Bend::FLAT), size, wardrobe, scene.light)?;
-            card.back_to_back(&place, scene.light, place.half.y * 2.0 * APART, wardrobe.bark.len() as u32);
+            card.back_to_back(&place, place.half.y * 2.0 * APART, wardrobe.bark.len() as u32);
             Some(card)
         })
         .collect();

@@ -18,9 +18,9 @@ use super::bench::Bench;
 use super::bounded::{Bounded, bounded};
 use super::cloud::{CARD_TEXELS, Scene, most_triangles};
 use super::impostor::Impostor;
-use super::measure::Measured;
+use super::measure::{Measured, bounds};
 use super::memory::{Colors, Footing, Forgetful, Memory, Piece, Rung};
-use super::sizes::{COARSE, SCREEN, Sizes, flatness, sizes};
+use super::sizes::{COARSE, SCREEN, Sizes, dissolves, flatness, sizes};
 use super::stock::Stock;
 use super::thin::thinned;
 use super::tile::Tile;
@@ -30,8 +30,9 @@ use crate::mesh::{Cards, CrownLight, Mesh, TreeMesh, TubeDetail, Wood, all_cards
 use crate::plant::{Plant, Posed};
 use crate::preset::plan::{ANY, Backs, LeafCards, Lod, LodBudget, MeshParams};
 
-/// Where the last level is no longer drawn, of trees that are measured by their height.
-pub const CULL: f32 = 0.01;
+/// Where the last level is no longer drawn, of trees that are measured by their height: four pixels of 1080. At eleven, a hundredth,
+/// trees were seen to go.
+pub const CULL: f32 = 0.004;
 /// A tree's levels of detail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
@@ -168,8 +169,7 @@ pub fn ladder_by<'s>(
     let mut is_new = false;
     let full = memory.level(&Rung { lod: Lod::Full, texels: None, triangles: 0 }, &mut || {
         is_new = true;
-        let mesh = full_level(&dressed, &light, (wood(), mesh));
-        Piece { mesh, tiles: Vec::new(), impostor: None, drawn: Vec::new() }
+        Piece::plain(full_level(&dressed, &light, (wood(), mesh)), Vec::new())
     });
     let flat = flatness(&full.mesh);
     let leaf_of = leaf_of_triangles(plant, posed, cards);
@@ -204,7 +204,9 @@ pub fn ladder_by<'s>(
         let footing = if rung.lod == Lod::Full {
             Footing { size: 1.0, measured: Measured::same(SCREEN as u32) }
         } else {
-            let Sizes { measured, told } = sizes(&lods[i..], above, flat);
+            let before = pieces[..i].last().filter(|(of, _)| rung.texels.is_some() && of.texels.is_none());
+            let least = before.map_or(0.0, |(of, _)| dissolves(&of.lod, leaf_share(plant, &full.mesh)));
+            let Sizes { measured, told } = sizes(&lods[i..], above, flat).at_least(least, (&rung.lod, flat));
             let found = memory.footing(rung, &measured, &mut || bench().takes_over(&rung.lod, &measured, &piece.drawn));
             Footing { size: told.unwrap_or(found.size), ..found }
         };
@@ -320,6 +322,15 @@ impl<'a> Dressed<'a> {
             None => Self { plant, posed: Cow::Borrowed(posed), cards, bark: None },
         }
     }
+}
+
+/// How long most leaves' pictures are, as a share of the tree's height.
+fn leaf_share(plant: &Plant, full: &TreeMesh) -> f32 {
+    let (low, high) = bounds(full);
+    let mut sizes: Vec<f32> = plant.leaves().iter().map(|leaf| leaf.size).collect();
+    let middle = sizes.len() / 2;
+    let usual = (!sizes.is_empty()).then(|| *sizes.select_nth_unstable_by(middle, f32::total_cmp).1);
+    usual.unwrap_or(0.0) / (high.y - low.y).max(1e-3)
 }
 
 /// The finest mesh.

@@ -35,6 +35,11 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// A mesh that wears leaf pictures only.
+    pub(super) const fn plain(mesh: TreeMesh, drawn: Vec<Silhouette>) -> Self {
+        Self { mesh, tiles: Vec::new(), impostor: None, drawn }
+    }
+
     /// Triangles where each of its cards is written so often.
     pub(super) fn triangles(&self, sides: usize) -> usize {
         (self.mesh.bark.indices.len() + self.mesh.leaf.indices.len() * sides) / 3

@@ -9,6 +9,7 @@
 //! along its height a creeper of 0.4 by 10 metres took 4.6 GB and gave way to cards when it was 500 pixels wide.
 
 use super::measure::{Measured, bounds};
+use super::thin::LARGEST;
 use crate::base::math::pow;
 use crate::mesh::TreeMesh;
 use crate::preset::plan::{Lod, LodBudget};
@@ -45,6 +46,26 @@ impl Sizes {
         let nearest = (lines(lod) as f32 * flat / (SCREEN * share)).round();
         Self { measured: vec![(nearest as usize).clamp(1, MOST)], told: Some(share) }
     }
+
+    /// Those of them that are no smaller shares of the screen, or else the largest; what is told stays.
+    pub(super) fn at_least(mut self, least: f32, (lod, flat): (&Lod, f32)) -> Self {
+        let count = self.measured.iter().take_while(|&&size| share((lines(lod), flat), size) >= least * 0.999).count();
+        if self.told.is_none() {
+            self.measured.truncate(count.max(1));
+        }
+        self
+    }
+}
+
+/// The share of the screen below which a level whose leaves are such a share of the tree's height dissolves: where they are
+/// smaller than a pixel, an engine draws them by mips in which hardly anything of a leaf is left. Levels that have pictures of their own
+/// take over before. (A spruce with leaves of 0.6 pixels showed 0.26 of itself, and gave way to a cloud that showed 0.88.)
+pub(super) fn dissolves(lod: &Lod, leaf: f32) -> f32 {
+    let enlarged = match *lod {
+        Lod::Thinned { triangles, .. } => triangles.max(1e-3).sqrt().recip().min(LARGEST),
+        _ => 1.0,
+    };
+    if leaf > 0.0 { (leaf * enlarged * SCREEN).recip() } else { 0.0 }
 }
 
 /// Which part a tree's height is of what its samples lie along, 0..=1: all of it, but of the flattest.
@@ -134,6 +155,22 @@ mod tests {
     use crate::lod::Outlines;
     use crate::mesh::Mesh;
     use glam::Vec3;
+
+    #[test]
+    fn a_level_takes_over_before_the_one_above_it_dissolves() {
+        // Leaves a fiftieth as long as the tree, half as many again of a thinned one.
+        assert!((dissolves(&Lod::Full, 0.02) * SCREEN - 50.0).abs() < 1e-3);
+        assert!((dissolves(&Lod::thinned(0.4), 0.02) * SCREEN - 50.0 * 0.4_f32.sqrt()).abs() < 1e-3);
+        assert!((dissolves(&Lod::thinned(0.01), 0.02) * SCREEN - 25.0).abs() < 1e-3);
+        assert_eq!(dissolves(&Lod::Full, 0.0), 0.0);
+        let all = || sizes(&[CLOUD.into()], 1.0, 1.0);
+        assert_eq!(all().at_least(0.0, (&CLOUD, 1.0)), all());
+        let fine = all().at_least(share((COARSE, 1.0), 6), (&CLOUD, 1.0));
+        assert_eq!(fine, Sizes { measured: vec![3, 4, 5, 6], told: None });
+        assert_eq!(all().at_least(f32::INFINITY, (&CLOUD, 1.0)).measured, [3]);
+        let told = || sizes(&[at(CLOUD, 0.02)], 1.0, 1.0);
+        assert_eq!(told().at_least(0.5, (&CLOUD, 1.0)), told());
+    }
 
     #[test]
     fn what_is_far_wider_than_high_is_measured_by_its_width() {

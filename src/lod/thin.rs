@@ -14,7 +14,7 @@ use crate::plant::{Leaf, Plant, Posed};
 use crate::preset::plan::MeshParams;
 
 /// Most that a leaf is enlarged by.
-const LARGEST: f32 = 2.0;
+pub(super) const LARGEST: f32 = 2.0;
 /// How many times as large as most leaves one is that goes last.
 const FAR_LARGER: f32 = 6.0;
 /// Least share of the triangles that leaves are asked to have which they do have, whatever the wood takes.

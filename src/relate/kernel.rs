@@ -15,7 +15,7 @@
 use glam::Vec3;
 
 use super::family::{Family, NONE};
-use super::leaf_pairs::grown;
+use super::leaf_pairs::emerged;
 use super::weights::Run;
 use super::{KinId, Weights};
 use crate::plant::{ChainId, Leaf, Plant, PlantBuilder};
@@ -84,8 +84,8 @@ impl Family {
     ///
     /// Chains come in the order of the kins; where a single source feeds all of them, in the order of that source. A
     /// kin bears of each source as many of its leaves as the source's share says, drawn by lot, the same ones as long as the
-    /// share is the same: crowns cover what sources do, with as many leaves. Each is as large, and as far from the axis, as the
-    /// kin's degree of growth says. (Leaves that are to move from one source to the other are put in pairs,
+    /// share is the same: crowns cover what sources do, with as many leaves. Of a kin that has not grown they come one after the
+    /// other, each soon as large as its source has it. (Leaves that are to move from one source to the other are put in pairs,
     /// [`pair_leaves`](Self::pair_leaves).) A plant has a chain: when every kin is absent, the first kin stands there alone, as
     /// its first member has it.
     #[must_use]
@@ -344,7 +344,11 @@ impl<'f> Blender<'f> {
                 continue;
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
-            let (size, offset) = (leaf.size * grown(self.grown[k]), leaf.offset * self.grown[k]);
+            let out = emerged(self.grown[k], site.lot);
+            if out <= 0.0 {
+                continue;
+            }
+            let (size, offset) = (leaf.size * out, leaf.offset * self.grown[k]);
             let location = match &family.elastic {
                 Some(elastic) => self.located_on(k, elastic, site.source as usize, leaf.location),
                 None => leaf.location,

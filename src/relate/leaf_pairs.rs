@@ -28,6 +28,11 @@ use crate::plant::{ChainId, Leaf, PlantBuilder};
 const MOST_PAIRS: usize = 1 << 12;
 /// Leaves of a shoot are so much longer than it, of what both are when grown, at most.
 const SHOOT: f32 = 1.6;
+/// From the lots by which sources share leaves to those by which they come out; and how far a shoot covers, as a share of a leaf's lot,
+/// when it does, and beyond that of the rest when it is as long as its source has it.
+const OTHER_LOTS: f32 = 61.0;
+const EARLY: f32 = 0.75;
+const SOON: f32 = 0.02;
 /// Weights of location, size, width and orientation.
 const WEIGHTS: [f32; 4] = [0.5, 0.15, 0.1, 0.25];
 
@@ -270,6 +275,17 @@ pub(crate) fn grown(degree: f32) -> f32 {
     degree.sqrt().min(degree * SHOOT)
 }
 
+/// How long the leaf with a lot of 0..1 is on such a chain, as a share: they come out by their lots, and grow fast, so that all of them
+/// cover what as many would that are [`grown`] as far. With all of them small a limb at a tenth of its length wore leaves of a sixth of
+/// their size: trees of a dollhouse within the tree.
+pub(super) fn emerged(degree: f32, lot: f32) -> f32 {
+    let whole = grown(degree) * grown(degree);
+    // Lots that share sources out would leave some of them bare: others of the same leaves.
+    let lot = (lot * OTHER_LOTS).fract();
+    let (first, last) = (EARLY * lot, lot + SOON * (1.0 - lot));
+    ((whole - first) / (last - first)).clamp(0.0, 1.0)
+}
+
 /// The leaf at share `t` of the second.
 fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
     let mix = |x: f32, y: f32| x * (1.0 - t) + y * t;
@@ -315,6 +331,31 @@ mod tests {
         let (slim, broad) = (leaf(0.2, LeafForm::Flat(0.5)), leaf(0.1, LeafForm::Flat(1.0)));
         assert!((unlike(&slim, &broad) - 0.5 * WEIGHTS[1]).abs() < 1e-3);
         assert!((unlike(&slim, &leaf(0.1, LeafForm::Flat(0.5))) - 0.5 * (WEIGHTS[1] + WEIGHTS[2])).abs() < 1e-3);
+    }
+
+    #[test]
+    fn leaves_come_out_one_after_the_other_each_soon_as_large_as_it_was() {
+        let lots = || (0..1000).map(|i| (i as f32 + 0.5) / 1000.0);
+        for degree in [0.1_f32, 0.3, 0.7, 0.95] {
+            let sizes: Vec<f32> = lots().map(|lot| emerged(degree, lot)).filter(|size| *size > 0.0).collect();
+            let area: f32 = sizes.iter().map(|size| size * size).sum::<f32>() / 1000.0;
+            let whole = grown(degree) * grown(degree);
+            // Shoots that are hardly there have fewer.
+            let least = if degree < 0.2 { 0.5 } else { 0.95 };
+            assert!((least..1.2).contains(&(area / whole)), "{degree}: {area} of {whole}");
+            let small = sizes.iter().filter(|size| **size < 0.5).count();
+            assert!(small * 2 < sizes.len(), "{degree}: {small} of {}", sizes.len());
+            // Whichever source they are of.
+            for third in [0.0, 0.34, 0.67] {
+                let of = |lot: &f32| (third..third + 0.33).contains(lot) && emerged(degree, *lot) > 0.0;
+                let share = lots().filter(of).count() as f32 / 330.0;
+                assert!((share - sizes.len() as f32 / 1000.0).abs() < 0.03, "{degree} {third}: {share}");
+            }
+        }
+        for lot in lots().chain([0.0, 1.0]) {
+            assert!(emerged(0.0, lot) == 0.0 && emerged(1.0, lot) == 1.0);
+            assert!((1..=100).all(|i| emerged(i as f32 * 0.01, lot) >= emerged(i as f32 * 0.01 - 0.01, lot)));
+        }
     }
 
     #[test]

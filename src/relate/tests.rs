@@ -120,7 +120,7 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
     let mut builder = PlantBuilder::new();
     let stem = bare(&mut builder, &[0.2, 0.15, 0.1]);
     let twig = builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.1, 0.05]);
-    builder.leaf(Leaf::new(twig, 1.0, Rotation::IDENTITY, 0.3, 2));
+    (0..80).for_each(|i| builder.leaf(Leaf::new(twig, (i as f32 + 1.0) / 80.0, Rotation::IDENTITY, 0.3, 2)));
     let b = builder.finish().unwrap();
     let family = fuzzy_family(a, b, &EVEN).unwrap();
     let mut weights = family.corner(1);
@@ -129,7 +129,11 @@ fn growth_scales_a_chain_and_its_leaves_and_thins_its_parent() {
     assert_eq!(plant.points(ChainId(1))[1], Vec3::X * 0.5);
     assert_eq!(plant.radii(ChainId(1)), [0.05, 0.025]);
     // Half as long a twig has leaves of half the area, so that trees half way are as full as both.
-    assert!((plant.leaves()[0].size - 0.3 * 0.5_f32.sqrt()).abs() < 1e-6);
+    let area: f32 = plant.leaves().iter().map(|leaf| leaf.size * leaf.size).sum::<f32>() / (80.0 * 0.3 * 0.3);
+    assert!((area - 0.55).abs() < 0.1, "{area}");
+    // By fewer of them, most of their size.
+    let whole = plant.leaves().iter().filter(|leaf| leaf.size == 0.3).count();
+    assert!(plant.leaves().len() < 60 && whole > 30, "{} {whole}", plant.leaves().len());
     let radii = plant.radii(ChainId(0));
     assert!(radii[0] < 0.2 && radii[0] > radii[1] && radii[2] == 0.1, "{radii:?}");
     weights.set(KinId(1), &[0.0, 1.0], 0.0);
