@@ -284,11 +284,11 @@ mod tests {
     #[test]
     fn the_mean_of_a_leaf_and_its_ground_is_the_leafs() {
         // Dark within and light at the rim, which is what lies beside the ground.
-        let inside = |x: u32, y: u32, by: u32| (16 + by..48 - by).contains(&x) && (16 + by..48 - by).contains(&y);
-        let mut maps = picture(64, 64, |x, y| inside(x, y, 0));
+        let inside = |x: u32, y: u32, by: u32| (64 + by..192 - by).contains(&x) && (64 + by..192 - by).contains(&y);
+        let mut maps = picture(256, 256, |x, y| inside(x, y, 0));
         for (i, color) in maps.color.iter_mut().enumerate() {
-            let (x, y) = (i as u32 % 64, i as u32 / 64);
-            if inside(x, y, 0) && !inside(x, y, 3) {
+            let (x, y) = (i as u32 % 256, i as u32 / 256);
+            if inside(x, y, 0) && !inside(x, y, 8) {
                 *color = [130, 200, 60, 255];
             }
         }
@@ -300,8 +300,8 @@ mod tests {
         let (all, leaf) = (linear(&|_| true), linear(&|c| c[3] > 0));
         assert!((all / leaf - 1.0).abs() < 0.02, "{all} {leaf}");
         // Beside the leaf what is near goes on.
-        let (beside, far) = (maps.color[32 * 64 + 14], maps.color[0]);
-        assert!(beside[1] > 120 && far[1] < 110, "{beside:?} {far:?}");
+        let (beside, far) = (maps.color[128 * 256 + 62], maps.color[128 * 256 + 50]);
+        assert!(beside[1] > far[1] + 20, "{beside:?} {far:?}");
     }
 
     #[test]
