@@ -37,6 +37,8 @@ pub(crate) const GUTTER: u32 = 8;
 const EVEN: u32 = 8;
 /// Scales are whole multiples of one over this.
 const SCALES: u32 = 1024;
+/// Least width that an atlas is halved to, texels: as much as a texel of the coarsest mip holds that alpha is designed for.
+const NARROWEST: u32 = 512;
 /// Share of an atlas that echoes may take, in sixteenths.
 const ECHOED: u64 = 3;
 
@@ -295,8 +297,8 @@ impl Layout {
             None => (size, (1, fit(1, &one, size).ok_or(AtlasError::TooMany { pictures: sizes.len(), size })?)),
         };
         let mut narrower = size / 2;
-        // Gutters are at most a sixteenth of it.
-        while best.0 == SCALES && narrower >= (16 * gutter).max(ALIGN) && all * 2 < texels(wide, &best.1) {
+        // Gutters are at most a sixteenth of it, and the coarsest mips that are designed need room.
+        while best.0 == SCALES && narrower >= (16 * gutter).max(NARROWEST) && all * 2 < texels(wide, &best.1) {
             if let Some(corners) = whole(narrower).filter(|corners| texels(narrower, corners) < texels(wide, &best.1)) {
                 (wide, best.1) = (narrower, corners);
             }

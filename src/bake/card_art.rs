@@ -10,7 +10,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::dilate::clean;
+use super::dilate::{clean, keep_mean};
 use super::leaf_art::{encode_normal, leaf_maps};
 use super::resample::resample;
 use super::srgb::{decode as linear, encode as srgb};
@@ -260,6 +260,7 @@ fn draw(card: &CardPicture, textures: &[Option<Texture>]) -> Maps {
     }
     dilate(&mut maps);
     clean(&mut maps);
+    keep_mean(&mut maps.color, maps.width as usize);
     maps
 }
 

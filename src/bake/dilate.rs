@@ -32,8 +32,8 @@ struct Level<const N: usize> {
     weights: Vec<f32>,
 }
 
-/// Fills the colour, normal and ORM of every pixel whose alpha is below 8/255 from the seen pixels around it, colours of those that
-/// lie farther off so that the whole has the mean of what is solid. Alpha stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
+/// Fills the colour, normal and ORM of every pixel whose alpha is below 8/255 from the seen pixels around it. Alpha
+/// stays as it is, and so does every seen pixel. A picture without any seen pixel is left alone, as is one whose arrays
 /// do not match its size.
 pub fn dilate(maps: &mut Maps) {
     let count = maps.width as usize * maps.height as usize;
@@ -57,11 +57,11 @@ pub fn dilate(maps: &mut Maps) {
         }
         *normal = unit_normal([v[3], v[4], v[5]]);
     }
-    level(&mut maps.color, maps.width as usize);
 }
 
-/// Gives what is far from anything seen the colour by which the mean of all pixels is that of the solid ones, in linear light.
-pub(super) fn level(color: &mut [[u8; 4]], width: usize) {
+/// Gives what is far from anything seen the colour by which the mean of all pixels is that of the solid ones, in linear light: last of
+/// all that is done to a leaf's colours.
+pub(super) fn keep_mean(color: &mut [[u8; 4]], width: usize) {
     let far = beyond(color, width);
     let linear = |c: &[u8; 4]| Vec3::new(srgb::decode(c[0]), srgb::decode(c[1]), srgb::decode(c[2]));
     let sum = |of: &dyn Fn(usize) -> bool| {
@@ -123,7 +123,6 @@ pub(super) fn clean(maps: &mut Maps) {
         let ([r, g, b], alpha) = (filled[i].map(byte), maps.color[i][3]);
         maps.color[i] = [r, g, b, alpha];
     }
-    level(&mut maps.color, width);
 }
 
 /// As [`dilate`], of a picture of colours alone.
@@ -293,6 +292,7 @@ mod tests {
             }
         }
         dilate(&mut maps);
+        keep_mean(&mut maps.color, 256);
         let linear = |of: &dyn Fn(&[u8; 4]) -> bool| {
             let all: Vec<f32> = maps.color.iter().filter(|c| of(c)).map(|c| srgb::decode(c[1])).collect();
             all.iter().sum::<f32>() / all.len() as f32

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::coverage::cover_row;
-use super::dilate::{filled, level};
+use super::dilate::{filled, keep_mean};
 use super::dye::{self, Dye, Packed};
 use super::leaf_veins::relief;
 use super::noise::{Noise, mix};
@@ -90,7 +90,7 @@ impl LeafPicture {
         };
         let Maps { width, height, color, normal, orm } = &self.maps;
         let mut color: Vec<[u8; 4]> = color.par_iter().zip(&self.dyes).with_min_len(4096).map(pixel).collect();
-        level(&mut color, *width as usize);
+        keep_mean(&mut color, *width as usize);
         Maps { width: *width, height: *height, color, normal: normal.clone(), orm: orm.clone() }
     }
 

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use super::contour::{area, contours};
 use super::contour_match::{evenly, matched};
 use super::coverage::cover_row;
+use super::dilate::keep_mean;
 use super::{Maps, dilate, srgb};
 
 /// Pixels between two places whose coordinates are worked out.
@@ -96,6 +97,7 @@ impl<'m> LeafMorph<'m> {
             maps.orm.push(orm);
         }
         dilate(&mut maps);
+        keep_mean(&mut maps.color, width as usize);
         maps
     }
 

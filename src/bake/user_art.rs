@@ -10,7 +10,7 @@ use std::io::Cursor;
 use glam::Vec3;
 use image::{DynamicImage, ImageReader, Limits, imageops::FilterType};
 
-use super::dilate::clean;
+use super::dilate::{clean, keep_mean};
 use super::leaf_art::encode_normal;
 use super::transmission::USUAL;
 use super::{Maps, dilate};
@@ -185,6 +185,7 @@ pub fn maps_from_images(
         maps = squared(maps.within(limits.leaf).into_owned());
         dilate(&mut maps);
         clean(&mut maps);
+        keep_mean(&mut maps.color, maps.width as usize);
     }
     Ok(maps)
 }

@@ -99,6 +99,25 @@ mod tests {
     }
 
     #[test]
+    fn quads_are_lit_by_their_places_and_clouds_move_as_one() {
+        let plant = on_trunk(Vec3::X, (4.0, 0.2), (60, 60));
+        let quads = climbed(&plant, Lod::CrossedQuads);
+        let leaf = &quads.levels[1].mesh.leaf;
+        for (corners, normals) in leaf.positions.chunks(4).zip(leaf.normals.chunks(4)) {
+            let face = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize();
+            let middle = corners.iter().sum::<Vec3>() / 4.0;
+            for (corner, normal) in corners.iter().zip(normals) {
+                assert!(normal.dot(face).abs() < 0.2 && normal.dot((*corner - middle).with_y(0.0)) > 0.0, "{normal}");
+            }
+        }
+        // Nothing shines.
+        assert!(quads.tiles.iter().all(|tile| tile.orm.iter().all(|orm| orm[1] == 255)));
+        let cloud = climbed(&plant, Lod::BillboardCloud { cards: 12 });
+        let bark = &cloud.levels[1].mesh.bark;
+        assert!(!bark.chains.is_empty() && bark.chains.iter().all(|chain| *chain == crate::mesh::NO_CHAIN));
+    }
+
+    #[test]
     fn a_trunk_thinner_than_a_texel_has_no_gap() {
         let ladder = climbed(&on_trunk(Vec3::ZERO, (9.0, 0.02), (60, 60)), Lod::CrossedQuads);
         for tile in &ladder.tiles {
