@@ -145,7 +145,7 @@ impl Studio {
         let (_, seed) = blends::identity(&self.plan, variant, selected);
         let bare = blends::variant(&self.plan, variant, &wardrobe.plants, blended, selected, morphs);
         let trees = self.trees();
-        Ok(Some(trees.shaped(variant, trees.dressed(variant, bare, seed.child("dress")))))
+        Ok(Some(trees.shaped(variant, trees.dressed(variant, bare, seed.child("dress"))).0))
     }
 
     /// A source with its leaves, as the variant `Source` of it is; none for an index that is none.

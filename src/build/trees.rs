@@ -3,6 +3,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use serde::{Deserialize, Serialize};
+
 use super::cache::{Cache, Entry, Stage};
 use super::sketches::Drawn;
 use super::stages::{LeafPictures, Pictures, SourcePlant};
@@ -17,10 +19,10 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 19);
-const SKETCH: Stage = Stage("sketch", 15);
-const LADDER: Stage = Stage("ladder", 57);
+const SKETCH: Stage = Stage("sketch", 16);
+const LADDER: Stage = Stage("ladder", 58);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 51);
+const LEVEL: Stage = Stage("level", 52);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 16);
 /// What colours it has there, likewise.
@@ -43,6 +45,8 @@ const LARGEST: u32 = 8192;
 pub(super) struct Tree {
     /// With leaves.
     pub(super) plant: Arc<Plant>,
+    /// How like its sketch the crown is, 0..=1: of one that is sketched.
+    pub(super) likeness: Option<f32>,
     /// Its levels of detail.
     pub(super) ladder: Arc<Ladder>,
     /// The key of those.
@@ -75,17 +79,22 @@ impl<'a> Trees<'a> {
         self.made(DRESS, key, || dressing.dress(bare, seed))
     }
 
-    /// A variant with leaves, its crown as a sketch has it where there is one.
-    pub(super) fn shaped(&self, variant: &Variant, dressed: Arc<Plant>) -> Arc<Plant> {
-        let Variant::Sketched { sketch, .. } = variant else { return dressed };
+    /// A variant with leaves, its crown as a sketch has it where there is one, and how like that it is.
+    pub(super) fn shaped(&self, variant: &Variant, dressed: Arc<Plant>) -> (Arc<Plant>, Option<f32>) {
+        let Variant::Sketched { sketch, .. } = variant else { return (dressed, None) };
         let drawn = &self.sketches[*sketch];
         let params = self.plan.sketches[*sketch].told();
         let key = SKETCH.key().input(content(&*dressed)).params(&params).input(drawn.key).finish();
-        self.made(SKETCH, key, || drawn.sketched(&dressed).map_or_else(|| (*dressed).clone(), |s| s.at(1.0)))
+        let made = self.made(SKETCH, key, || match drawn.sketched(&dressed) {
+            Some(sketched) => Shaped { plant: sketched.at(1.0), likeness: sketched.likeness() },
+            None => Shaped { plant: (*dressed).clone(), likeness: None },
+        });
+        let likeness = made.likeness;
+        (Arc::new(Arc::try_unwrap(made).map_or_else(|made| made.plant.clone(), |made| made.plant)), likeness)
     }
 
     /// A variant with leaves, and every level of it.
-    pub(super) fn levels(&self, plant: Arc<Plant>, seed: Seed) -> Tree {
+    pub(super) fn levels(&self, (plant, likeness): (Arc<Plant>, Option<f32>), seed: Seed) -> Tree {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
         let content = content(&*plant);
         let (shapes, texels) =
@@ -97,7 +106,7 @@ impl<'a> Trees<'a> {
             let stock = || &**once(&self.stock, || stock(self.plan, &self.wardrobe.pictures, self.cache));
             lod::ladder_by(&plant, mesh, lods, (&stock, texels), seed, &Known { cache: self.cache, of: of_tree })
         });
-        Tree { plant, ladder: made, key, of: of_tree }
+        Tree { plant, likeness, ladder: made, key, of: of_tree }
     }
 
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
@@ -267,6 +276,23 @@ impl Entry for Plant {
     /// Reading one goes through the builder.
     fn is_sound(&self) -> bool {
         true
+    }
+}
+
+/// A plant that was sketched.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Shaped {
+    plant: Plant,
+    likeness: Option<f32>,
+}
+
+impl Entry for Shaped {
+    fn weight(&self) -> usize {
+        self.plant.weight()
+    }
+
+    fn is_sound(&self) -> bool {
+        self.plant.is_sound()
     }
 }
 

@@ -7,11 +7,13 @@ use crate::lod::{Level, Measured};
 use crate::mesh::bareness;
 use crate::plant::Leaf;
 use crate::preset::Plan;
-use crate::preset::plan::{ANY, Lod};
+use crate::preset::plan::{ANY, Lod, Variant};
 
 /// Overlap of outlines below which a level is another tree, and how far what it covers may be off.
 const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
+/// Overlap of a crown and its sketch below which that was not followed.
+const SKETCHED: f32 = 0.7;
 /// From which bareness on a tree is one of twigs: a few leaves on them change nothing.
 const BARE: f32 = 0.9;
 /// Share of its tree that an impostor's crossed planes show at least, of bare trees, too.
@@ -19,10 +21,24 @@ const PLAIN: f32 = 0.7;
 /// Share of its leaves' area that a tree may lose to its bound on triangles.
 const BARED: f32 = 0.75;
 
+/// A crown that does not come near to its sketch; of several the least like it.
+fn unsketched(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
+    let is_of = |variant: &Variant| matches!(variant, Variant::Sketched { sketch: own, .. } if *own == sketch);
+    let own = plan.variants.iter().zip(trees).zip(1..).filter(|((variant, _), _)| is_of(variant));
+    let likeness = own.filter_map(|((_, tree), n)| Some((n, tree.likeness?)));
+    let (n, worst) = likeness.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, worst)| *worst < SKETCHED)?;
+    let message = format!(
+        "its sketch: the crown of number {n} and what is drawn overlap by {worst:.2} of 1: limbs reach no further; draw it \
+         nearer to the source's proportions, or name a source whose limbs begin where the drawn crown does"
+    );
+    Some(Note { about: plan.sketches[sketch].field.clone(), message })
+}
+
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
 /// triangles than the level before, and one where it has more than it may have. `drawn` is what of a leaf's card is drawn, 0..=1.
 pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -> Vec<Note> {
     let mut notes: Vec<Note> = (0..plan.lods.len()).filter_map(|place| over_budget(plan, trees, place)).collect();
+    notes.extend((0..plan.sketches.len()).filter_map(|sketch| unsketched(plan, trees, sketch)));
     notes.extend(bared(plan, trees, drawn));
     notes.extend((0..plan.lods.len()).filter_map(|place| without_shader(trees, place)));
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
@@ -164,7 +180,7 @@ mod tests {
             made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
         }
         let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
-        (plan, Tree { plant: Arc::new(plant.clone()), ladder, key, of: key })
+        (plan, Tree { plant: Arc::new(plant.clone()), likeness: None, ladder, key, of: key })
     }
 
     /// Triangles of the full level of one, and what is told of it.

@@ -93,6 +93,18 @@ impl Outlines {
         self.views.par_iter().zip(of).map(one).collect()
     }
 
+    /// Covered area over the full tree's, mean of every third view, of such a level.
+    pub(super) fn ratio_of_some_of_each<T: Sync>(
+        &self,
+        of: &[T],
+        shown: impl Fn(&T) -> (TreeMesh, Cutout) + Sync,
+    ) -> f32 {
+        self.mean_of_some(|i, full| {
+            let (tree, cutout) = shown(&of[i]);
+            over(full.count(), self.one(&self.views[i], &tree, &[&cutout]).count())
+        })
+    }
+
     /// What a level lacks, drawn roughly from every `step`-th view, the first of them `from`.
     pub(super) fn lacks(&self, (from, step): (usize, usize), tree: &TreeMesh, cutouts: &[&Cutout]) -> Lacks {
         let views: Vec<usize> = (from..self.views.len()).step_by(step).collect();
@@ -107,18 +119,18 @@ impl Outlines {
 
     /// Covered area over the full tree's, mean of every third view.
     pub(super) fn ratio_of_some(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
-        self.mean_of_some(|view, full| over(full.count(), self.one(view, tree, cutouts).count()))
+        self.mean_of_some(|i, full| over(full.count(), self.one(&self.views[i], tree, cutouts).count()))
     }
 
     /// The same, drawn roughly.
     pub(super) fn rough_ratio_of_some(&self, tree: &TreeMesh, cutouts: &[&Cutout]) -> f32 {
         let samples = (ROUGH * ROUGH) as u64;
-        self.mean_of_some(|view, full| over(full.count(), self.rough(view, tree, cutouts).count() * samples))
+        self.mean_of_some(|i, full| over(full.count(), self.rough(&self.views[i], tree, cutouts).count() * samples))
     }
 
-    fn mean_of_some(&self, of: impl Fn(&View, &Silhouette) -> f32 + Sync) -> f32 {
-        let some = self.views.par_iter().zip(&self.drawn).skip(1).step_by(SOME);
-        let all: Vec<f32> = some.map(|(view, full)| of(view, full)).collect();
+    fn mean_of_some(&self, of: impl Fn(usize, &Silhouette) -> f32 + Sync) -> f32 {
+        let some = self.drawn.par_iter().enumerate().skip(1).step_by(SOME);
+        let all: Vec<f32> = some.map(|(i, full)| of(i, full)).collect();
         all.iter().sum::<f32>() / all.len().max(1) as f32
     }
 

@@ -11,7 +11,7 @@
 //! leaves do 0.868. Texels count most: eight limes lost 0.09 with 16 of them along a card's edge instead of 64, and 96 or 128
 //! bring less than 0.01. Long steps of carving leave texels at their bounds, among which no gain chooses.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -22,6 +22,7 @@ use super::bent::{self, Bend};
 use super::measure::{Wardrobe, bounds};
 use super::packed;
 use super::planes::{self, Plane, Unit};
+use super::secant::Secant;
 use super::thin::append;
 use super::tile::Tile;
 use super::twigs::{Segment, thin_wood};
@@ -56,6 +57,9 @@ const CLOSE: f32 = 0.012;
 /// most crowns end between 0.42 and 0.61, palms at 1.03.
 const GAIN: f32 = 0.55;
 const SLOPE: f32 = 0.52;
+/// Slopes that are believed, and gains that are tried.
+const SLOPES: RangeInclusive<f32> = 0.1..=2.0;
+const GAINS: RangeInclusive<f32> = 0.3..=4.0;
 
 /// Parameters of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,8 +151,7 @@ impl Cloud {
     pub(super) fn carve(&mut self, outlines: &Outlines, worn: &[&Cutout]) {
         for round in 0..CARVINGS {
             let own: Vec<Cutout> = self.cards.par_iter().map(|card| card.outline(1.0)).collect();
-            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let lacks = outlines.lacks((round % SUBSETS, SUBSETS), &self.tree, &worn);
+            let lacks = outlines.lacks((round % SUBSETS, SUBSETS), &self.tree, &among(worn, &own));
             let step = STEP / (1.0 + 0.5 * round as f32);
             self.cards.par_iter_mut().for_each(|card| card.adjust(&lacks, step));
         }
@@ -158,56 +161,40 @@ impl Cloud {
     /// drawings of some of the views until those say it does, then by all. `worn` are the cutouts of all tiles before its own.
     /// Gives back its outlines.
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        // Cards hide each other, so the slope is less than one.
-        let mut slope = SLOPE;
-        let mut gain = GAIN;
-        let mut best = (f32::INFINITY, Vec::new());
-        let mut before: Option<(f32, f32)> = None;
-        // The nearest gains that are too little and too much.
-        let mut ends: [Option<(f32, f32)>; 2] = [None; 2];
         let mut design = Design::default();
-        // By how much more is covered than rough drawings say.
-        let mut unseen = 0.0;
-        for round in 1..=ROUNDS {
-            let alphas = Card::packed(&self.cards, gain, &mut design);
-            let own = Card::cutouts(&self.cards, &alphas);
-            let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-            let rough = outlines.rough_ratio_of_some(&self.tree, &worn) - 1.0;
-            let mut off = rough + unseen;
-            if off.abs() < CLOSE || round == ROUNDS || self.cards.is_empty() {
-                let drawn = outlines.draw(&self.tree, &worn);
-                off = outlines.ratio(&drawn) - 1.0;
-                unseen = off - rough;
-                if off.abs() < best.0 {
-                    (best, self.alphas) = ((off.abs(), drawn), alphas);
-                }
-                if off.abs() < CLOSE || self.cards.is_empty() {
-                    break;
-                }
-            }
-            ends[usize::from(off > 0.0)] = Some((gain, off));
-            // Which texels are solid goes in steps: between the two ends no step leads out of them.
-            let other = ends[usize::from(off <= 0.0)].or(before);
-            if let Some((g, o)) = other.filter(|other| (gain - other.0).abs() > 1e-3) {
-                slope = ((off - o) / (gain - g)).clamp(0.1, 2.0);
-            }
-            before = Some((gain, off));
-            gain = (gain - off / slope).clamp(0.3, 4.0);
-        }
-        best.1
+        let rounds = if self.cards.is_empty() { 1 } else { ROUNDS };
+        let settled = Secant::new(SLOPE, SLOPES, GAINS).settle(
+            GAIN,
+            (rounds, CLOSE),
+            |gain| {
+                let alphas = Card::packed(&self.cards, gain, &mut design);
+                (Card::cutouts(&self.cards, &alphas), alphas)
+            },
+            |(own, _)| outlines.rough_ratio_of_some(&self.tree, &among(worn, own)) - 1.0,
+            |(own, _)| {
+                let drawn = outlines.draw(&self.tree, &among(worn, own));
+                (outlines.ratio(&drawn) - 1.0, drawn)
+            },
+        );
+        let ((_, alphas), drawn) = settled;
+        self.alphas = alphas;
+        drawn
     }
 
     /// Its outlines as it is.
     pub(super) fn draw(&self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let own = Card::cutouts(&self.cards, &self.alphas);
-        let worn: Vec<&Cutout> = worn.iter().copied().chain(&own).collect();
-        outlines.draw(&self.tree, &worn)
+        outlines.draw(&self.tree, &among(worn, &Card::cutouts(&self.cards, &self.alphas)))
     }
 
     /// The finished pictures.
     pub(super) fn tiles(&self) -> Vec<Tile> {
         self.cards.par_iter().zip(&self.alphas).map(|(card, alpha)| card.finish(alpha.clone())).collect()
     }
+}
+
+/// The cutouts of all tiles: those before the cards' own, and these.
+fn among<'a>(worn: &[&'a Cutout], own: &'a [Cutout]) -> Vec<&'a Cutout> {
+    worn.iter().copied().chain(own).collect()
 }
 
 /// Coarse tubes of the limbs that are wide enough to be seen, or as many as the budget holds, thickest first, and the

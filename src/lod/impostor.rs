@@ -19,6 +19,7 @@
 //! A level is settled and measured as its shader shows it ([`super::parallax`]).
 
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -32,6 +33,7 @@ use super::limbs::{Limbs, Lines, Seen};
 use super::measure::{Wardrobe, bounds};
 use super::packed::as_packed;
 use super::parallax::{CROWNS, Facing, TWIGS, Texels};
+use super::secant::Secant;
 use super::thin::kept;
 use super::tile::Tile;
 use super::trunk::Trunk;
@@ -63,6 +65,9 @@ const SHARP_TWIGS: f32 = 3.0;
 const ROUNDS: usize = 8;
 const SLOPE: f32 = 0.6;
 const SLOPE_TWIGS: f32 = 1.2;
+/// Slopes that are believed, and gains that are tried.
+const SLOPES: RangeInclusive<f32> = 0.2..=2.0;
+const GAINS: RangeInclusive<f32> = 0.4..=1.8;
 /// How near to what the full tree covers is near enough: of twigs less, whose coverage hangs on the views besides (bare trees
 /// from others than these: 0.983 to 1.037 by the first, 0.989 to 1.032 by the second).
 const NEAR: f32 = 0.008;
@@ -329,36 +334,22 @@ impl Settled {
         let fine = if scene.wood.bare > 0.0 { TWIGS } else { CROWNS };
         let seen = outlines.for_each_view(|view| Facing::new(&views.layout, (view.frame, fine), depths, |deep| *deep));
         let mut design = Design::default();
-        let mut draw = |gain: f32| {
-            let sheet = views.packed(gain, &mut design);
-            let drawn = outlines.draw_each(&seen, |seen| {
-                let (width, height) = seen.size();
-                let tree = TreeMesh { leaf: seen.quad(), ..TreeMesh::default() };
-                (tree, Cutout::new(width, height, seen.alpha(&sheet, edge)))
-            });
-            (sheet, drawn)
+        let one = |seen: &Facing, sheet: &[u8]| {
+            let (width, height) = seen.size();
+            let tree = TreeMesh { leaf: seen.quad(), ..TreeMesh::default() };
+            (tree, Cutout::new(width, height, seen.alpha(sheet, edge)))
         };
         let (near, steep) = if scene.wood.bare > 0.0 { (NEAR_TWIGS, SLOPE_TWIGS) } else { (NEAR, SLOPE) };
-        let mut gain = 1.0_f32;
-        let mut best: Option<(f32, Vec<u8>, Vec<Silhouette>)> = None;
-        let mut before: Option<(f32, f32)> = None;
-        for _ in 0..ROUNDS {
-            let (sheet, drawn) = draw(gain);
-            let off = outlines.ratio(&drawn) - 1.0;
-            if best.as_ref().is_none_or(|b| off.abs() < b.0) {
-                best = Some((off.abs(), sheet, drawn));
-            }
-            if off.abs() < near {
-                break;
-            }
-            let slope = match before {
-                Some((g, o)) if (gain - g).abs() > 1e-3 => ((off - o) / (gain - g)).clamp(0.2, 2.0),
-                _ => steep,
-            };
-            before = Some((gain, off));
-            gain = (gain - off / slope).clamp(0.4, 1.8);
-        }
-        let (alpha, drawn) = best.map_or_else(|| draw(1.0), |b| (b.1, b.2));
+        let (alpha, drawn) = Secant::new(steep, SLOPES, GAINS).settle(
+            1.0,
+            (ROUNDS, near),
+            |gain| views.packed(gain, &mut design),
+            |sheet| outlines.ratio_of_some_of_each(&seen, |seen| one(seen, sheet)) - 1.0,
+            |sheet| {
+                let drawn = outlines.draw_each(&seen, |seen| one(seen, sheet));
+                (outlines.ratio(&drawn) - 1.0, drawn)
+            },
+        );
         Self { alpha, drawn, views }
     }
 }

@@ -22,6 +22,7 @@ mod outline;
 mod packed;
 mod parallax;
 mod planes;
+mod secant;
 mod sizes;
 #[cfg(test)]
 pub(crate) mod specimen;

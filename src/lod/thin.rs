@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::agree::Outlines;
 use super::cloud::Scene;
+use super::secant::Secant;
 use crate::bake::Cutout;
 use crate::base::Seed;
 use crate::mesh::{Cards, CrownLight, LeafCard, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood, leaf_cards_in};
@@ -140,21 +141,19 @@ pub(super) fn thinned_as_seen(
     let at = |grown: f32| thinned(scene, cards, share, grown, seed);
     let (mut grown, mut made) = (1.0_f32, at(1.0));
     let (rounds, most) = if scene.wood.bare > 0.0 { GROWN_WOOD } else { GROWN_LEAVES };
-    let mut before: Option<(f32, f32)> = None;
+    let mut search: Option<Secant> = None;
     for _ in 0..rounds {
         let covered = outlines.ratio_of_some(&made, worn);
         if (covered - 1.0).abs() <= 0.008 {
             break;
         }
-        let next = match before {
-            Some((g, c)) => grown + (1.0 - covered) / ((covered - c) / (grown - g)).clamp(0.2, 2.0),
-            None => 1.0 / covered.max(0.5),
-        };
-        let next = next.clamp(0.85, most);
+        // At first as if it grew as what is covered does.
+        let search = search.get_or_insert_with(|| Secant::new(covered.max(0.5), 0.2..=2.0, 0.85..=most));
+        let next = search.next(grown, covered - 1.0);
         if next == grown {
             break;
         }
-        before = Some((std::mem::replace(&mut grown, next), covered));
+        grown = next;
         made = at(grown);
     }
     made

@@ -17,6 +17,8 @@
 //!   straight up out of the crown: by 10 to 17 % of the height in 20 of 48 in-betweens of two oaks and two elms, against
 //!   3 % in their sources. (Keeping each chain's degree within a quarter of its parent's was tried in the schedule: it
 //!   halves this for elms, does nothing for oaks, whose limbs sweep round a leaning leader, and costs variety.)
+//! - balance: how far beside the foot the middle of the branches' length lies, over how far they are from that middle. Which
+//!   branches have wilted and which not yet come is chance, and it may be all of one side that is bare.
 //!
 //! A tree *departs* from its sources by the most that any figure lies outside the range of the sources', in units of
 //! the usual spread of that figure (the table [`MEASURES`]). A figure over fewer than [`FEWEST`] branches says nothing and
@@ -29,6 +31,8 @@
 //! between a spruce and a bonsai were rejected for the length of their sprouts.) Of the 1827 trees of the seven rows of
 //! the paper's Table 1 the shipped bound of 2 rejects 5 % (as built, more than half of them for lone shoots), and 45 % when
 //! they are held against the sources of another row; both are figures of `figures -- blend`.
+
+use glam::{Vec2, Vec3};
 
 use crate::base::math;
 use crate::plant::{Plant, Posed};
@@ -50,7 +54,7 @@ enum Untold {
 }
 
 /// Each figure's name and unit, and what a source says that lacks it.
-const MEASURES: [(&str, f32, Untold); 18] = [
+const MEASURES: [(&str, f32, Untold); 19] = [
     ("length of the limbs", 0.4, Untold::Less),
     ("length of the branches of order 3", 0.4, Untold::Less),
     ("length of the branches of order 4", 0.4, Untold::Less),
@@ -69,6 +73,7 @@ const MEASURES: [(&str, f32, Untold); 18] = [
     ("share of wood in finer branches", 0.15, Untold::Silent),
     ("height of a lone shoot", 0.04, Untold::Unbidden),
     ("depth in the ground", 0.01, Untold::Unbidden),
+    ("way of the crown beside the foot", 0.12, Untold::Unbidden),
 ];
 
 /// Name and unit of how much the length ratios of a tree's orders differ.
@@ -107,6 +112,36 @@ struct Order {
     volume: f32,
 }
 
+/// Places as they lie over the ground.
+#[derive(Clone, Copy, Default)]
+struct Ground {
+    weight: f32,
+    sum: Vec2,
+    squares: f32,
+}
+
+impl Ground {
+    fn add(&mut self, place: Vec3, weight: f32) {
+        let at = Vec2::new(place.x, place.z);
+        self.weight += weight;
+        self.sum += at * weight;
+        self.squares += at.length_squared() * weight;
+    }
+
+    fn middle(&self) -> Vec2 {
+        self.sum / self.weight
+    }
+
+    /// How far its middle lies from that of others, over the usual distance from it, 0..=1: beyond that all of it is to one side. None of
+    /// what has no width.
+    fn beside(&self, others: &Self) -> Option<f32> {
+        let (middle, foot) = (self.middle(), others.middle());
+        let width = (self.squares / self.weight - middle.length_squared()).max(0.0).sqrt();
+        let by = middle.distance(foot) / width;
+        by.is_finite().then_some(by.min(1.0))
+    }
+}
+
 impl Proportions {
     /// Measures a plant; linear in its points.
     #[must_use]
@@ -126,6 +161,7 @@ impl Proportions {
         let mut limb: Vec<usize> = (0..plant.chains().len()).collect();
         let mut reach = vec![f32::NEG_INFINITY; plant.chains().len()];
         let mut lowest = 0.0_f32;
+        let (mut feet, mut crown) = (Ground::default(), Ground::default());
         for id in plant.chain_ids().filter(|id| here(id.index())) {
             let chain = plant.chain(id);
             let (points, radii) = (posed.chain(plant, id), plant.radii(id));
@@ -151,11 +187,15 @@ impl Proportions {
                 bins[bin] += volume;
                 if chain.parent.is_some() {
                     twigs[bin] += step;
+                    crown.add((p[0] + p[1]) * 0.5, step);
                 }
             }
             lengths[id.index()] = length;
             order.chains += 1;
-            let Some(parent) = chain.parent else { continue };
+            let Some(parent) = chain.parent else {
+                feet.add(points[0], radii[0] * radii[0]);
+                continue;
+            };
             let (bearer, thick) = (lengths[parent.index()], plant.radii(parent)[0]);
             if length > 0.0 && bearer > 0.0 && radii[0] > 0.0 && thick > 0.0 {
                 order.ratios += 1;
@@ -211,6 +251,7 @@ impl Proportions {
                 part(2),
                 lone.is_finite().then_some(lone),
                 Some(-lowest / top),
+                crown.beside(&feet),
             ],
         }
     }
@@ -257,8 +298,6 @@ impl Proportions {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::plant::PlantBuilder;
 
@@ -316,6 +355,25 @@ mod tests {
         }
         let plant = builder.finish().unwrap();
         Proportions::of(&plant, &plant.pose())
+    }
+
+    #[test]
+    fn a_crown_to_one_side_is_named() {
+        let tree = |ways: [Vec3; 6]| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::Y * 4.0, Vec3::Y * 8.0], &[0.2, 0.15, 0.1]);
+            for (i, way) in ways.into_iter().enumerate() {
+                builder.branch(stem, 0.6 + 0.05 * i as f32, &[Vec3::ZERO, way * 2.0], &[0.1, 0.05]);
+            }
+            let plant = builder.finish().unwrap();
+            Proportions::of(&plant, &plant.pose())
+        };
+        let round = tree([Vec3::X, Vec3::Z, -Vec3::X, -Vec3::Z, Vec3::X, -Vec3::X]);
+        let aside = tree([Vec3::X, Vec3::Z, Vec3::X, -Vec3::Z, Vec3::X, Vec3::X]);
+        let found = aside.departure(&[&round]);
+        assert!(found.what == "way of the crown beside the foot" && found.by > 2.0, "{found:?}");
+        // One that is balanced is no fault beside sources that lean.
+        assert_eq!(round.departure(&[&aside]).by, 0.0);
     }
 
     #[test]

@@ -16,6 +16,7 @@ use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
 use super::fit::{Fitted, Placing, SketchSize, fitting, placed, placed_beside};
 use super::frame::ViewPlane;
+use super::leader;
 use super::outline::{hull, replaced, resampled};
 use super::part::Part;
 use super::prune;
@@ -83,6 +84,7 @@ pub struct Sketched {
     along: Along,
     /// Where a drawn trunk leads the stem.
     pub(super) guided: Guided,
+    likeness: Option<f32>,
     /// How many times as large the whole tree gets about its foot, wood and leaves.
     scale: f32,
     /// What is drawn, in the plane of each view, metres.
@@ -182,7 +184,16 @@ impl Sketcher {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
             }
         }
-        let shift = trimmed((self, &guided), chart, &front.region, &wilts, &mut told, &shares);
+        let mut shares = shares;
+        if adaptive && chart.plane.steepness() == 0.0 {
+            leader::calm(self, chart, &front.region, &mut told, &shares);
+            shares = leader::without_stems(self, shares);
+        }
+        let shift = self.spines.moved(&self.positions, &told, &guided);
+        if adaptive {
+            prune::left_outside(self, chart, &front.region, &shift, &near, &mut wilts);
+        }
+        let (shift, likeness) = trimmed((self, &guided), chart, &front.region, &wilts, &mut told, &shares, shift);
         let as_large = |(target, chart): (Target, &Chart)| {
             let foot = self.fitted(chart, round).foot * (1.0 - scale);
             let ring = target.ring.iter().map(|p| *p * scale + foot).collect();
@@ -190,7 +201,7 @@ impl Sketcher {
         };
         let (targets, outlines) = targets.into_iter().zip(&self.charts).map(as_large).unzip();
         let (sketcher, along) = (self.clone(), Along::default());
-        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, scale, targets, outlines })
+        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, likeness, scale, targets, outlines })
     }
 
     /// The crown that drawings of a view are fitted to.
@@ -326,6 +337,13 @@ impl Sketched {
     #[must_use]
     pub fn wilting(&self) -> (usize, usize) {
         (self.wilts.iter().filter(|w| **w).count(), self.wilts.len())
+    }
+
+    /// What the crown's silhouette and the sketch from the front have in common over what either covers, 0..=1; none of crowns without leaves
+    /// and of sketches that change nothing.
+    #[must_use]
+    pub const fn likeness(&self) -> Option<f32> {
+        self.likeness
     }
 
     /// For each branch that stays: how much longer it gets; how far it turns, radians; and how much further than its

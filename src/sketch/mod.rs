@@ -16,6 +16,7 @@ mod fill;
 mod fit;
 mod frame;
 mod laplace;
+mod leader;
 mod lobe;
 mod mean_value;
 mod mean_value_mesh;

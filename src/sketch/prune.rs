@@ -17,12 +17,13 @@
 //! Stems never wilt, and where a sketch would take most of a crown, nothing does: it is then far from the tree, and a
 //! bare pole is not what was meant.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bound::{Chart, Sketcher};
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
+use super::trim::{Depths, between};
 
 /// Share of a cage's area inside the sketch below which it is pruned.
 const LEAST: f32 = 0.3;
@@ -83,6 +84,56 @@ pub(super) fn pruned(
         lost += if wilts[handle.chain.index()] { handle.weight } else { 0.0 };
     }
     if lost > all * MOST { vec![false; wilts.len()] } else { wilts }
+}
+
+/// Has those chains wilt, too, that their bounds keep outside ([`super::spine`]), judged by their leaves and those of what they
+/// bear when points move by `shift`: from limbs to twigs. No more than all may lose.
+pub(super) fn left_outside(
+    sketcher: &Sketcher,
+    chart: &Chart,
+    target: &Region,
+    shift: &[Vec3],
+    near: &[f32],
+    wilts: &mut [bool],
+) {
+    let Sketcher { plant, leaves, discs, reach, .. } = sketcher;
+    if discs.is_empty() {
+        return;
+    }
+    let grid = Grid::over(target.bounds(), CELLS, *reach * 2.0);
+    let depths = Depths::of(&Mask::of_region(target, grid));
+    let mut acts = vec![false; plant.chains().len()];
+    for (handle, near) in sketcher.handles.iter().zip(near) {
+        acts[handle.chain.index()] |= *near > 0.0;
+    }
+    // Of each chain and what it bears: leaves that are within, and all.
+    let mut held = vec![[0.0_f32; 2]; plant.chains().len()];
+    for ((leaf, (place, radius)), (point, f)) in plant.leaves().iter().zip(discs).zip(leaves) {
+        let is_within = depths.at(grid, chart.plane.seen(*place + between(shift, *point, *f))) > -*reach;
+        let held = &mut held[leaf.chain.index()];
+        let area = radius * radius;
+        *held = [held[0] + if is_within { area } else { 0.0 }, held[1] + area];
+    }
+    let own = held.clone();
+    for id in plant.chain_ids().rev() {
+        if let Some(parent) = plant.chain(id).parent {
+            let [within, all] = held[id.index()];
+            let of = &mut held[parent.index()];
+            *of = [of[0] + within, of[1] + all];
+        }
+    }
+    let mut left = wilts.to_vec();
+    for id in plant.chain_ids() {
+        let Some(parent) = plant.chain(id).parent else { continue };
+        let [within, all] = held[id.index()];
+        let is_outside = all > 0.0 && within < LEAST * all && acts[id.index()];
+        left[id.index()] |= left[parent.index()] || is_outside;
+    }
+    let lost: f32 = left.iter().zip(&own).filter(|(left, _)| **left).map(|(_, own)| own[1]).sum();
+    let all: f32 = own.iter().map(|own| own[1]).sum();
+    if lost <= all * MOST {
+        wilts.copy_from_slice(&left);
+    }
 }
 
 /// For each cage the share of its area that the largest piece inside the sketch has.

@@ -28,7 +28,7 @@ pub(super) const SIBLINGS: usize = 3;
 /// Of a stem's length from its foot up, how much of it hangs back behind its handles.
 const FOOT: f32 = 0.6;
 /// What at least is left of the length of each step along a stem.
-const PRESSED: f32 = 0.5;
+pub(super) const PRESSED: f32 = 0.5;
 /// Shares of its handles' way that are tried for a branch beyond a bound.
 const SHARES: [f32; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
 
@@ -273,7 +273,10 @@ impl Spine {
 /// more as handles have them.
 fn stand(points: &[Vec3], own: &mut [Vec3]) {
     let length: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    let (foot, mut arc) = (points[0], 0.0);
+    let (foot, last, mut arc) = (points[0], points.len() - 1, 0.0);
+    // A stem that gets shorter as a whole does so all along.
+    let whole = points[last] - foot;
+    let pressed = PRESSED * ((whole + own[last]).length() / whole.length().max(1e-6)).min(1.0);
     for i in 1..points.len() {
         arc += points[i].distance(points[i - 1]);
         let from = points[i] - foot;
@@ -282,7 +285,7 @@ fn stand(points: &[Vec3], own: &mut [Vec3]) {
         // A crown that comes farther down presses its bole together, but not into a foot that lies on the ground.
         let step = points[i] - points[i - 1];
         let up = step.normalize_or_zero();
-        let lacks = PRESSED * step.length() - (step + own[i] - own[i - 1]).dot(up);
+        let lacks = pressed * step.length() - (step + own[i] - own[i - 1]).dot(up);
         own[i] += up * lacks.max(0.0);
     }
 }

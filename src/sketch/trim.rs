@@ -26,7 +26,8 @@ const DEEP: (f32, f32) = (0.04, 0.22);
 /// Farthest that a lobe moves in a round, over the crown's size.
 const FARTHEST: f32 = 0.05;
 
-/// Improves what handles are told in a view, each by its share of the way; gives back how points move.
+/// Improves what handles are told in a view, each by its share of the way; gives back how points move, which was
+/// `shift`, and how like the sketch the crown is then.
 pub(super) fn trimmed(
     (sketcher, guided): (&Sketcher, &Guided),
     chart: &Chart,
@@ -34,10 +35,10 @@ pub(super) fn trimmed(
     wilts: &[bool],
     told: &mut Vec<Vec3>,
     shares: &[f32],
-) -> Vec<Vec3> {
-    let mut shift = sketcher.spines.moved(&sketcher.positions, told, guided);
+    mut shift: Vec<Vec3>,
+) -> (Vec<Vec3>, Option<f32>) {
     if shares.iter().all(|share| *share <= 0.0) || sketcher.leaves.is_empty() {
-        return shift;
+        return (shift, None);
     }
     let bounds = target.bounds();
     let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach;
@@ -63,7 +64,7 @@ pub(super) fn trimmed(
         (shift, covered) = (moved, now);
         told.clone_from(&next);
     }
-    shift
+    (shift, Some(best))
 }
 
 /// How a lobe moves whose rim is off: `covered` is the depth below the silhouette as it is, `drawn` that below the wanted
@@ -140,7 +141,8 @@ impl Depths {
         (y * grid.width + x, at - Vec2::new(x as f32, y as f32))
     }
 
-    fn at(&self, grid: Grid, p: Vec2) -> f32 {
+    /// At a place; beyond the grid as at its edge.
+    pub(super) fn at(&self, grid: Grid, p: Vec2) -> f32 {
         let (i, f) = Self::cell(grid, p);
         let row = |i: usize| self.0[i] + (self.0[i + 1] - self.0[i]) * f.x;
         row(i) + (row(i + grid.width) - row(i)) * f.y
