@@ -86,11 +86,10 @@ impl<'a> Trees<'a> {
         let params = self.plan.sketches[*sketch].told();
         let key = SKETCH.key().input(content(&*dressed)).params(&params).input(drawn.key).finish();
         let made = self.made(SKETCH, key, || match drawn.sketched(&dressed) {
-            Some(sketched) => Shaped { plant: sketched.at(1.0), likeness: sketched.likeness() },
-            None => Shaped { plant: (*dressed).clone(), likeness: None },
+            Some(sketched) => Shaped { plant: Arc::new(sketched.at(1.0)), likeness: sketched.likeness() },
+            None => Shaped { plant: dressed, likeness: None },
         });
-        let likeness = made.likeness;
-        (Arc::new(Arc::try_unwrap(made).map_or_else(|made| made.plant.clone(), |made| made.plant)), likeness)
+        (Arc::clone(&made.plant), made.likeness)
     }
 
     /// A variant with leaves, and every level of it.
@@ -282,7 +281,7 @@ impl Entry for Plant {
 /// A plant that was sketched.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Shaped {
-    plant: Plant,
+    plant: Arc<Plant>,
     likeness: Option<f32>,
 }
 

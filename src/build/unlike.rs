@@ -28,8 +28,8 @@ fn unsketched(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
     let likeness = own.filter_map(|((_, tree), n)| Some((n, tree.likeness?)));
     let (n, worst) = likeness.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, worst)| *worst < SKETCHED)?;
     let message = format!(
-        "its sketch: the crown of number {n} and what is drawn overlap by {worst:.2} of 1: limbs reach no further; draw it \
-         nearer to the source's proportions, or name a source whose limbs begin where the drawn crown does"
+        "its sketch: the crown of number {n} and what is drawn overlap by {worst:.2} of 1; a drawing that is nearer to the \
+         source's proportions is followed better, and so is one by a source whose limbs begin where the drawn crown does"
     );
     Some(Note { about: plan.sketches[sketch].field.clone(), message })
 }
@@ -188,6 +188,26 @@ mod tests {
         let (plan, tree) = made(plant, more, Some(iou));
         let triangles = tree.ladder.levels[0].triangles;
         (triangles, notes(&plan, &[tree], &|_| 1.0))
+    }
+
+    #[test]
+    fn a_crown_that_does_not_follow_its_sketch_is_told_the_least_like_of_several() {
+        let text = "(sources: {\"a\": Import(file: \"a.csv\")}, variants: [Source(\"a\"), \
+                    Sketch(of: \"a\", crown: \"a.svg\"), Sketch(of: \"a\", crown: \"b.svg\")])";
+        let plan = crate::preset::load("poles.ron", text, &mut |_| Ok(String::new())).expect("loads");
+        let mut builder = PlantBuilder::new();
+        builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
+        let (_, tree) = made(&builder.finish().expect("a pole"), "lods: [Full]", None);
+        let told = |of: [Option<f32>; 3]| {
+            let trees = of.map(|likeness| Tree { likeness, ..tree.clone() });
+            notes(&plan, &trees, &|_| 1.0).into_iter().filter(|note| note.message.starts_with("its sketch"))
+        };
+        let told = |of: [Option<f32>; 3]| told(of).collect::<Vec<Note>>();
+        assert_eq!(told([None, Some(0.71), None]), []);
+        let found = told([Some(0.1), Some(0.71), Some(0.69)]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].about == "variants[2]" && found[0].message.contains("number 3"), "{found:?}");
+        assert!(found[0].message.contains("overlap by 0.69"), "{found:?}");
     }
 
     #[test]

@@ -161,6 +161,8 @@ impl Proportions {
         let mut limb: Vec<usize> = (0..plant.chains().len()).collect();
         let mut reach = vec![f32::NEG_INFINITY; plant.chains().len()];
         let mut lowest = 0.0_f32;
+        // From the first foot, so that little is lost of plants that stand far away.
+        let first = posed.positions().first().copied().unwrap_or_default();
         let (mut feet, mut crown) = (Ground::default(), Ground::default());
         for id in plant.chain_ids().filter(|id| here(id.index())) {
             let chain = plant.chain(id);
@@ -187,13 +189,13 @@ impl Proportions {
                 bins[bin] += volume;
                 if chain.parent.is_some() {
                     twigs[bin] += step;
-                    crown.add((p[0] + p[1]) * 0.5, step);
+                    crown.add((p[0] + p[1]) * 0.5 - first, step);
                 }
             }
             lengths[id.index()] = length;
             order.chains += 1;
             let Some(parent) = chain.parent else {
-                feet.add(points[0], radii[0] * radii[0]);
+                feet.add(points[0] - first, radii[0] * radii[0]);
                 continue;
             };
             let (bearer, thick) = (lengths[parent.index()], plant.radii(parent)[0]);

@@ -13,10 +13,10 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::crown::{CLOSE, Crown};
-use super::draw::Sketched;
 use super::outline::{discrete_frechet, resampled};
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
+use super::sketched::Sketched;
 use super::spine::Guided;
 use super::stem::Leads;
 use super::trim::{Depths, between, give_way};

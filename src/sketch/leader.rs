@@ -4,29 +4,36 @@
 //! other, and above a cloud it stood out as a mast. Sideways its handles are therefore told what a curve tells them that bends one
 //! way ([`Bend`]). Along it they go as far as they are told, but that none of its steps is pressed together much more than all of it is,
 //! and where its tip goes stays ([`spaced`]). A stem that would end outside of the sketch ends where it last was
-//! within, all of it that much shorter. Branches make up for that, since each goes where its own handles are told.
+//! within, all of it that much shorter. Branches make up for that, since each goes where its own handles are told. All that is by what is seen
+//! from the front; a view from the side changes neither.
 
 use glam::Vec3;
 
-use super::bound::{Chart, Sketcher};
-use super::raster::{Grid, Mask};
-use super::region::Region;
+use super::bound::{Chart, Sketcher, thickest_stem};
 use super::spine::{PRESSED, arcs};
-use super::trim::Depths;
+use super::stem::Leads;
+use super::trim::Field;
 
-/// Cells along the sketch's longest edge.
-const CELLS: usize = 120;
 /// How far within the sketch a stem ends, over how far leaves reach.
 const WITHIN: f32 = 0.5;
 /// What is left of a stem at least.
 const LEAST: f32 = 0.2;
+/// Places along a stem at which it is looked whether it is within, and how often the way between two of them is halved.
+const PLACES: u16 = 64;
+const HALVED: usize = 6;
 
-/// Changes what handles of stems are told in a level view, each by its share.
-pub(super) fn calm(sketcher: &Sketcher, chart: &Chart, target: &Region, told: &mut [Vec3], shares: &[f32]) {
+/// Changes what handles of stems are told in a level view of what is drawn there, each by its share; `leads` then brings the thickest stem
+/// onto a drawn trunk.
+pub(super) fn calm(
+    sketcher: &Sketcher,
+    chart: &Chart,
+    (drawn, leads): (&Field, &Leads),
+    told: &mut [Vec3],
+    shares: &[f32],
+) {
     let Sketcher { plant, positions, handles, .. } = sketcher;
-    let grid = Grid::over(target.bounds(), CELLS, sketcher.reach);
-    let depths = Depths::of(&Mask::of_region(target, grid));
-    let is_within = |p: Vec3| depths.at(grid, chart.plane.seen(p)) >= WITHIN * sketcher.reach;
+    let is_within = |p: Vec3| drawn.at(chart.plane.seen(p)) >= WITHIN * sketcher.reach;
+    let led = thickest_stem(plant).filter(|_| !leads.is_empty());
     for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_none()) {
         let first = handles.partition_point(|h| h.chain < id);
         let own = first..first + handles[first..].partition_point(|h| h.chain == id);
@@ -46,12 +53,29 @@ pub(super) fn calm(sketcher: &Sketcher, chart: &Chart, target: &Region, told: &m
         let way = |share: f32| bend.at(share) + up * mixed(&along, share, |a, b, f| a + (b - a) * f);
         let moved: Vec<(f32, Vec3)> =
             arc.iter().zip(points).map(|(arc, p)| (share(*arc), *p + way(share(*arc)))).collect();
-        let end = moved.iter().rev().find(|(_, p)| is_within(*p)).map_or(1.0, |(share, _)| share.max(LEAST));
+        let place = |share: f32| mixed(&moved, share, |a, b, f| a.lerp(b, f));
+        let brought = |p: Vec3| if led == Some(id) { p + leads.onto(p) } else { p };
+        let end = end(|share| is_within(brought(place(share)))).max(LEAST);
         for (i, of) in own.zip(&ways[1..]) {
-            let to = mixed(&moved, of.share * end, |a, b, f| a.lerp(b, f));
-            told[i] = told[i].lerp(to - handles[i].position, shares[i]);
+            told[i] = told[i].lerp(place(of.share * end) - handles[i].position, shares[i]);
         }
     }
+}
+
+/// The largest share of a stem up to which it is within; all of it where it is so nowhere.
+fn end(is_within: impl Fn(f32) -> bool) -> f32 {
+    let share = |place: u16| f32::from(place) / f32::from(PLACES);
+    let Some(last) = (0..=PLACES).rev().find(|place| is_within(share(*place))) else { return 1.0 };
+    let (mut within, mut beyond) = (share(last), share((last + 1).min(PLACES)));
+    for _ in 0..HALVED {
+        let middle = (within + beyond) * 0.5;
+        if is_within(middle) {
+            within = middle;
+        } else {
+            beyond = middle;
+        }
+    }
+    within
 }
 
 /// How far rims give way by which handles: those of stems don't where branches have any, or a leader would follow the rim that it
@@ -82,7 +106,11 @@ struct Way {
 fn spaced(ways: &mut [Way]) {
     let Some(tip) = ways.last() else { return };
     let least = PRESSED * ((tip.height + tip.along) / tip.height.max(1e-6)).clamp(0.0, 1.0);
-    let gap = |from: &Way, to: &Way| least * (to.height - from.height).max(0.0);
+    // Where a stem nods, it may as far as it did.
+    let gap = |from: &Way, to: &Way| {
+        let rise = to.height - from.height;
+        if rise > 0.0 { least * rise } else { rise }
+    };
     for i in (1..ways.len().saturating_sub(1)).rev() {
         let most = ways[i + 1].height + ways[i + 1].along - gap(&ways[i], &ways[i + 1]);
         ways[i].along = ways[i].along.min(most - ways[i].height);
@@ -174,6 +202,18 @@ mod tests {
         let found = heights(&sunk);
         assert!((found[5] - 4.0).abs() < 1e-4 && found.windows(2).all(|h| h[1] - h[0] > 0.39), "{found:?}");
         spaced(&mut []);
+        // A stem that nods stays as it is if nothing is told.
+        let mut nods = ways(4, |_| (0.0, Vec3::ZERO));
+        nods.iter_mut().zip([0.0, 1.0, 5.0, 8.0, 6.0]).for_each(|(way, height)| way.height = height);
+        spaced(&mut nods);
+        assert!(nods.iter().all(|way| way.along == 0.0), "{nods:?}");
+    }
+
+    #[test]
+    fn a_stem_ends_where_it_leaves_what_is_drawn_between_its_points_too() {
+        assert!((end(|share| share < 0.73) - 0.73).abs() < 1e-3);
+        assert!((end(|share| (0.5..0.6).contains(&share)) - 0.6).abs() < 1e-3);
+        assert_eq!([end(|_| true), end(|_| false)], [1.0, 1.0]);
     }
 
     #[test]

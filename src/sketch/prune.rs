@@ -7,7 +7,8 @@
 //! What the paper leaves open:
 //!
 //! - Cages are tested as the root moves them, before lobes spread (`sketch/fill.rs`): spreading moves handles, not cages, and
-//!   keeps them inside, so after it nothing would be outside. A lobe that spreading would have brought in wilts all the same.
+//!   keeps them inside, so after it hardly anything would be outside. A lobe that spreading would have brought in wilts all the same.
+//! - What the bounds of branches (`sketch/spine.rs`) then keep outside wilts as well ([`left_outside`]).
 //! - The root is not tested. It has become the sketch's own outline, so nearly all of it is inside, and by the second test
 //!   nothing would ever be pruned.
 //! - A chain is judged by its outer lobe. Where it bears others, its inner lobe alone may lie outside, but the chain can't
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 use super::bound::{Chart, Sketcher};
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
-use super::trim::{Depths, between};
+use super::trim::{Field, between};
 
 /// Share of a cage's area inside the sketch below which it is pruned.
 const LEAST: f32 = 0.3;
@@ -91,7 +92,7 @@ pub(super) fn pruned(
 pub(super) fn left_outside(
     sketcher: &Sketcher,
     chart: &Chart,
-    target: &Region,
+    drawn: &Field,
     shift: &[Vec3],
     near: &[f32],
     wilts: &mut [bool],
@@ -100,23 +101,21 @@ pub(super) fn left_outside(
     if discs.is_empty() {
         return;
     }
-    let grid = Grid::over(target.bounds(), CELLS, *reach * 2.0);
-    let depths = Depths::of(&Mask::of_region(target, grid));
     let mut acts = vec![false; plant.chains().len()];
     for (handle, near) in sketcher.handles.iter().zip(near) {
         acts[handle.chain.index()] |= *near > 0.0;
     }
-    // Of each chain and what it bears: leaves that are within, and all.
-    let mut held = vec![[0.0_f32; 2]; plant.chains().len()];
+    // Of each chain: leaves that are within, and all, by themselves and with what it bears and keeps.
+    let mut own = vec![[0.0_f32; 2]; plant.chains().len()];
     for ((leaf, (place, radius)), (point, f)) in plant.leaves().iter().zip(discs).zip(leaves) {
-        let is_within = depths.at(grid, chart.plane.seen(*place + between(shift, *point, *f))) > -*reach;
-        let held = &mut held[leaf.chain.index()];
+        let is_within = drawn.at(chart.plane.seen(*place + between(shift, *point, *f))) > -*reach;
+        let own = &mut own[leaf.chain.index()];
         let area = radius * radius;
-        *held = [held[0] + if is_within { area } else { 0.0 }, held[1] + area];
+        *own = [own[0] + if is_within { area } else { 0.0 }, own[1] + area];
     }
-    let own = held.clone();
+    let mut held = own.clone();
     for id in plant.chain_ids().rev() {
-        if let Some(parent) = plant.chain(id).parent {
+        if let Some(parent) = plant.chain(id).parent.filter(|_| !wilts[id.index()]) {
             let [within, all] = held[id.index()];
             let of = &mut held[parent.index()];
             *of = [of[0] + within, of[1] + all];

@@ -7,7 +7,7 @@
 //! neighbours: beyond [`TURN`] more than the most of parent and next siblings. A branch that would only follows its
 //! handles so far. Where a trunk is drawn, stems stand on it (`sketch/stem.rs`) whatever handles do. Past the paper, stems
 //! leave the ground as they did before: by the weights alone a lobe to one side turned the whole bole, the foot with it, by up
-//! to 38 degrees; nor is a step of a stem pressed together to less than half. Branches make up for what stems hang back, since each goes where its own handles are told.
+//! to 38 degrees; nor is a step of a stem pressed together to less than half, or half of what is left of a stem that gets shorter. Branches make up for what stems hang back, since each goes where its own handles are told.
 
 use glam::Vec3;
 
@@ -27,7 +27,7 @@ const MOST_TURN: f32 = 1.5;
 pub(super) const SIBLINGS: usize = 3;
 /// Of a stem's length from its foot up, how much of it hangs back behind its handles.
 const FOOT: f32 = 0.6;
-/// What at least is left of the length of each step along a stem.
+/// What at least is left of the length of each step along a stem; of one that gets shorter, that part of what is left of all.
 pub(super) const PRESSED: f32 = 0.5;
 /// Shares of its handles' way that are tried for a branch beyond a bound.
 const SHARES: [f32; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];

@@ -51,7 +51,7 @@ pub enum SketchError {
         most: usize,
     },
     /// No area and no line.
-    #[error("draws nothing: it has no visible path with an area or a length")]
+    #[error("draws no crown: it has no visible path with an area or a length beside what is marked as trunk or foot")]
     Empty,
     /// An open line where only closed shapes make sense.
     #[error("is an open line, which shapes one view only")]

@@ -26,24 +26,43 @@ const DEEP: (f32, f32) = (0.04, 0.22);
 /// Farthest that a lobe moves in a round, over the crown's size.
 const FARTHEST: f32 = 0.05;
 
+/// Depth below what is drawn, and around it.
+pub(super) struct Field {
+    grid: Grid,
+    depths: Depths,
+}
+
+impl Field {
+    /// Of a sketch whose crown's leaves reach so far about where they stand.
+    pub(super) fn of(target: &Region, reach: f32) -> Self {
+        let bounds = target.bounds();
+        // Some cells at least lie around it, whatever the leaves: beyond the grid all is as at its edge.
+        let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + reach;
+        let grid = Grid::over(bounds, CELLS, margin);
+        Self { grid, depths: Depths::of(&Mask::of_region(target, grid)) }
+    }
+
+    /// Metres; below zero outside.
+    pub(super) fn at(&self, p: Vec2) -> f32 {
+        self.depths.at(self.grid, p)
+    }
+}
+
 /// Improves what handles are told in a view, each by its share of the way; gives back how points move, which was
-/// `shift`, and how like the sketch the crown is then.
+/// `shift`, and how like the sketch the crown is then: none of crowns that are not leaves.
 pub(super) fn trimmed(
     (sketcher, guided): (&Sketcher, &Guided),
     chart: &Chart,
-    target: &Region,
+    Field { grid, depths: drawn }: &Field,
     wilts: &[bool],
     told: &mut Vec<Vec3>,
     shares: &[f32],
     mut shift: Vec<Vec3>,
 ) -> (Vec<Vec3>, Option<f32>) {
-    if shares.iter().all(|share| *share <= 0.0) || sketcher.leaves.is_empty() {
+    if sketcher.discs.is_empty() {
         return (shift, None);
     }
-    let bounds = target.bounds();
-    let margin = (bounds[1] - bounds[0]).max_element() * 0.12 + sketcher.reach;
-    let grid = Grid::over(bounds, CELLS, margin);
-    let drawn = Depths::of(&Mask::of_region(target, grid));
+    let grid = *grid;
     let inside: Vec<bool> = drawn.0.iter().map(|d| *d > 0.0).collect();
     let mut covered = cover(sketcher, chart, grid, wilts, &shift);
     let mut best = likeness(&covered, &inside);
@@ -52,7 +71,7 @@ pub(super) fn trimmed(
         let handles = next.iter_mut().zip(&sketcher.handles).zip(&sketcher.on).zip(shares);
         for (((told, handle), (point, f)), share) in handles {
             let place = handle.position + between(&shift, *point, *f);
-            *told += give_way(sketcher, chart, grid, [&covered, &drawn], place, *share);
+            *told += give_way(sketcher, chart, grid, [&covered, drawn], place, *share);
         }
         let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
         let now = cover(sketcher, chart, grid, wilts, &moved);

@@ -4,8 +4,8 @@ use super::*;
 use crate::base::math;
 use crate::plant::ChainId;
 
-/// A spruce: a leader of 12 m from whose foot to whose tip limbs get shorter, each with leaves along it.
-fn spruce() -> Plant {
+/// A spruce with leaves of so many metres: a leader of 12 m from whose foot to whose tip limbs get shorter, each with leaves along it.
+fn spruce(leaf: f32) -> Plant {
     let mut builder = PlantBuilder::new();
     let up: Vec<Vec3> = (0..=12).map(|i| Vec3::Y * i as f32).collect();
     let radii: Vec<f32> = (0..=12).map(|i| 0.2 - 0.015 * i as f32).collect();
@@ -17,7 +17,7 @@ fn spruce() -> Plant {
         let way = Vec3::new(cos, -0.1, sin) * (2.6 * (1.05 - location));
         let limb = builder.branch(stem, location, &[Vec3::ZERO, way * 0.5, way], &[0.03, 0.02, 0.01]);
         for k in 0..10 {
-            builder.leaf(Leaf::new(limb, (k as f32 + seed.at(k).unit()) / 10.0, Rotation::IDENTITY, 0.25, 0));
+            builder.leaf(Leaf::new(limb, (k as f32 + seed.at(k).unit()) / 10.0, Rotation::IDENTITY, leaf, 0));
         }
     }
     builder.finish().unwrap()
@@ -25,7 +25,7 @@ fn spruce() -> Plant {
 
 #[test]
 fn a_leader_ends_within_a_sketch_that_is_lower_and_bends_one_way() {
-    let plant = Arc::new(spruce());
+    let plant = Arc::new(spruce(0.25));
     let sketcher = bound(plant.clone(), FRONT).unwrap();
     for body in [HEART, "<ellipse cx='5' cy='5' rx='4' ry='3'/>", "<path d='M0 9L2 3L4 5L6 2L10 9Z'/>"] {
         let drawn = drawing(body);
@@ -49,15 +49,29 @@ fn a_leader_ends_within_a_sketch_that_is_lower_and_bends_one_way() {
 }
 
 #[test]
+fn a_leader_with_small_leaves_ends_within_too() {
+    // Leaves of two centimetres reach far less than the cells that are looked at are wide.
+    let sketcher = bound(Arc::new(spruce(0.02)), FRONT).unwrap();
+    for body in ["<ellipse cx='5' cy='5' rx='4' ry='3'/>", "<rect width='9' height='6'/>"] {
+        let drawn = drawing(body);
+        let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+        let made = sketched.at(1.0);
+        let tip = *made.pose().chain(&made, ChainId(0)).last().unwrap();
+        let high = sketched.targets[0].bounds()[1].y;
+        assert!(tip.y < high + 0.05, "{body}: {} over {high}", tip.y);
+    }
+}
+
+#[test]
 fn what_lies_outside_when_all_has_moved_wilts_unless_that_is_most_of_a_crown() {
-    let sketcher = bound(Arc::new(spruce()), FRONT).unwrap();
+    let sketcher = bound(Arc::new(spruce(0.25)), FRONT).unwrap();
     let still = vec![Vec3::ZERO; sketcher.positions.len()];
     let wilting = |right: f32| {
         let ring = [(-9.0, 0.0), (right, 0.0), (right, 15.0), (-9.0, 15.0)].map(|(x, y)| Vec2::new(x, y));
-        let region = Region::of(&[ring.to_vec()], Fill::NonZero);
+        let drawn = super::super::trim::Field::of(&Region::of(&[ring.to_vec()], Fill::NonZero), sketcher.reach);
         let mut wilts = vec![false; sketcher.plant.chains().len()];
         let near = vec![1.0; sketcher.handles.len()];
-        super::prune::left_outside(&sketcher, &sketcher.charts[0], &region, &still, &near, &mut wilts);
+        super::prune::left_outside(&sketcher, &sketcher.charts[0], &drawn, &still, &near, &mut wilts);
         wilts
     };
     let posed = sketcher.plant.pose();
