@@ -198,11 +198,12 @@ mod tests {
         let mut builder = PlantBuilder::new();
         builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.05, 0.05]);
         let (_, tree) = made(&builder.finish().expect("a pole"), "lods: [Full]", None);
-        let told = |of: [Option<f32>; 3]| {
+        let told = |of: [Option<f32>; 3]| -> Vec<Note> {
             let trees = of.map(|likeness| Tree { likeness, ..tree.clone() });
-            notes(&plan, &trees, &|_| 1.0).into_iter().filter(|note| note.message.starts_with("its sketch"))
+            let mut told = notes(&plan, &trees, &|_| 1.0);
+            told.retain(|note| note.message.starts_with("its sketch"));
+            told
         };
-        let told = |of: [Option<f32>; 3]| told(of).collect::<Vec<Note>>();
         assert_eq!(told([None, Some(0.71), None]), []);
         let found = told([Some(0.1), Some(0.71), Some(0.69)]);
         assert_eq!(found.len(), 1, "{found:?}");

@@ -160,10 +160,8 @@ impl Sketcher {
         }
         // Of a sketch that changes something.
         let drawn = shares.iter().any(|share| *share > 0.0).then(|| Field::of(&front.region, self.reach));
-        let mut shares = shares;
-        if let Some(drawn) = drawn.as_ref().filter(|_| chart.plane.steepness() == 0.0) {
+        if let Some(drawn) = &drawn {
             leader::calm(self, chart, (drawn, &guided.leads), &mut told, &shares);
-            shares = leader::without_stems(self, shares);
         }
         let shift = self.spines.moved(&self.positions, &told, &guided);
         let (shift, likeness) = match &drawn {

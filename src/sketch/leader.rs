@@ -22,8 +22,8 @@ const LEAST: f32 = 0.2;
 const PLACES: u16 = 64;
 const HALVED: usize = 6;
 
-/// Changes what handles of stems are told in a level view of what is drawn there, each by its share; `leads` then brings the thickest stem
-/// onto a drawn trunk.
+/// Changes what handles of stems are told in a level view of what is drawn there, each by its share; nothing in others. `leads` then brings
+/// the thickest stem onto a drawn trunk.
 pub(super) fn calm(
     sketcher: &Sketcher,
     chart: &Chart,
@@ -31,6 +31,9 @@ pub(super) fn calm(
     told: &mut [Vec3],
     shares: &[f32],
 ) {
+    if chart.plane.steepness() != 0.0 {
+        return;
+    }
     let Sketcher { plant, positions, handles, .. } = sketcher;
     let is_within = |p: Vec3| drawn.at(chart.plane.seen(p)) >= WITHIN * sketcher.reach;
     let led = thickest_stem(plant).filter(|_| !leads.is_empty());
@@ -76,16 +79,6 @@ fn end(is_within: impl Fn(f32) -> bool) -> f32 {
         }
     }
     within
-}
-
-/// How far rims give way by which handles: those of stems don't where branches have any, or a leader would follow the rim that it
-/// ends below.
-pub(super) fn without_stems(sketcher: &Sketcher, mut shares: Vec<f32>) -> Vec<f32> {
-    let is_of_stem = |i: &usize| sketcher.plant.chain(sketcher.handles[*i].chain).parent.is_none();
-    if !(0..shares.len()).all(|i| is_of_stem(&i)) {
-        (0..shares.len()).filter(is_of_stem).for_each(|i| shares[i] = 0.0);
-    }
-    shares
 }
 
 /// What a place on a stem is told.

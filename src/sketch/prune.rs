@@ -62,10 +62,7 @@ pub(super) fn pruned(
             state => state,
         };
     }
-    let mut acts = vec![false; plant.chains().len()];
-    for (handle, near) in sketcher.handles.iter().zip(near) {
-        acts[handle.chain.index()] |= *near > 0.0;
-    }
+    let acts = acted_on(sketcher, near);
     let mut wilts = vec![false; plant.chains().len()];
     let (mut lost, mut all) = (0.0_f32, 0.0_f32);
     for id in plant.chain_ids() {
@@ -87,6 +84,15 @@ pub(super) fn pruned(
     if lost > all * MOST { vec![false; wilts.len()] } else { wilts }
 }
 
+/// For each chain whether the sketch acts about any of its handles.
+fn acted_on(sketcher: &Sketcher, near: &[f32]) -> Vec<bool> {
+    let mut acts = vec![false; sketcher.plant.chains().len()];
+    for (handle, near) in sketcher.handles.iter().zip(near) {
+        acts[handle.chain.index()] |= *near > 0.0;
+    }
+    acts
+}
+
 /// Has those chains wilt, too, that their bounds keep outside ([`super::spine`]), judged by their leaves and those of what they
 /// bear when points move by `shift`: from limbs to twigs. No more than all may lose.
 pub(super) fn left_outside(
@@ -101,10 +107,7 @@ pub(super) fn left_outside(
     if discs.is_empty() {
         return;
     }
-    let mut acts = vec![false; plant.chains().len()];
-    for (handle, near) in sketcher.handles.iter().zip(near) {
-        acts[handle.chain.index()] |= *near > 0.0;
-    }
+    let acts = acted_on(sketcher, near);
     // Of each chain: leaves that are within, and all, by themselves and with what it bears and keeps.
     let mut own = vec![[0.0_f32; 2]; plant.chains().len()];
     for ((leaf, (place, radius)), (point, f)) in plant.leaves().iter().zip(discs).zip(leaves) {

@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3};
 use super::bound::{Chart, Sketcher};
 use super::crown::CLOSE;
 use super::frame::ViewPlane;
+use super::leader::calm;
 use super::raster::{Grid, Mask};
 use super::region::Region;
 use super::spine::Guided;
@@ -53,7 +54,7 @@ impl Field {
 pub(super) fn trimmed(
     (sketcher, guided): (&Sketcher, &Guided),
     chart: &Chart,
-    Field { grid, depths: drawn }: &Field,
+    field: &Field,
     wilts: &[bool],
     told: &mut Vec<Vec3>,
     shares: &[f32],
@@ -62,6 +63,7 @@ pub(super) fn trimmed(
     if sketcher.discs.is_empty() {
         return (shift, None);
     }
+    let Field { grid, depths: drawn } = field;
     let grid = *grid;
     let inside: Vec<bool> = drawn.0.iter().map(|d| *d > 0.0).collect();
     let mut covered = cover(sketcher, chart, grid, wilts, &shift);
@@ -73,6 +75,7 @@ pub(super) fn trimmed(
             let place = handle.position + between(&shift, *point, *f);
             *told += give_way(sketcher, chart, grid, [&covered, drawn], place, *share);
         }
+        calm(sketcher, chart, (field, &guided.leads), &mut next, shares);
         let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
         let now = cover(sketcher, chart, grid, wilts, &moved);
         let near = likeness(&now, &inside);
