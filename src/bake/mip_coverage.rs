@@ -242,7 +242,7 @@ impl Design {
             alpha = halved(&alpha, wide, high);
             (wide, high) = (wide / 2, high / 2);
             let mut pools = Pool::all(pictures, k);
-            pools.retain(|pool| pool.kind != PictureKind::Frames);
+            pools.retain(|pool| pool.kind != PictureKind::Frames && !pool.is_beyond(pictures, k));
             let more = |pool: &Pool| {
                 let goal = (pool.mean(pictures, |i| goals[i]) * pool.fuller(pictures, k)).min(MOST_SHOWN);
                 let shown = pool.shown(pictures, (&alpha, (wide, high)), k);

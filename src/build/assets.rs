@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 11);
+const ATLAS: Stage = Stage("atlas", 12);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 2);
 const FILES: Stage = Stage("files", 5);

@@ -19,10 +19,10 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 19);
-const SKETCH: Stage = Stage("sketch", 17);
-const LADDER: Stage = Stage("ladder", 58);
+const SKETCH: Stage = Stage("sketch", 18);
+const LADDER: Stage = Stage("ladder", 59);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 52);
+const LEVEL: Stage = Stage("level", 53);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 16);
 /// What colours it has there, likewise.
@@ -31,7 +31,7 @@ const COLORS: Stage = Stage("colors", 12);
 const OUTLINES: Stage = Stage("outlines", 12);
 const REFERENCE: Stage = Stage("reference", 15);
 /// Pictures that are ready to be drawn; kept in memory only.
-const STOCK: Stage = Stage("stock", 8);
+const STOCK: Stage = Stage("stock", 9);
 
 /// Share of an atlas that pictures and their gutters are reckoned to fill.
 const FILLED: f64 = 0.93;

@@ -160,8 +160,8 @@ impl Sketcher {
         }
         // Of a sketch that changes something.
         let drawn = shares.iter().any(|share| *share > 0.0).then(|| Field::of(&front.region, self.reach));
-        if let Some(drawn) = &drawn {
-            leader::calm(self, chart, (drawn, &guided.leads), &mut told, &shares);
+        if drawn.is_some() {
+            leader::calm(self, chart, &mut told, &shares);
         }
         let shift = self.spines.moved(&self.positions, &told, &guided);
         let (shift, likeness) = match &drawn {

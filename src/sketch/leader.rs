@@ -1,42 +1,21 @@
-//! Stems under a sketch go one way, and end within it.
+//! Stems under a sketch go one way.
 //!
 //! Lobes spread to all sides, and a stem's own handles with them: under a heart a leader went up into one lobe and crossed to the
-//! other, and above a cloud it stood out as a mast. Sideways its handles are therefore told what a curve tells them that bends one
-//! way ([`Bend`]). Along it they go as far as they are told, but that none of its steps is pressed together much more than all of it is,
-//! and where its tip goes stays ([`spaced`]). A stem that would end outside of the sketch ends where it last was
-//! within, all of it that much shorter. Branches make up for that, since each goes where its own handles are told. All that is by what is seen
-//! from the front; a view from the side changes neither.
+//! other. Sideways its handles are therefore told what a curve tells them that bends one way ([`Bend`]). Along it they go as far as
+//! they are told, but that none of its steps is pressed together much more than all of it is, and where its tip goes stays
+//! ([`spaced`]). All that is by what is seen from the front; a view from the side does not change it.
 
 use glam::Vec3;
 
-use super::bound::{Chart, Sketcher, thickest_stem};
+use super::bound::{Chart, Sketcher};
 use super::spine::{PRESSED, arcs};
-use super::stem::Leads;
-use super::trim::Field;
 
-/// How far within the sketch a stem ends, over how far leaves reach.
-const WITHIN: f32 = 0.5;
-/// What is left of a stem at least.
-const LEAST: f32 = 0.2;
-/// Places along a stem at which it is looked whether it is within, and how often the way between two of them is halved.
-const PLACES: u16 = 64;
-const HALVED: usize = 6;
-
-/// Changes what handles of stems are told in a level view of what is drawn there, each by its share; nothing in others. `leads` then brings
-/// the thickest stem onto a drawn trunk.
-pub(super) fn calm(
-    sketcher: &Sketcher,
-    chart: &Chart,
-    (drawn, leads): (&Field, &Leads),
-    told: &mut [Vec3],
-    shares: &[f32],
-) {
+/// Changes what handles of stems are told in a level view, each by its share; nothing in others.
+pub(super) fn calm(sketcher: &Sketcher, chart: &Chart, told: &mut [Vec3], shares: &[f32]) {
     if chart.plane.steepness() != 0.0 {
         return;
     }
     let Sketcher { plant, positions, handles, .. } = sketcher;
-    let is_within = |p: Vec3| drawn.at(chart.plane.seen(p)) >= WITHIN * sketcher.reach;
-    let led = thickest_stem(plant).filter(|_| !leads.is_empty());
     for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_none()) {
         let first = handles.partition_point(|h| h.chain < id);
         let own = first..first + handles[first..].partition_point(|h| h.chain == id);
@@ -44,41 +23,18 @@ pub(super) fn calm(
         let arc = arcs(points);
         let (foot, length) = (points[0], arc[arc.len() - 1]);
         let Some(up) = (points[points.len() - 1] - foot).try_normalize().filter(|_| !own.is_empty()) else { continue };
-        let share = |arc: f64| (arc / length) as f32;
         let mut ways = vec![Way { share: 0.0, height: 0.0, along: 0.0, aside: Vec3::ZERO, weight: 0.0 }];
         ways.extend(own.clone().map(|i| {
             let (along, height) = (told[i].dot(up), (handles[i].position - foot).dot(up));
-            Way { share: share(handles[i].arc), height, along, aside: told[i] - up * along, weight: handles[i].weight }
+            let share = (handles[i].arc / length) as f32;
+            Way { share, height, along, aside: told[i] - up * along, weight: handles[i].weight }
         }));
         spaced(&mut ways);
         let bend = Bend::of(&ways);
-        let along: Vec<(f32, f32)> = ways.iter().map(|way| (way.share, way.along)).collect();
-        let way = |share: f32| bend.at(share) + up * mixed(&along, share, |a, b, f| a + (b - a) * f);
-        let moved: Vec<(f32, Vec3)> =
-            arc.iter().zip(points).map(|(arc, p)| (share(*arc), *p + way(share(*arc)))).collect();
-        let place = |share: f32| mixed(&moved, share, |a, b, f| a.lerp(b, f));
-        let brought = |p: Vec3| if led == Some(id) { p + leads.onto(p) } else { p };
-        let end = end(|share| is_within(brought(place(share)))).max(LEAST);
-        for (i, of) in own.zip(&ways[1..]) {
-            told[i] = told[i].lerp(place(of.share * end) - handles[i].position, shares[i]);
+        for (i, way) in own.zip(&ways[1..]) {
+            told[i] = told[i].lerp(bend.at(way.share) + up * way.along, shares[i]);
         }
     }
-}
-
-/// The largest share of a stem up to which it is within; all of it where it is so nowhere.
-fn end(is_within: impl Fn(f32) -> bool) -> f32 {
-    let share = |place: u16| f32::from(place) / f32::from(PLACES);
-    let Some(last) = (0..=PLACES).rev().find(|place| is_within(share(*place))) else { return 1.0 };
-    let (mut within, mut beyond) = (share(last), share((last + 1).min(PLACES)));
-    for _ in 0..HALVED {
-        let middle = (within + beyond) * 0.5;
-        if is_within(middle) {
-            within = middle;
-        } else {
-            beyond = middle;
-        }
-    }
-    within
 }
 
 /// What a place on a stem is told.
@@ -112,14 +68,6 @@ fn spaced(ways: &mut [Way]) {
         let least = ways[i - 1].height + ways[i - 1].along + gap(&ways[i - 1], &ways[i]);
         ways[i].along = ways[i].along.max(least - ways[i].height);
     }
-}
-
-/// What lies at a share, of values that are told with theirs.
-fn mixed<T: Copy>(all: &[(f32, T)], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
-    let after = all.partition_point(|(s, _)| *s < share).clamp(1, all.len() - 1);
-    let (from, to) = (all[after - 1], all[after]);
-    let f = if to.0 > from.0 { ((share - from.0) / (to.0 - from.0)).clamp(0.0, 1.0) } else { 1.0 };
-    mix(from.1, to.1, f)
 }
 
 /// Ways aside along a stem that bend one way: `a s + b s²` at each share `s` of its length.
@@ -200,19 +148,5 @@ mod tests {
         nods.iter_mut().zip([0.0, 1.0, 5.0, 8.0, 6.0]).for_each(|(way, height)| way.height = height);
         spaced(&mut nods);
         assert!(nods.iter().all(|way| way.along == 0.0), "{nods:?}");
-    }
-
-    #[test]
-    fn a_stem_ends_where_it_leaves_what_is_drawn_between_its_points_too() {
-        assert!((end(|share| share < 0.73) - 0.73).abs() < 1e-3);
-        assert!((end(|share| (0.5..0.6).contains(&share)) - 0.6).abs() < 1e-3);
-        assert_eq!([end(|_| true), end(|_| false)], [1.0, 1.0]);
-    }
-
-    #[test]
-    fn what_lies_between_is_mixed() {
-        let all = [(0.0, 0.0), (0.5, 1.0), (1.0, 5.0)];
-        let at = |share: f32| mixed(&all, share, |a: f32, b, f| a + (b - a) * f);
-        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0, 2.0].map(at), [0.0, 0.5, 1.0, 3.0, 5.0, 5.0]);
     }
 }

@@ -75,7 +75,7 @@ pub(super) fn trimmed(
             let place = handle.position + between(&shift, *point, *f);
             *told += give_way(sketcher, chart, grid, [&covered, drawn], place, *share);
         }
-        calm(sketcher, chart, (field, &guided.leads), &mut next, shares);
+        calm(sketcher, chart, &mut next, shares);
         let moved = sketcher.spines.moved(&sketcher.positions, &next, guided);
         let now = cover(sketcher, chart, grid, wilts, &moved);
         let near = likeness(&now, &inside);

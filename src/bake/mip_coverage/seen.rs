@@ -141,10 +141,20 @@ impl Pool {
         self.of.iter().map(|&i| &pictures[i])
     }
 
+    /// How many squares of the `k`-th mip one of them takes, in the mean.
+    fn squares(&self, pictures: &[Picture], k: usize) -> f64 {
+        let area: f64 = self.members(pictures).map(Picture::area).sum();
+        area / self.of.len().max(1) as f64 / (1_u64 << (2 * k)) as f64
+    }
+
+    /// Whether nothing is asked of the `k`-th mip: cards that are less than a pixel there are of a tree of a few pixels.
+    pub(super) fn is_beyond(&self, pictures: &[Picture], k: usize) -> bool {
+        self.kind == PictureKind::Card && self.squares(pictures, k) < 1.0
+    }
+
     /// How much more is to show of the `k`-th mip than level 0 does.
     pub(super) fn fuller(&self, pictures: &[Picture], k: usize) -> f32 {
-        let area: f64 = self.members(pictures).map(Picture::area).sum();
-        match area / self.of.len().max(1) as f64 / (1_u64 << (2 * k)) as f64 {
+        match self.squares(pictures, k) {
             _ if self.kind != PictureKind::Leaf => 1.0,
             squares if squares > 2.0 => 1.0,
             squares if squares > 0.5 => FULLER[0],

@@ -127,6 +127,7 @@ impl Level {
         let of = |(i, pool): (usize, &Pool)| match pool.kind {
             PictureKind::Frames if k <= SHEET_MIPS => Choice::Solid(fullest(squares, owned(i, pool))),
             PictureKind::Frames => Choice::None,
+            _ if pool.is_beyond(pictures, k) => Choice::None,
             PictureKind::Leaf | PictureKind::Card => {
                 let share = pool.mean(pictures, |p| pictures[p].solid * asked(p));
                 let by = pool.shift(pictures, (|i: usize| squares[i].own, size), k, share);

@@ -147,3 +147,32 @@ fn nothing_stays_nothing_and_odd_sizes_are_answered() {
         1.0
     );
 }
+
+#[test]
+fn cards_of_fronds_show_no_more_from_afar_for_the_sake_of_mips_that_nobody_sees() {
+    // Thin lines from the foot of each card, soft at their edges: about a tenth is solid.
+    const CELL: u32 = 64;
+    let (across, down) = (6, 4);
+    let (wide, high) = (across * CELL, down * CELL);
+    let mut alpha = vec![0_u8; (wide * high) as usize];
+    let mut cards = Vec::new();
+    for card in 0..across * down {
+        let rect = Rect { x: card % across * CELL + 4, y: card / across * CELL + 4, width: 52, height: 48 };
+        for line in 0..5_u64 {
+            let seed = Seed::new(3).at(u64::from(card)).at(line);
+            let (sin, cos) = math::sin_cos(seed.at(0).range(0.3, 2.8));
+            let bend = seed.at(1).range(-0.01, 0.01);
+            for (x, y) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (x, y))) {
+                let (dx, dy) = (x as f32 - 26.0, 47.0 - y as f32);
+                let (along, aside) = (dx * cos + dy * sin, dx * sin - dy * cos);
+                let off = (aside - bend * along * along).abs();
+                let a = if along > 0.0 && along < 40.0 { ((1.3 - off) * 180.0).clamp(0.0, 255.0) as u8 } else { 0 };
+                let at = &mut alpha[((rect.y + y) * wide + rect.x + x) as usize];
+                *at = (*at).max(a);
+            }
+        }
+        cards.push((rect, PictureKind::Card));
+    }
+    let after = preserve_alpha(&mut alpha, (wide, high), &cards).after;
+    assert!(after[1..=3].iter().all(|share| (share / after[0] - 1.0).abs() < 0.15), "{after:?}");
+}
