@@ -7,7 +7,7 @@
 // Silhouettes are compared as `src/lod/agree.rs` does: orthographic views on a golden spiral from level to 45 degrees,
 // samples of a pixel counted, a pixel drawn where half of them are covered, mean of four rasters of pixels. Impostors wear their shader
 // (`examples/engines/impostor.js`). At one sample a pixel levels must show
-// what `shown` says. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
+// what `shown` says; what they show of the level that they take over from is told. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";
@@ -101,7 +101,7 @@ window.compare = async (file, levels, lines) => {
   const full = await mesh(levels[0].mesh);
   const box = new THREE.Box3().setFromObject(full);
   const found = [];
-  for (const { mesh: name, kind, pixels, count } of levels.slice(1)) {
+  for (const { mesh: name, kind, pixels, count, before } of levels.slice(1)) {
     const from = views(box, pixels, count);
     const samples = Math.min(40, Math.max(2, 2 * Math.ceil(lines / pixels / 2)));
     const [a, b] = [drawn(full, from, samples), drawn(await mesh(name, kind), from, samples)];
@@ -120,36 +120,44 @@ window.compare = async (file, levels, lines) => {
     });
     // What an engine draws at a sample a pixel, where mips are seen.
     const area = (pictures) => pictures.reduce((sum, pixels) => sum + pixels.reduce((s, covered) => s + covered, 0), 0);
-    const plain = area(drawn(await mesh(name, kind), from, 1)) / area(a);
-    found.push({ iou, coverage, plain });
+    const [shown, last] = [area(drawn(await mesh(name, kind), from, 1)), area(drawn(await mesh(before.mesh, before.kind), from, 1))];
+    found.push({ iou, coverage, plain: shown / area(a), jump: shown / last });
   }
   return found;
 };`, { edge: 64, chromium });
 
 let compared = 0;
-const worst = [0, 0];
+const [worst, range, jumps] = [[0, 0], [Infinity, 0], [Infinity, 0]];
+const widen = (range, value) => range.splice(0, 2, Math.min(range[0], value), Math.max(range[1], value));
 for (const variant of set.variants.slice(0, Number(most))) {
   const told = variant.levels.filter((level) => level.measured && ["Thinned", "BillboardCloud", "Impostor"].includes(level.kind));
-  const asked = told.map(({ mesh, kind, measured }) => ({ mesh, kind, pixels: measured.pixels, count: measured.views }));
+  const before = (level) => variant.levels[variant.levels.indexOf(level) - 1];
+  const asked = told.map((level) => ({
+    mesh: level.mesh, kind: level.kind, pixels: level.measured.pixels, count: level.measured.views, before: before(level),
+  }));
   const found = await tab
     .evaluate(([file, levels, lines]) => window.compare(file, levels, lines), [variant.file, [variant.levels[0], ...asked], lines])
     .catch((error) => faults.push(`${variant.file}: ${error}`));
   if (!Array.isArray(found)) continue;
-  found.forEach(({ iou, coverage, plain }, i) => {
+  found.forEach(({ iou, coverage, plain, jump }, i) => {
     const { mesh, kind, measured } = told[i];
     const [least, most] = shown[kind];
-    console.log(`${plain > least && plain < most ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels, a sample each: ${plain.toFixed(3)} of the tree`);
+    console.log(`${plain > least && plain < most ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels, a sample each: ${plain.toFixed(3)} of the tree, ${jump.toFixed(3)} of the level before`);
     if (!(plain > least && plain < most)) faults.push(`${mesh}: at a sample a pixel ${plain.toFixed(3)} of the tree is seen`);
     const off = Math.max(Math.abs(iou - measured.iou_mean), Math.abs(coverage - measured.coverage));
     console.log(`${off <= tolerance ? "ok    " : "FAILED"} ${mesh} at ${measured.pixels} pixels: IoU ${iou.toFixed(4)}, the manifest ` +
       `${measured.iou_mean.toFixed(4)}; coverage ${coverage.toFixed(4)}, the manifest ${measured.coverage.toFixed(4)}`);
     if (!(off <= tolerance)) faults.push(`${mesh}: three.js sees another tree, off by ${off.toFixed(4)}`);
     compared += 1;
+    widen(range, plain);
+    widen(jumps, jump);
     worst[0] = Math.max(worst[0], Math.abs(iou - measured.iou_mean));
     worst[1] = Math.max(worst[1], Math.abs(coverage - measured.coverage));
   });
 }
 if (compared === 0) faults.push("no level was compared");
+const [seen, jumped] = [range, jumps].map((range) => range.map((share) => share.toFixed(3)).join(" to "));
+console.log(`At a sample a pixel levels show ${seen} of the tree, and ${jumped} of the level before`);
 console.log(`${compared} levels: IoU off by ${worst[0].toFixed(4)} at most, coverage by ${worst[1].toFixed(4)}`);
 await close();
 faults.forEach((fault) => console.error(fault));
