@@ -232,6 +232,8 @@ impl Design {
         eager: f32,
     ) -> Vec<f32> {
         let mut off = vec![0.0; pictures.len()];
+        // Of a card that shows too much at a mip the next is asked for that much less: what lifts that lifts what is clear at this one.
+        let mut less = vec![1.0_f32; pictures.len()];
         // Thin leaves show a little less between texels than they have: far away they are to show what they have.
         let goal = |picture: &Picture| picture.counted(&alpha, (wide, high), 0).max(picture.solid);
         let goals: Vec<f32> = pictures.par_iter().map(goal).collect();
@@ -253,7 +255,8 @@ impl Design {
                 let share = if pictures[i].is_many(k) { 1.0 } else { SHARED };
                 off[i] += math::ln(*more).abs() * WEIGHTS[k - 1] * share;
                 let asked = &mut self.asked[i].0[k - 1];
-                *asked = (*asked * math::pow(*more, eager)).clamp(MOST_ASKED.recip(), MOST_ASKED);
+                *asked = (*asked * math::pow(*more, eager) * less[i]).clamp(MOST_ASKED.recip(), MOST_ASKED);
+                less[i] = if pictures[i].kind == PictureKind::Card { more.min(1.0) } else { 1.0 };
             }
         }
         off

@@ -174,5 +174,5 @@ fn cards_of_fronds_show_no_more_from_afar_for_the_sake_of_mips_that_nobody_sees(
         cards.push((rect, PictureKind::Card));
     }
     let after = preserve_alpha(&mut alpha, (wide, high), &cards).after;
-    assert!(after[1..=3].iter().all(|share| (share / after[0] - 1.0).abs() < 0.15), "{after:?}");
+    assert!(after[1..=3].iter().all(|share| (share / after[0] - 1.0).abs() < 0.2), "{after:?}");
 }
