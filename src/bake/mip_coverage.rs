@@ -112,7 +112,7 @@ pub fn preserve_coverage(maps: &mut Maps) -> CoverageReport {
 }
 
 /// What a picture is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PictureKind {
     /// A leaf or spray, of which a crown wears thousands.
     Leaf,
@@ -128,6 +128,37 @@ pub fn preserve_alpha(alpha: &mut [u8], size: (u32, u32), pictures: &[(Rect, Pic
     let before = coverage_in(alpha, size, pictures);
     Design::default().move_alpha(alpha, size, pictures);
     CoverageReport { before, after: coverage_in(alpha, size, pictures) }
+}
+
+/// Share of what shows of the pictures of an atlas at each of the mips that a file carries itself, level 0 first.
+#[must_use]
+pub fn coverage_of_mips(levels: &[Maps], pictures: &[(Rect, PictureKind)]) -> Vec<f32> {
+    let alphas = levels.iter().map(|level| level.color.iter().map(|c| c[3]).collect::<Vec<u8>>());
+    let sizes = levels.iter().map(|level| (level.width, level.height));
+    let (Some(first), Some(size)) = (alphas.clone().next(), sizes.clone().next()) else { return Vec::new() };
+    let pictures = Picture::all(&first, size, pictures);
+    let area: f64 = pictures.iter().map(Picture::area).sum();
+    let share = |(k, (alpha, (width, height))): (usize, (Vec<u8>, (u32, u32)))| {
+        let size = (width as usize, height as usize);
+        let shown: f64 = pictures.iter().map(|p| p.area() * f64::from(p.counted(&alpha, size, k))).sum();
+        (shown / area.max(1.0)) as f32
+    };
+    alphas.zip(sizes).enumerate().map(share).collect()
+}
+
+/// Moves the alpha of mips that a file carries itself, level 0 first and left as it is, so that each shows of every picture what
+/// level 0 does: nothing has to be made of the texels before it.
+pub(super) fn keep_shown(levels: &mut [Vec<u8>], (width, height): (u32, u32), pictures: &[(Rect, PictureKind)]) {
+    let Some((first, mips)) = levels.split_first_mut() else { return };
+    let pictures = Picture::all(first, (width, height), pictures);
+    let size = |k: usize| ((width as usize >> k).max(1), (height as usize >> k).max(1));
+    let goals: Vec<f32> = pictures.par_iter().map(|picture| picture.counted(first, size(0), 0)).collect();
+    mips.par_iter_mut().enumerate().for_each(|(i, alpha)| {
+        let (k, size) = (i + 1, size(i + 1));
+        if alpha.len() == size.0 * size.1 {
+            squares::shift(alpha, size, k, &pictures, &goals);
+        }
+    });
 }
 
 /// Coverage of the pictures of an atlas, as [`CoverageReport`] tells it.

@@ -1,16 +1,17 @@
 //! A material's mips, for textures that carry them.
 //!
 //! Each is the mean of the one before it: colour in linear light and by its alpha, normals brought to unit length. Of a
-//! cut-out the first nine are left as they are, since the atlas' alpha is made for them (`mip_coverage.rs`); of those beyond
+//! cut-out alpha is moved in the first nine so that they show of each picture what level 0 does (`mip_coverage.rs`; a PNG, whose
+//! mips engines make, can't have that), but for sheets of frames, which the atlas' alpha is made for; of those beyond
 //! as many texels are solid as level 0 covers, those of the greatest alpha.
 //! Alpha then keeps [`MARGIN`] steps off the cut-off, also at level 0, so that what block compression rounds stays on its
 //! side. No filter is wider than the box: pictures of an atlas would run into one another.
 
 use rayon::prelude::*;
 
-use super::Maps;
-use super::mip_coverage::{ALPHA_CUTOFF, MIPS};
+use super::mip_coverage::{ALPHA_CUTOFF, MIPS, keep_shown};
 use super::resample::resample;
+use super::{Maps, PictureKind, Rect};
 
 /// Steps of alpha between a texel and the cut-off.
 const MARGIN: u8 = 8;
@@ -32,6 +33,12 @@ pub enum AlphaUse {
 /// down. Empty for maps without texels or whose arrays aren't of their size.
 #[must_use]
 pub fn mips(maps: &Maps, alpha: AlphaUse) -> Vec<Maps> {
+    mips_of(maps, alpha, &[])
+}
+
+/// As [`mips`], of an atlas of these pictures.
+#[must_use]
+pub fn mips_of(maps: &Maps, alpha: AlphaUse, pictures: &[(Rect, PictureKind)]) -> Vec<Maps> {
     let texels = maps.width as usize * maps.height as usize;
     if texels == 0 || [maps.color.len(), maps.normal.len(), maps.orm.len()] != [texels; 3] {
         return Vec::new();
@@ -43,6 +50,12 @@ pub fn mips(maps: &Maps, alpha: AlphaUse) -> Vec<Maps> {
         levels.push(resample(last, (last.width / 2).max(1), (last.height / 2).max(1)));
     }
     if alpha == AlphaUse::CutOut {
+        let mut alphas: Vec<Vec<u8>> =
+            levels.iter().take(MIPS + 1).map(|level| level.color.iter().map(|c| c[3]).collect()).collect();
+        keep_shown(&mut alphas, (maps.width, maps.height), pictures);
+        for (level, alpha) in levels.iter_mut().zip(alphas) {
+            level.color.iter_mut().zip(alpha).for_each(|(color, alpha)| color[3] = alpha);
+        }
         let solid = maps.color.iter().filter(|c| c[3] >= SOLID).count() as u64;
         levels.par_iter_mut().enumerate().for_each(|(k, level)| {
             let here = level.color.len() as u64;
@@ -114,7 +127,7 @@ pub fn to_blocks(maps: &Maps) -> Maps {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{coverage, preserve_coverage};
+    use super::super::{coverage, coverage_in, preserve_coverage};
     use super::*;
     use crate::base::Seed;
 
@@ -152,6 +165,49 @@ mod tests {
         assert_eq!(solid, usize::from(share(&maps) >= 0.5));
         assert!(levels[0].color.iter().all(|c| !(120..136).contains(&c[3])));
         assert!(levels.iter().all(|level| level.color.iter().all(|c| !(125..131).contains(&c[3]))));
+    }
+
+    #[test]
+    fn every_picture_shows_in_mips_of_its_own_what_it_does_at_level_0_and_frames_are_left_alone() {
+        // Four pictures of leaves of unlike fullness, 4 by 14 texels.
+        let (edge, half) = (256_u32, 128);
+        let mut maps = Maps { width: edge, height: edge, ..blots(edge) };
+        maps.color.iter_mut().for_each(|c| c[3] = 0);
+        for (i, leaves) in [(0_u32, 20_u64), (1, 60), (2, 140), (3, 300)] {
+            for leaf in 0..leaves {
+                let seed = Seed::new(u64::from(i)).at(leaf);
+                let (x, y) = (seed.at(0).range(0.0, 114.0) as u32, seed.at(1).range(0.0, 124.0) as u32);
+                for (dx, dy) in (0..14).flat_map(|dx| (0..4).map(move |dy| (dx, dy))) {
+                    let at = (i / 2 * half + y + dy) * edge + i % 2 * half + x + dx;
+                    maps.color[at as usize][3] = 255;
+                }
+            }
+        }
+        let rect =
+            |i: u32, k: u32| Rect { x: i % 2 * half >> k, y: i / 2 * half >> k, width: half >> k, height: half >> k };
+        let of = |kind: PictureKind| {
+            let pictures: Vec<_> = (0..4).map(|i| (rect(i, 0), kind)).collect();
+            mips_of(&maps, AlphaUse::CutOut, &pictures)
+        };
+        let plain = mips(&maps, AlphaUse::Opaque);
+        let shown = |level: &Maps, i: u32, k: u32| {
+            let alpha: Vec<u8> = level.color.iter().map(|c| c[3]).collect();
+            coverage_in(&alpha, (level.width, level.height), &[(rect(i, k), PictureKind::Card)])[0]
+        };
+        let levels = of(PictureKind::Card);
+        let mut worst = 0.0_f32;
+        for (k, i) in (1..=4).flat_map(|k| (0..4).map(move |i| (k, i))) {
+            let (was, now) = (shown(&maps, i, 0), shown(&levels[k as usize], i, k));
+            worst = worst.max((shown(&plain[k as usize], i, k) / was - 1.0).abs());
+            // Alpha is of whole numbers: to a few of the places that are looked at, four a texel.
+            let few = 10.0 / (4 * (half >> k) * (half >> k)) as f32;
+            assert!((now - was).abs() < few.max(0.03 * was), "{k} {i}: {now} of {was}");
+        }
+        assert!(worst > 0.4, "{worst}");
+        for (level, plain) in of(PictureKind::Frames).iter().zip(&plain).take(5) {
+            let moved = level.color.iter().zip(&plain.color).map(|(a, b)| a[3].abs_diff(b[3])).max();
+            assert!(moved <= Some(MARGIN), "{moved:?}");
+        }
     }
 
     #[test]

@@ -55,9 +55,10 @@ pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
 pub(crate) use mip_coverage::Design;
 pub use mip_coverage::{
-    ALPHA_CUTOFF, CoverageReport, PictureKind, coverage, coverage_in, preserve_alpha, preserve_coverage,
+    ALPHA_CUTOFF, CoverageReport, PictureKind, coverage, coverage_in, coverage_of_mips, preserve_alpha,
+    preserve_coverage,
 };
-pub use mips::{AlphaUse, mips, to_blocks};
+pub use mips::{AlphaUse, mips, mips_of, to_blocks};
 pub use picture::{Picture, Repeat};
 pub use picture_info::{PictureInfo, picture_info};
 pub use raster::{Surface, Target, View, rasterize, survey};

@@ -25,7 +25,7 @@ use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
 /// The stage that packs pictures, with its version.
-const ATLAS: Stage = Stage("atlas", 12);
+const ATLAS: Stage = Stage("atlas", 13);
 /// Those that are kept in memory only.
 const PLACED: Stage = Stage("placed", 2);
 const FILES: Stage = Stage("files", 5);
@@ -67,6 +67,8 @@ pub(super) struct Packed {
     normal: Vec<[u8; 3]>,
     #[serde(with = "bulk")]
     orm: Vec<[u8; 3]>,
+    /// The pictures, and what each is of.
+    pub(super) shown: Vec<(Rect, PictureKind)>,
     /// Alpha coverage of its mips.
     coverage: Vec<f32>,
 }
@@ -173,7 +175,7 @@ fn packed(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Re
         } else {
             bake::coverage_in(&alpha, layout.size(), &shown)
         };
-        Ok(Packed { layout, alpha, normal, orm, coverage })
+        Ok(Packed { layout, alpha, normal, orm, shown, coverage })
     })
 }
 
@@ -239,8 +241,8 @@ fn painted(
 pub(super) fn textures(plan: &Plan, pictures: &Pictures, trees: &[Tree], cache: &Cache) -> Result<(), Vec<Diagnostic>> {
     let packed = packed(plan, pictures, trees, cache)?;
     let (maps, _) = painted(&packed, pictures, trees, cache)?;
-    texture_files(plan, &pictures.bark, "bark", cache)?;
-    texture_files(plan, &maps, "leaf", cache).map(drop)
+    texture_files(plan, &pictures.bark, None, cache)?;
+    texture_files(plan, &maps, Some(&packed.shown), cache).map(drop)
 }
 
 /// Packs the atlas, and moves every mesh's coordinates there.
@@ -360,10 +362,10 @@ pub(super) fn files(parts: &SetParts<'_>, placed: &Placed) -> Result<Vec<NamedFi
         },
         || {
             rayon::join(
-                || texture_files(parts.plan, &parts.pictures.bark, "bark", parts.cache),
+                || texture_files(parts.plan, &parts.pictures.bark, None, parts.cache),
                 || {
                     rayon::join(
-                        || texture_files(parts.plan, &placed.maps, "leaf", parts.cache),
+                        || texture_files(parts.plan, &placed.maps, Some(&placed.packed.shown), parts.cache),
                         || parts.sheet.painted(parts.pictures, &placed.colors),
                     )
                 },

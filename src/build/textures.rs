@@ -8,7 +8,7 @@ use std::cell::OnceCell;
 use rayon::prelude::*;
 
 use super::cache::{Cache, Stage};
-use crate::bake::{self, AlphaUse, Maps};
+use crate::bake::{self, AlphaUse, Maps, PictureKind, Rect};
 use crate::base::{Diagnostic, Key};
 use crate::export::{self, ExportError, MapUse, MaterialTextures, PngKind, SetMaterials, TextureEntry};
 use crate::preset::Plan;
@@ -17,7 +17,7 @@ use crate::preset::plan::TextureFormat;
 /// The stages that encode pictures, with their versions: the maps of a material seldom change all at once.
 const PNG: Stage = Stage("png", 3);
 const WEBP: Stage = Stage("webp", 1);
-const KTX2: Stage = Stage("ktx2", 2);
+const KTX2: Stage = Stage("ktx2", 3);
 
 /// A texture file.
 pub(super) struct Texture {
@@ -26,25 +26,28 @@ pub(super) struct Texture {
     pub(super) bytes: Vec<u8>,
 }
 
-/// The textures of a set's `bark` or `leaf`, format by format.
+/// The textures of a set's bark, format by format, or of its leaves, which are `pictures` of an atlas.
 pub(super) fn texture_files(
     plan: &Plan,
     maps: &Maps,
-    material: &str,
+    pictures: Option<&[(Rect, PictureKind)]>,
     cache: &Cache,
 ) -> Result<Vec<Texture>, Vec<Diagnostic>> {
     let mut formats: Vec<TextureFormat> = plan.engines.iter().map(|profile| profile.textures).collect();
     formats.sort_unstable();
     formats.dedup();
-    let leaf = material == "leaf";
+    let leaf = pictures.is_some();
+    let material = if leaf { "leaf" } else { "bark" };
     let of = |format: &TextureFormat| {
         let names = SetMaterials::of(&plan.name, *format);
         let MaterialTextures { color, normal, orm } = if leaf { names.leaf } else { names.bark };
         let (size, files) = match format {
             TextureFormat::Ktx2 => {
                 let blocks = bake::to_blocks(maps);
-                let alpha = if leaf { AlphaUse::CutOut } else { AlphaUse::Opaque };
-                ((blocks.width, blocks.height), with_mips(&blocks, alpha, cache)?)
+                // Those of an atlas that is made smaller lie elsewhere.
+                let is_whole = (blocks.width, blocks.height) == (maps.width, maps.height);
+                let pictures = pictures.map(|all| if is_whole { all } else { &[] });
+                ((blocks.width, blocks.height), with_mips(&blocks, pictures, cache)?)
             }
             plain => ((maps.width, maps.height), plain_files(maps, leaf, *plain, cache)?),
         };
@@ -97,20 +100,27 @@ fn plain_files(maps: &Maps, leaf: bool, format: TextureFormat, cache: &Cache) ->
     Ok([made.color, made.normal, made.orm])
 }
 
-/// Colour, normal and material as KTX2, of maps whose sides are multiples of four. Mips are made when one of the three is not kept.
-fn with_mips(maps: &Maps, alpha: AlphaUse, cache: &Cache) -> Result<[Vec<u8>; 3], Vec<Diagnostic>> {
+/// Colour, normal and material as KTX2, of maps whose sides are multiples of four, cut out where they are of `pictures`. Mips are made
+/// when one of the three is not kept.
+fn with_mips(
+    maps: &Maps,
+    pictures: Option<&[(Rect, PictureKind)]>,
+    cache: &Cache,
+) -> Result<[Vec<u8>; 3], Vec<Diagnostic>> {
+    let alpha = if pictures.is_some() { AlphaUse::CutOut } else { AlphaUse::Opaque };
+    let pictures = pictures.unwrap_or_default();
     // Where alpha is a mask, mips of the other maps are weighted by it.
     let mask: Vec<u8> = match alpha {
         AlphaUse::CutOut => maps.color.iter().map(|c| c[3]).collect(),
         AlphaUse::Opaque => Vec::new(),
     };
-    let mask = Key::of_bytes(&mask);
+    let mask = KTX2.key().input(Key::of_bytes(&mask)).params(&pictures).finish();
     let levels: OnceCell<Vec<Maps>> = OnceCell::new();
     let file = |(of, texels): (MapUse, &[u8])| {
         let key = KTX2.key().input(Key::of_bytes(texels)).input(mask).number(of as u64).number(alpha as u64);
         let key = key.number(u64::from(maps.width) << 32 | u64::from(maps.height)).finish();
         cache.remember(KTX2, key, || {
-            export::ktx2(levels.get_or_init(|| bake::mips(maps, alpha)), of, alpha).map_err(told)
+            export::ktx2(levels.get_or_init(|| bake::mips_of(maps, alpha, pictures)), of, alpha).map_err(told)
         })
     };
     let [color, normal, orm] = [

@@ -93,9 +93,9 @@ impl Picture {
     }
 
     /// How many of the places that it is looked at show, and how many there are.
-    fn tally(&self, (alpha, size): (&[u8], (usize, usize)), k: usize) -> [u32; 2] {
+    fn tally(&self, of: (impl Fn(usize) -> f32, (usize, usize)), k: usize) -> [u32; 2] {
         let [mut solid, mut all] = [0_u32; 2];
-        self.look((|i| f32::from(alpha[i]), size), k, |alpha| {
+        self.look(of, k, |alpha| {
             solid += u32::from(alpha >= CUT);
             all += 1;
         });
@@ -105,7 +105,7 @@ impl Picture {
     /// The share that counts: of a picture that is seen alone what shows, of a sheet of frames squares that are solid.
     pub(super) fn counted(&self, alpha: &[u8], size: (usize, usize), k: usize) -> f32 {
         if self.kind != PictureKind::Frames {
-            let [solid, all] = self.tally((alpha, size), k);
+            let [solid, all] = self.tally((|i| f32::from(alpha[i]), size), k);
             return solid as f32 / all.max(1) as f32;
         }
         let [columns, rows] = self.squares(k, size);
@@ -170,7 +170,17 @@ impl Pool {
     }
 
     /// The share that shows.
-    pub(super) fn shown(&self, pictures: &[Picture], of: (&[u8], (usize, usize)), k: usize) -> f32 {
+    pub(super) fn shown(&self, pictures: &[Picture], (alpha, size): (&[u8], (usize, usize)), k: usize) -> f32 {
+        self.shown_by(pictures, (|i: usize| f32::from(alpha[i]), size), k)
+    }
+
+    /// The same of alpha that is told by its texel.
+    pub(super) fn shown_by(
+        &self,
+        pictures: &[Picture],
+        of: (impl Fn(usize) -> f32 + Copy, (usize, usize)),
+        k: usize,
+    ) -> f32 {
         let tallies = self.members(pictures).map(|picture| picture.tally(of, k));
         let [solid, all] = tallies.fold([0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
         solid as f32 / all.max(1) as f32

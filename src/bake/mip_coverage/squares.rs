@@ -90,23 +90,11 @@ impl Level {
     }
 
     /// Moves the squares of the `k`-th mip that are near the cut-off so that each pool shows what it is asked for, and keeps all
-    /// on their sides then: as many are solid as the pool covers. A square that several pictures share is the first one's, or
-    /// a sheet's.
+    /// on their sides then: as many are solid as the pool covers.
     pub(super) fn choose(&mut self, k: usize, pictures: &[Picture], asked: impl Fn(usize) -> f32 + Sync) {
         let size = (self.width, self.height);
         let pools = Pool::all(pictures, k);
-        let mut owners = vec![u32::MAX; self.squares.len()];
-        // Sheets come first: what is asked of the cards beside them must not move their frames.
-        let is_sheet = |pool: &&Pool| pool.kind == PictureKind::Frames;
-        let (sheets, others): (Vec<_>, Vec<_>) = (0..).zip(&pools).partition(|(_, pool)| is_sheet(pool));
-        for (i, picture) in sheets.into_iter().chain(others).flat_map(|(i, pool)| pool.of.iter().map(move |&p| (i, p)))
-        {
-            let [columns, rows] = pictures[picture].squares(k, size);
-            for y in rows {
-                let row = owners[y * size.0..][columns.clone()].iter_mut();
-                row.filter(|owner| **owner == u32::MAX).for_each(|owner| *owner = i);
-            }
-        }
+        let owners = owners(&pools, pictures, k, size);
         let squares = &self.squares;
         // Each once: those that two pictures of a pool share are the first one's.
         let owned = |i: usize, pool: &Pool| -> Vec<u32> {
@@ -160,6 +148,49 @@ impl Level {
                 square.keep(is_solid);
             }
         });
+    }
+}
+
+/// The pool that each square of the `k`-th mip belongs to, [`u32::MAX`] for none. One that several pictures share is the first
+/// one's, or a sheet's.
+fn owners(pools: &[Pool], pictures: &[Picture], k: usize, size: (usize, usize)) -> Vec<u32> {
+    let mut owners = vec![u32::MAX; size.0 * size.1];
+    // Sheets come first: what is asked of the cards beside them must not move their frames.
+    let is_sheet = |pool: &&Pool| pool.kind == PictureKind::Frames;
+    let (sheets, others): (Vec<_>, Vec<_>) = (0..).zip(pools).partition(|(_, pool)| is_sheet(pool));
+    for (i, picture) in sheets.into_iter().chain(others).flat_map(|(i, pool)| pool.of.iter().map(move |&p| (i, p))) {
+        let [columns, rows] = pictures[picture].squares(k, size);
+        for y in rows {
+            let row = owners[y * size.0..][columns.clone()].iter_mut();
+            row.filter(|owner| **owner == u32::MAX).for_each(|owner| *owner = i);
+        }
+    }
+    owners
+}
+
+/// Moves the alpha of the `k`-th mip so that each pool shows of it the mean of what its pictures do at level 0, which `goals` tells by
+/// picture; sheets of frames stay as they are.
+pub(super) fn shift(alpha: &mut [u8], size: (usize, usize), k: usize, pictures: &[Picture], goals: &[f32]) {
+    let pools = Pool::all(pictures, k);
+    let owners = owners(&pools, pictures, k, size);
+    let of = |pool: &Pool| {
+        if pool.kind == PictureKind::Frames {
+            return 0;
+        }
+        let goal = pool.mean(pictures, |i| goals[i]);
+        let about = pool.shift(pictures, (|i: usize| f32::from(alpha[i]), size), k, goal) as i32;
+        let off = |by: &i32| {
+            let shown = pool.shown_by(pictures, (|i: usize| f32::from(alpha[i]) + *by as f32, size), k);
+            (shown - goal).abs()
+        };
+        // Alpha is of whole numbers, and of many texels that are alike all change sides at once.
+        (about - 2..=about + 2).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(about)
+    };
+    let by: Vec<i32> = pools.par_iter().map(of).collect();
+    for (alpha, owner) in alpha.iter_mut().zip(&owners) {
+        if let Some(by) = by.get(*owner as usize) {
+            *alpha = (i32::from(*alpha) + by).clamp(0, 255) as u8;
+        }
     }
 }
 
