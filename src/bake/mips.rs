@@ -183,8 +183,12 @@ mod tests {
                 }
             }
         }
-        let rect =
-            |i: u32, k: u32| Rect { x: i % 2 * half >> k, y: i / 2 * half >> k, width: half >> k, height: half >> k };
+        let rect = |i: u32, k: u32| Rect {
+            x: (i % 2 * half) >> k,
+            y: (i / 2 * half) >> k,
+            width: half >> k,
+            height: half >> k,
+        };
         let of = |kind: PictureKind| {
             let pictures: Vec<_> = (0..4).map(|i| (rect(i, 0), kind)).collect();
             mips_of(&maps, AlphaUse::CutOut, &pictures)
