@@ -6,8 +6,8 @@
 //
 // Silhouettes are compared as `src/lod/agree.rs` does: orthographic views on a golden spiral from level to 45 degrees,
 // samples of a pixel counted, a pixel drawn where half of them are covered, mean of four rasters of pixels. Impostors wear their shader
-// (`examples/engines/impostor.js`). At one sample a pixel levels must show
-// what `shown` says; what they show of the level that they take over from is told. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
+// (`examples/engines/impostor.js`). At one sample a pixel levels must show what `shown` says; what they show of the level that they
+// take over from is told. Exit code 1 when IoU or coverage is off by more than `tolerance`, or nothing was compared.
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";

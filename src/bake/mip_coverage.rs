@@ -133,17 +133,12 @@ pub fn preserve_alpha(alpha: &mut [u8], size: (u32, u32), pictures: &[(Rect, Pic
 /// Share of what shows of the pictures of an atlas at each of the mips that a file carries itself, level 0 first.
 #[must_use]
 pub fn coverage_of_mips(levels: &[Maps], pictures: &[(Rect, PictureKind)]) -> Vec<f32> {
-    let alphas = levels.iter().map(|level| level.color.iter().map(|c| c[3]).collect::<Vec<u8>>());
-    let sizes = levels.iter().map(|level| (level.width, level.height));
-    let (Some(first), Some(size)) = (alphas.clone().next(), sizes.clone().next()) else { return Vec::new() };
-    let pictures = Picture::all(&first, size, pictures);
-    let area: f64 = pictures.iter().map(Picture::area).sum();
-    let share = |(k, (alpha, (width, height))): (usize, (Vec<u8>, (u32, u32)))| {
-        let size = (width as usize, height as usize);
-        let shown: f64 = pictures.iter().map(|p| p.area() * f64::from(p.counted(&alpha, size, k))).sum();
-        (shown / area.max(1.0)) as f32
-    };
-    alphas.zip(sizes).enumerate().map(share).collect()
+    let Some(first) = levels.first() else { return Vec::new() };
+    let alpha = |level: &Maps| -> Vec<u8> { level.color.iter().map(|c| c[3]).collect() };
+    let pictures = Picture::all(&alpha(first), (first.width, first.height), pictures);
+    let size = |level: &Maps| (level.width as usize, level.height as usize);
+    let share = |(k, level): (usize, &Maps)| share(&pictures, (&alpha(level), size(level)), k);
+    levels.iter().enumerate().map(share).collect()
 }
 
 /// Moves the alpha of mips that a file carries itself, level 0 first and left as it is, so that each shows of every picture what
@@ -278,7 +273,7 @@ impl Design {
             pools.retain(|pool| pool.kind != PictureKind::Frames && !pool.is_beyond(pictures, k));
             let more = |pool: &Pool| {
                 let goal = (pool.mean(pictures, |i| goals[i]) * pool.fuller(pictures, k)).min(MOST_SHOWN);
-                let shown = pool.shown(pictures, (&alpha, (wide, high)), k);
+                let shown = pool.shown(pictures, (|i: usize| f32::from(alpha[i]), (wide, high)), k);
                 (goal / shown.max(1e-6)).clamp(LEAST_MORE, LEAST_MORE.recip())
             };
             let more: Vec<f32> = pools.par_iter().map(more).collect();
@@ -330,12 +325,9 @@ fn coverage_of(alpha: &[u8], (width, height): (u32, u32), pictures: &[(Rect, Pic
         return shares;
     }
     let pictures = Picture::all(alpha, (width, height), pictures);
-    let area: f64 = pictures.iter().map(Picture::area).sum();
     let mut alpha = alpha.to_vec();
     while shares.len() < levels {
-        let of = |p: &Picture| p.area() * f64::from(p.counted(&alpha, (wide, high), shares.len()));
-        let shown: Vec<f64> = pictures.par_iter().map(of).collect();
-        shares.push((shown.iter().sum::<f64>() / area.max(1.0)) as f32);
+        shares.push(share(&pictures, (&alpha, (wide, high)), shares.len()));
         if wide == 1 && high == 1 {
             break;
         }
@@ -343,6 +335,14 @@ fn coverage_of(alpha: &[u8], (width, height): (u32, u32), pictures: &[(Rect, Pic
         (wide, high) = ((wide / 2).max(1), (high / 2).max(1));
     }
     shares
+}
+
+/// Share of what counts of the `k`-th mip of some pictures, each by its area.
+fn share(pictures: &[Picture], (alpha, size): (&[u8], (usize, usize)), k: usize) -> f32 {
+    let area: f64 = pictures.iter().map(Picture::area).sum();
+    let of = |p: &Picture| p.area() * f64::from(p.counted(alpha, size, k));
+    let shown: Vec<f64> = pictures.par_iter().map(of).collect();
+    (shown.iter().sum::<f64>() / area.max(1.0)) as f32
 }
 
 /// The next mip, rounded.

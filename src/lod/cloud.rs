@@ -20,13 +20,13 @@ use super::agree::Outlines;
 use super::bake_card::{Card, Place};
 use super::bent::{self, Bend};
 use super::measure::{Wardrobe, bounds};
-use super::packed;
+use super::packed::{self, Designed};
 use super::planes::{self, Plane, Unit};
 use super::secant::Secant;
 use super::thin::append;
 use super::tile::Tile;
 use super::twigs::{Segment, thin_wood};
-use crate::bake::{Cutout, Design, Silhouette};
+use crate::bake::{Cutout, Silhouette};
 use crate::base::Seed;
 use crate::mesh::{CrownLight, Mesh, NO_CHAIN, TreeMesh, TubeDetail, Wood};
 use crate::plant::{LeafForm, Plant, Posed};
@@ -57,9 +57,6 @@ const CLOSE: f32 = 0.012;
 /// most crowns end between 0.42 and 0.61, palms at 1.03.
 const GAIN: f32 = 0.55;
 const SLOPE: f32 = 0.52;
-/// How far a gain may be from the one that mips were designed with, as a factor: what they are asked for hangs on how much is solid.
-/// Palms that ended at twice the gain covered 1.2 and 1.3 of their trees at a sample a pixel.
-const DESIGNED: f32 = 1.4;
 /// Slopes that are believed, and gains that are tried.
 const SLOPES: RangeInclusive<f32> = 0.1..=2.0;
 const GAINS: RangeInclusive<f32> = 0.3..=4.0;
@@ -164,16 +161,13 @@ impl Cloud {
     /// drawings of some of the views until those say it does, then by all. `worn` are the cutouts of all tiles before its own.
     /// Gives back its outlines.
     pub(super) fn settle(&mut self, outlines: &Outlines, worn: &[&Cutout]) -> Vec<Silhouette> {
-        let (mut design, mut designed) = (Design::default(), GAIN);
+        let mut designed = Designed::default();
         let rounds = if self.cards.is_empty() { 1 } else { ROUNDS };
         let settled = Secant::new(SLOPE, SLOPES, GAINS).settle(
             GAIN,
             (rounds, CLOSE),
             |gain| {
-                if !(DESIGNED.recip()..=DESIGNED).contains(&(gain / designed)) {
-                    (design, designed) = (Design::default(), gain);
-                }
-                let alphas = Card::packed(&self.cards, gain, &mut design);
+                let alphas = Card::packed(&self.cards, gain, designed.with(gain));
                 (Card::cutouts(&self.cards, &alphas), alphas)
             },
             |(own, _)| outlines.rough_ratio_of_some(&self.tree, &among(worn, own)) - 1.0,

@@ -169,13 +169,8 @@ impl Pool {
         (sum / area.max(1.0)) as f32
     }
 
-    /// The share that shows.
-    pub(super) fn shown(&self, pictures: &[Picture], (alpha, size): (&[u8], (usize, usize)), k: usize) -> f32 {
-        self.shown_by(pictures, (|i: usize| f32::from(alpha[i]), size), k)
-    }
-
-    /// The same of alpha that is told by its texel.
-    pub(super) fn shown_by(
+    /// The share that shows, of alpha that is told by its texel.
+    pub(super) fn shown(
         &self,
         pictures: &[Picture],
         of: (impl Fn(usize) -> f32 + Copy, (usize, usize)),

@@ -180,7 +180,7 @@ pub(super) fn shift(alpha: &mut [u8], size: (usize, usize), k: usize, pictures: 
         let goal = pool.mean(pictures, |i| goals[i]);
         let about = pool.shift(pictures, (|i: usize| f32::from(alpha[i]), size), k, goal) as i32;
         let off = |by: &i32| {
-            let shown = pool.shown_by(pictures, (|i: usize| f32::from(alpha[i]) + *by as f32, size), k);
+            let shown = pool.shown(pictures, (|i: usize| f32::from(alpha[i]) + *by as f32, size), k);
             (shown - goal).abs()
         };
         // Alpha is of whole numbers, and of many texels that are alike all change sides at once.
