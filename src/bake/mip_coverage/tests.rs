@@ -175,4 +175,6 @@ fn cards_of_fronds_show_no_more_from_afar_for_the_sake_of_mips_that_nobody_sees(
     }
     let after = preserve_alpha(&mut alpha, (wide, high), &cards).after;
     assert!(after[1..=3].iter().all(|share| (share / after[0] - 1.0).abs() < 0.2), "{after:?}");
+    // Were the third asked for as much whatever the second shows, 0.44 of the fourth would be left.
+    assert!(after[4] > 0.5 * after[0], "{after:?}");
 }
