@@ -391,3 +391,61 @@ fn ninja_builds_a_plan_and_only_what_an_edit_touches() {
     assert!(again.contains("step sources") || again.contains("sources parts"), "{again}");
     assert!(ninja().unwrap().contains("no work to do"));
 }
+
+#[test]
+fn options_that_name_files_to_write_lose_nobody_a_preset_or_an_asset() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
+    let before = tree(project.path());
+    for (arguments, name) in [
+        (&["build", "three.ron", "--out", "out", "--depfile"][..], "three.ron"),
+        (&["build", "three.ron", "--out", "out", "--depfile"], "out/three/three_001.glb"),
+        (&["step", "sources", "three.ron", "--part"], "species/tiny.ron"),
+        (&["inspect", "scans/tiny.swc", "--dump"], "three.ron"),
+        (&["inspect", "scans/tiny.swc", "--morph-to", "species/tiny.ron", "--plot"], "art/leaf.png"),
+        (&["distance", "scans/tiny.swc", "species/tiny.ron", "--dendrogram"], "three.ron"),
+    ] {
+        let (_, said) = says(project.path(), 1, &[arguments, &[name]].concat());
+        assert!(said.contains(name) && said.contains("give another name"), "{said}");
+    }
+    assert!(tree(project.path()) == before);
+    // Their own are replaced.
+    for _ in 0..2 {
+        says(project.path(), 0, &["build", "three.ron", "--out", "out", "--depfile", "deps.d"]);
+        says(project.path(), 0, &["step", "sources", "three.ron", "--part", "sources.part"]);
+        says(project.path(), 0, &["inspect", "scans/tiny.swc", "--dump", "dump.ron"]);
+    }
+}
+
+#[test]
+fn a_manifest_that_a_merge_broke_is_told_and_written_anew() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
+    let before = tree(&project.path().join("out"));
+    let manifest = project.path().join("out/three/three.manifest.json");
+    let whole = fs::read_to_string(&manifest).unwrap();
+    for broken in [String::new(), whole[..200].to_owned(), format!("<<<<<<< HEAD\n{whole}")] {
+        fs::write(&manifest, broken).unwrap();
+        let (checked, _) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--check"]);
+        assert!(checked.contains("three.manifest.json"), "{checked}");
+        let (_, said) = says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
+        assert!(said.contains("1 file written"), "{said}");
+        assert!(tree(&project.path().join("out")) == before);
+    }
+    // Somebody else's of that name stays.
+    fs::write(&manifest, "{\"generator\": \"another\"}").unwrap();
+    let (_, said) = says(project.path(), 1, &["build", "three.ron", "--out", "out"]);
+    assert!(said.contains("Treewright did not write it"), "{said}");
+}
+
+#[test]
+fn limits_hold_for_sets_that_are_current_too() {
+    let project = three();
+    says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
+    for limit in [["--root", "species"], ["--max-file", "10"]] {
+        let (_, said) = says(project.path(), 1, &[&["build", "three.ron", "--out", "out"], &limit[..]].concat());
+        assert!(said.contains("three.ron"), "{said}");
+    }
+    let (_, said) = says(project.path(), 0, &["build", "three.ron", "--out", "out", "--root", "."]);
+    assert!(said.contains("nothing had changed"), "{said}");
+}

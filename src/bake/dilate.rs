@@ -168,23 +168,37 @@ pub(crate) fn filled<const N: usize>(
     height: u32,
     channels: impl Fn(usize) -> [f32; N],
 ) -> Option<Vec<[f32; N]>> {
+    has_holes(alphas).then(|| filled_over(alphas, width, height, (0..alphas.len()).map(channels).collect()))
+}
+
+/// Whether some pixels are unseen, and some not.
+fn has_holes(alphas: &[u8]) -> bool {
     let seen = alphas.iter().filter(|alpha| **alpha >= SEEN).count();
-    if seen == 0 || seen == alphas.len() {
-        return None;
+    seen != 0 && seen != alphas.len()
+}
+
+/// As [`filled`], of channels that are given; as they are where nothing is to be filled.
+pub(super) fn filled_over<const N: usize>(
+    alphas: &[u8],
+    width: u32,
+    height: u32,
+    values: Vec<[f32; N]>,
+) -> Vec<[f32; N]> {
+    if !has_holes(alphas) {
+        return values;
     }
     let weights = alphas.iter().map(|&alpha| if alpha < SEEN { 0.0 } else { f32::from(alpha) / 255.0 }).collect();
-    let values = (0..alphas.len()).map(channels).collect();
     let mut levels = vec![Level { width: width as usize, height: height as usize, values, weights }];
     // What has no hole needs nothing from coarser levels.
     while let Some(next) = levels.last().filter(|l| l.weights.contains(&0.0)).map(push) {
         levels.push(next);
     }
-    let mut coarse = levels.pop()?;
-    while let Some(mut fine) = levels.pop() {
+    let coarsest = levels.pop().expect("there is one");
+    let down = |coarse: Level<N>, mut fine: Level<N>| {
         pull(&coarse, &mut fine);
-        coarse = fine;
-    }
-    Some(coarse.values)
+        fine
+    };
+    levels.into_iter().rev().fold(coarsest, down).values
 }
 
 /// The level of half the size: averages by weight.

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::coverage::cover_row;
-use super::dilate::{filled, keep_mean};
+use super::dilate::{filled_over, keep_mean};
 use super::dye::{self, Dye, Packed};
 use super::leaf_veins::relief;
 use super::noise::{Noise, mix};
@@ -72,12 +72,10 @@ impl LeafPicture {
         let scene = filled_spray(shape, seed);
         let brush = Brush::new(shape, variation, size, seed);
         let outlines: Vec<Outline> = scene.parts.iter().map(|p| pixels(&p.outline, size)).collect();
-        let rows: Vec<Vec<Texel>> = (0..size).into_par_iter().map(|y| brush.row(&scene, &outlines, y)).collect();
-        let mut texels: Vec<Texel> = Vec::with_capacity((size * size) as usize);
-        for row in rows {
-            texels.extend(row);
-        }
-        finish(&texels, size as usize)
+        let mut texels = vec![Texel::default(); (size * size) as usize];
+        let rows = texels.par_chunks_exact_mut(size as usize).enumerate();
+        rows.for_each(|(y, row)| brush.row(&scene, &outlines, y as u32, row));
+        finish(texels, size as usize)
     }
 
     /// The maps in a linear colour, 0..=1. About 20 ns a pixel.
@@ -196,9 +194,9 @@ impl Brush {
         Self { shape, color, variation, size, mottle: Noise::new(seed.child("mottle"), 4096, 4096), seed }
     }
 
-    fn row(&self, scene: &Spray, outlines: &[Outline], y: u32) -> Vec<Texel> {
+    /// Draws onto an empty row.
+    fn row(&self, scene: &Spray, outlines: &[Outline], y: u32, row: &mut [Texel]) {
         let edge = self.size as f32;
-        let mut row = vec![Texel::default(); self.size as usize];
         let mut cover = vec![0.0_f32; self.size as usize];
         let mut crossings = Vec::new();
         // What parts before leave free.
@@ -234,7 +232,6 @@ impl Brush {
             }
         }
         row.iter_mut().zip(left).for_each(|(texel, left)| texel.through *= shaded(left));
-        row
     }
 
     fn shade(&self, part: &Part, color: Dye, at: Vec2) -> Shade {
@@ -336,8 +333,9 @@ fn tint(seed: Seed, strength: f32) -> impl Fn(Vec3) -> Vec3 {
     }
 }
 
-/// Occlusion from depth, then bytes; all goes on under clear pixels.
-fn finish(texels: &[Texel], size: usize) -> LeafPicture {
+/// Occlusion from depth, then bytes; all goes on under clear pixels. What is read for the last time is let go: at 4096 texels an edge
+/// each array takes half a gigabyte or more.
+fn finish(texels: Vec<Texel>, size: usize) -> LeafPicture {
     let reach = (size / 26).max(1);
     let mut depth: Vec<f32> = texels.iter().map(|t| t.depth).collect();
     let mut alpha: Vec<f32> = texels.iter().map(|t| t.alpha).collect();
@@ -362,9 +360,11 @@ fn finish(texels: &[Texel], size: usize) -> LeafPicture {
         (([0, 0, 0, byte(texel.alpha)], encode_normal(texel.normal), orm), dye)
     };
     let (pixels, dyes): (Vec<_>, Vec<[f32; 12]>) = texels.par_iter().enumerate().map(pixel).unzip();
+    drop((texels, depth, alpha));
     let mut maps = Maps::square(size as u32, &pixels);
+    drop(pixels);
     let alphas: Vec<u8> = maps.color.iter().map(|c| c[3]).collect();
-    let dyes = filled(&alphas, maps.width, maps.height, |i| dyes[i]).unwrap_or(dyes);
+    let dyes = filled_over(&alphas, maps.width, maps.height, dyes);
     dilate(&mut maps);
     LeafPicture { maps, dyes: dyes.into_iter().map(dye::packed).collect() }
 }

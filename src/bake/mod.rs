@@ -3,6 +3,7 @@
 mod atlas;
 mod bark_art;
 mod bark_height;
+mod beside;
 mod card_art;
 mod card_cut;
 mod contact_sheet;
@@ -45,6 +46,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) use atlas::{ALIGN, GUTTER};
 pub use atlas::{Atlas, AtlasError, Layout, Picked, Rect, Relief, echoes, pack};
 pub use bark_art::bark_maps;
+pub(crate) use beside::mix_beside;
 pub use card_art::{card_maps, own_bark_maps};
 pub use card_cut::{card_cut, card_cuts};
 pub use contact_sheet::{Sheet, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow, SheetScale};

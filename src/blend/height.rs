@@ -3,7 +3,8 @@
 //! Branches and what bears them come from one source to the other each at its own pace, and a limb that is wide in one source may
 //! stand on a trunk that is upright in the other: between a pole with a tuft and an umbrella of the same height trees were up to 1.5
 //! times as high as both. Where the limbs of both are half grown they were as much lower: between trees of 11.9 and 8.7 metres one of
-//! 6.3. Such a tree is as much shorter or longer in all of its branches. They stay as thick: they are as their sources have them, and
+//! 6.3. The mean of two wide limbs that lean to different sides stands upright, and on the geodesic between two umbrellas of 8.4
+//! metres stood a tree of 11.7. Such a tree is as much shorter or longer in all of its branches. They stay as thick: they are as their sources have them, and
 //! so do leaves.
 
 use super::grounded;

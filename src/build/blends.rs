@@ -227,7 +227,7 @@ pub(super) fn variant(
         }),
         Variant::Shape { shape, shares } => {
             let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));
-            blends.shapes.plant(*shape, shares).map(|plant| blend::grounded(plant, of))
+            blends.shapes.plant(*shape, shares).map(|plant| blend::within(plant, of))
         }
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),

@@ -62,7 +62,10 @@ impl Builder {
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<Vec<Outcome>, BuildError> {
         let out = &self.options.out;
-        let trusts = !self.options.force && self.options.shard.is_none();
+        // What was read by a build without such limits was looked at by nobody.
+        let limits = &self.options.limits;
+        let is_limited = limits.root.is_some() || limits.file < Limits::default().file;
+        let trusts = !self.options.force && self.options.shard.is_none() && !is_limited;
         let index = if trusts { self.index.read(out) } else { Arc::default() };
         let (sets, mut failed) = ready(presets, &self.options.limits, |preset| index.current(out, preset));
         let mut entries = Vec::new();
@@ -134,6 +137,9 @@ impl Builder {
         let folder = self.options.out.join(&plan.name);
         let key = pipeline::set_key(plan, &pipeline::read_inputs(loaded)?);
         let state = match record::read(&folder, &plan.name) {
+            None if record::is_broken(&folder, &plan.name) => {
+                SetState::Damaged { files: vec![record::manifest_name(&plan.name)] }
+            }
             None => SetState::New,
             Some(old) if old.key != key.to_hex() => SetState::Changed,
             Some(old) => match old.damaged(&folder) {
@@ -203,7 +209,7 @@ impl Builder {
                 let plan = &loaded.plan;
                 progress(Progress::Steps(pipeline::steps(plan)));
                 let set = pipeline::make_set(plan, &inputs, key, &self.cache, &step)?;
-                let owned = record::read(&folder, &name).map(|old| old.owned()).unwrap_or_default();
+                let owned = record::owned(&folder, &name);
                 let (committed, stamps) = output::commit_stamped(&folder, &owned, &set.files).map_err(refused)?;
                 made = Some((committed, start.elapsed(), set.notes));
                 compared = record::read(&folder, &name).and_then(|new| new.compared(&folder, &stamps).ok());

@@ -52,7 +52,8 @@ pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
 /// The page as it is, empty where there is none, and as it is to be; none where Treewright did not write it.
 fn pages(out: &Path, presets: &[PathBuf]) -> io::Result<Option<(String, String)>> {
     let old = match fs::read(out.join(GALLERY)) {
-        Ok(old) if !old.starts_with(MARK.as_bytes()) => return Ok(None),
+        // An empty one was cut off, and holds nothing of anybody.
+        Ok(old) if !old.is_empty() && !old.starts_with(MARK.as_bytes()) => return Ok(None),
         Ok(old) => String::from_utf8_lossy(&old).into_owned(),
         Err(_) => String::new(),
     };

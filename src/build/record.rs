@@ -48,6 +48,27 @@ pub(super) fn read(folder: &Path, set: &str) -> Option<Record> {
     Some(record)
 }
 
+/// The files that the next build may write over. Where the manifest is there and can't be read any more, as after a merge of a
+/// version control or a copy that was cut off, it is the manifest alone, as one that somebody changed.
+pub(super) fn owned(folder: &Path, set: &str) -> Owned {
+    match read(folder, set) {
+        Some(record) => record.owned(),
+        None if is_broken(folder, set) => Owned::from([(manifest_name(set), Key::of_bytes(b""))]),
+        None => Owned::new(),
+    }
+}
+
+/// Whether what has the manifest's name is no manifest any more, and nobody else's JSON.
+pub(super) fn is_broken(folder: &Path, set: &str) -> bool {
+    let path = folder.join(manifest_name(set));
+    let is_file = std::fs::symlink_metadata(&path).is_ok_and(|there| there.is_file());
+    let Some(bytes) = is_file.then(|| stamp::bytes(&path).ok()).flatten() else { return false };
+    match serde_json::from_slice::<serde_json::Value>(&bytes) {
+        Err(_) => true,
+        Ok(value) => value["generator"] == GENERATOR && serde_json::from_value::<Record>(value).is_err(),
+    }
+}
+
 impl Record {
     /// The files of the set with their hashes, the manifest among them.
     pub(super) fn owned(&self) -> Owned {
@@ -92,6 +113,29 @@ pub(super) type Compared = (String, Option<Stamp>, Key);
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_manifest_that_is_none_any_more_may_be_written_over_and_nobody_elses() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.manifest.json");
+        assert!(!is_broken(folder.path(), "a") && owned(folder.path(), "a").is_empty());
+        let whole = format!("{{\"generator\": \"{GENERATOR}\", \"key\": \"00\", \"files\": []}}");
+        let conflict = format!("<<<<<<< HEAD\n{whole}");
+        let less = format!("{{\"generator\": \"{GENERATOR}\"}}");
+        for (text, broken) in [
+            ("", true),
+            (&whole[..20], true),
+            (&conflict, true),
+            (&less, true),
+            (&whole, false),
+            ("{\"generator\": \"another tool\"}", false),
+            ("[]", false),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            assert_eq!(is_broken(folder.path(), "a"), broken, "{text}");
+            assert_eq!(owned(folder.path(), "a").contains_key("a.manifest.json"), broken || text == whole, "{text}");
+        }
+    }
 
     #[test]
     fn a_manifest_owns_nothing_outside_of_its_folder() {

@@ -201,6 +201,29 @@ mod tests {
     }
 
     #[test]
+    fn no_tree_between_umbrellas_is_higher_than_both() {
+        // Two limbs that lean far out, across in the second: the means of both stand more upright.
+        let umbrella = |turn: f32| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.3, 0.2]);
+            for i in 0..2 {
+                let (sin, cos) = crate::base::math::sin_cos(turn + i as f32 * std::f32::consts::PI);
+                let out = Vec3::new(cos * 5.0, 2.0, sin * 5.0);
+                builder.branch(stem, 0.9 + 0.05 * i as f32, &[Vec3::ZERO, out * 0.5, out], &[0.1, 0.08, 0.05]);
+            }
+            builder.finish().unwrap()
+        };
+        let of = || vec![umbrella(0.0), umbrella(1.5), umbrella(0.8)];
+        let most = of().iter().map(Plant::height).fold(0.0, f32::max);
+        let trees = made_of(of(), "Geodesic(from: \"a\", to: \"b\", steps: 3), Mean(of: [\"a\", \"b\", \"c\"])");
+        let heights: Vec<f32> = trees.iter().map(Plant::height).collect();
+        assert!(heights.len() == 4 && heights.iter().all(|height| *height < most * 1.0001), "{most}: {heights:?}");
+        let free = elastic_family(of()[..2].to_vec(), &crate::preset::plan::ElasticParams::default()).unwrap();
+        let free = free.blend(&weighted_mean(&free, &[0.5, 0.5])).height();
+        assert!(free > 1.05 * most, "{free}");
+    }
+
+    #[test]
     fn a_way_to_a_turned_tree_leads_through_others_and_ends_at_it() {
         let middle = |more: &str| made(&format!("Geodesic(from: \"a\", to: \"b\", steps: 1{more})")).remove(0);
         let plain = middle("");

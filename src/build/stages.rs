@@ -367,18 +367,18 @@ pub(super) fn pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Pi
 
 fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<LeafPictures>, Vec<Diagnostic>> {
     let pictures = u64::from(plan.dress.pictures);
-    let mut key = PICTURES.key().number(plan.seed).number(pictures).params(&(&plan.leaf_art, plan.atlas.gutter));
+    let edge = made_edge(plan, &plan.leaf_art);
+    let mut key = PICTURES.key().number(plan.seed).number(pictures).params(&(&plan.leaf_art, edge));
     for file in leaf_files(plan) {
         key = key.input(Key::of_bytes(&inputs[file].bytes));
     }
     cache.remember(PICTURES, key.finish(), || {
         let seed = Seed::new(plan.seed).child("leaves");
         Ok(LeafPictures(match &plan.leaf_art {
-            art @ LeafArt::Made { shape, variation, size, .. } => (0..u32::from(plan.dress.pictures))
+            art @ LeafArt::Made { shape, variation, .. } => (0..u32::from(plan.dress.pictures))
                 .into_par_iter()
                 .map(|picture| {
                     // A new tint dyes what is drawn already.
-                    let edge = plan.atlas.inside(*size);
                     let key = DRAWING.key().number(plan.seed).number(picture.into());
                     let key = key.params(&(shape, variation, edge)).finish();
                     let drawn = cache.remember_here(key, LeafPicture::weight, || {
@@ -392,6 +392,14 @@ fn leaf_pictures(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Leaf
             }
         }))
     })
+}
+
+/// The edge of a made picture of leaves: no more than the atlas holds, where it would be made smaller. 0 of others.
+pub(super) fn made_edge(plan: &Plan, art: &LeafArt) -> u32 {
+    match art {
+        LeafArt::Made { size, .. } => plan.atlas.inside((*size).min(plan.atlas.size)),
+        LeafArt::Files { .. } => 0,
+    }
 }
 
 fn bark_picture(plan: &Plan, inputs: &Inputs, cache: &Cache) -> Result<Arc<Maps>, Vec<Diagnostic>> {

@@ -20,9 +20,9 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 19);
 const SKETCH: Stage = Stage("sketch", 18);
-const LADDER: Stage = Stage("ladder", 60);
+const LADDER: Stage = Stage("ladder", 61);
 /// One level; kept in memory only, for edits of one of several.
-const LEVEL: Stage = Stage("level", 54);
+const LEVEL: Stage = Stage("level", 55);
 /// Where one takes over, likewise.
 const FOOTING: Stage = Stage("footing", 16);
 /// What colours it has there, likewise.

@@ -18,6 +18,8 @@ const SKETCHED: f32 = 0.7;
 const BARE: f32 = 0.9;
 /// Share of its tree that an impostor's crossed planes show at least, of bare trees, too.
 const PLAIN: f32 = 0.7;
+/// Frames of an impostor from which on fewer are better where they show their tree badly: the sheet is as large whatever their number.
+const MANY_FRAMES: u32 = 12;
 /// Share of its leaves' area that a tree may lose to its bound on triangles.
 const BARED: f32 = 0.75;
 
@@ -76,6 +78,9 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -
                     if (most as f32) < full as f32 * triangles { "raise its `most`" } else { "raise its `triangles`" }
                 }
                 Lod::BillboardCloud { .. } => "give it more `cards`, or the atlas a larger `size`",
+                Lod::Impostor { frames } if frames > MANY_FRAMES => {
+                    "ask for fewer `frames`, each of which is then larger, or give the atlas a larger `size`"
+                }
                 Lod::Impostor { .. } => {
                     "give the atlas a larger `size`, the level a smaller `screen`, or put one before it"
                 }
@@ -241,6 +246,16 @@ mod tests {
         }
         let [cloud, impostor] = of(60);
         assert!(cloud.contains("more `cards`") && impostor.contains("the atlas a larger"), "{cloud}, {impostor}");
+    }
+
+    #[test]
+    fn an_impostor_of_very_many_frames_is_told_to_have_fewer() {
+        let plant = crate::lod::specimen::on_trunk(Vec3::ZERO, (4.0, 0.15), (24, 6));
+        for (frames, is_more) in [(13, true), (12, false)] {
+            let (_, notes) = told_of(&plant, &format!("lods: [Full, Impostor(frames: {frames})]"), 0.3);
+            let note = &notes.iter().find(|note| note.about == "lods[1]").expect("it is unlike").message;
+            assert_eq!(note.contains("fewer `frames`"), is_more, "{note}");
+        }
     }
 
     #[test]

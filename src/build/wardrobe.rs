@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::around::{Around, Surroundings};
-use super::stages::{Pictures, SourcePlant, ingredients};
+use super::stages::{Pictures, SourcePlant, ingredients, made_edge};
 use super::trees::cell;
 use super::wears;
 use crate::bake::{self, Maps};
@@ -327,12 +327,12 @@ impl Wardrobe {
         let plant = self.plants[index].clone();
         let (first, art, dress) = match leaf {
             TargetLeaf::Made { art, size, angle, droop, twig, full, phyllotaxis } if plant.leaves().is_empty() => {
-                let LeafArt::Made { shape, color, variation, size: edge, .. } = art else { return plant };
+                let LeafArt::Made { shape, color, variation, .. } = art else { return plant };
                 // A leaf that the set or another sequence wears already is drawn, and has its room in the atlas.
                 let own = (*art == plan.leaf_art && self.dressed.1 > 0).then_some(self.dressed.0);
                 let known = || self.targets.iter().find(|known| known.0 == *art).map(|known| known.1);
                 let first = own.or_else(known);
-                let edge = plan.atlas.inside(*edge);
+                let edge = made_edge(plan, art);
                 let picture =
                     |i| bake::leaf_maps(*shape, *color, *variation, edge, i, Seed::new(plan.seed).child("leaves"));
                 let count = if first.is_some() { 0 } else { u32::from(plan.dress.pictures) };

@@ -1,13 +1,13 @@
 //! `treewright build` and `treewright check`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::args::{BuildArguments, CheckArguments};
+use super::over::{Kind, may_replace, write_over};
 use super::report::{Failure, Meter, print};
 use crate::base::counted;
-use crate::build::replace::replace;
 use crate::build::{
-    BuildOptions, Builder, GALLERY, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
+    BuildOptions, Builder, GALLERY, Outcome, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
 };
 
 /// Builds every preset that was named.
@@ -24,6 +24,9 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
     if options.shard.is_some() && options.cache.is_none() {
         let why = "--shard needs a cache that all shards share: give --cache DIR, or set TREEWRIGHT_CACHE";
         return Err(Failure::Usage(why.to_owned()));
+    }
+    if let Some(path) = &arguments.depfile {
+        may_replace(path, Kind::Depfile)?;
     }
     let presets = find_presets(&arguments.presets)?;
     let meter = Meter::new(arguments.message_format);
@@ -54,14 +57,24 @@ pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
         Err(error) => arguments.keep_going.then_some(&error.built),
     };
     let listed = match (&arguments.depfile, built) {
-        (Some(path), Some(outcomes)) => replace(path, &depfile(outcomes, &arguments.out))
-            .map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display()))),
+        (Some(path), Some(outcomes)) => list(path, outcomes, &arguments.out),
         _ => Ok(()),
     };
     let outcomes = result?;
     shown.and(listed)?;
     meter.end(outcomes.len());
     Ok(())
+}
+
+/// Writes which files each set was made from.
+fn list(path: &Path, outcomes: &[Outcome], out: &Path) -> Result<(), Failure> {
+    let names = outcomes.iter().flat_map(|outcome| outcome.reads.keys().map(PathBuf::as_path)).chain([out]);
+    let breaks = |name: &&Path| name.as_os_str().as_encoded_bytes().iter().any(|byte| matches!(byte, b'\n' | b'\r'));
+    if let Some(name) = names.into_iter().find(breaks) {
+        let why = "no depfile can name a path with a line break in it; give it another name";
+        return Err(Failure::Other(format!("can't write {}: {}: {why}", path.display(), name.display())));
+    }
+    write_over(path, &depfile(outcomes, out), Kind::Depfile, &[])
 }
 
 /// Of a folder of presets there is a page that shows them all and its species.

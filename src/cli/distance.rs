@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::args::{DistanceArguments, DistanceFormat, DistanceMetric};
 use super::inspect::read_file;
-use super::report::{Failure, print, write_over};
+use super::over::{Kind, write_over};
+use super::report::{Failure, print};
 use crate::blend::shape::{Comparison, Metric, Size, dendrogram, distance_matrix, linkage};
 use crate::plant::Plant;
 use crate::preset::plan::Facing;
@@ -41,7 +42,7 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
     let merges = linkage(&matrix);
     if let Some(path) = &arguments.dendrogram {
         let svg = dendrogram(&names, &merges, unit);
-        write_over(path, &svg, &arguments.files)?;
+        write_over(path, svg.as_bytes(), Kind::Drawing, &arguments.files)?;
     }
     print(&match arguments.format {
         DistanceFormat::Json => {

@@ -5,7 +5,8 @@
 
 use super::args::EstimateArguments;
 use super::inspect::read_file;
-use super::report::{Failure, Meter, print, write_new};
+use super::over::write_new;
+use super::report::{Failure, Meter, print};
 use crate::base::Diagnostic;
 use crate::source::estimate::estimate;
 

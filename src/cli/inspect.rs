@@ -10,7 +10,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::args::InspectArguments;
-use super::report::{Failure, print, write_over};
+use super::over::{Kind, write_over};
+use super::report::{Failure, print};
 use crate::bake::{PictureInfo, picture_info};
 use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::shape::Reflection;
@@ -84,7 +85,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.dump {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
-        write_over(path, &dump(plant), std::slice::from_ref(&arguments.file))?;
+        write_over(path, dump(plant).as_bytes(), Kind::Dump, std::slice::from_ref(&arguments.file))?;
     }
     if arguments.symmetry {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to mirror", inspected.kind)))?;
@@ -98,7 +99,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
             let curve = |name: &str, values: &[f32]| Curve { name: name.to_owned(), values: values.to_vec() };
             let curves = [curve("one-to-many", &morph.one_to_many), curve("one-to-one", &morph.one_to_one)];
             let plot = export::plot(&format!("Trunk support weight, {file} to {name}"), &curves, SUPPORT_BOUND);
-            write_over(out, &plot, &[arguments.file.clone(), path.clone()])?;
+            write_over(out, plot.as_bytes(), Kind::Drawing, &[arguments.file.clone(), path.clone()])?;
         }
         inspected.morph = Some(morph);
     }

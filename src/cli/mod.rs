@@ -11,6 +11,7 @@ mod estimate;
 mod inspect;
 mod messages;
 mod new;
+mod over;
 mod plan;
 #[cfg(feature = "preview")]
 mod preview;

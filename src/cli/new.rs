@@ -3,7 +3,8 @@
 use std::fs;
 
 use super::args::NewArguments;
-use super::report::{Failure, Meter, write_new};
+use super::over::write_new;
+use super::report::{Failure, Meter};
 
 /// The species that a new preset starts with: the shipped birch.
 const SPECIES: &str = include_str!("../../presets/species/birch.ron");

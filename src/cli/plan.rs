@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::args::{MessageFormat, PlanArguments, PlanFormat, StepArguments, StepOf};
+use super::over::{Kind, may_replace, write_over};
 use super::report::{Failure, Meter, print};
-use crate::build::replace::replace;
 use crate::build::{self, BuildOptions, Builder, Shard, Share, find_presets, make_part, ninja};
 
 /// Prints the graph.
@@ -33,8 +33,9 @@ pub(super) fn step(arguments: &StepArguments) -> Result<(), Failure> {
         _ => return wrong("--place goes with the step `tree` and with no other"),
     };
     let Some(path) = &arguments.part else { return wrong("this step writes a part: give --part FILE") };
+    may_replace(path, Kind::Part)?;
     let bytes = make_part(&arguments.preset, share, &given(arguments)?)?;
-    write(path, &bytes).map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))
+    write(path, &bytes)
 }
 
 /// Puts the set together.
@@ -76,11 +77,10 @@ fn unquoted(line: &str) -> String {
 }
 
 /// Writes a file, and the folder that it is to be in.
-fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    replace(path, bytes)
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    made.map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))?;
+    write_over(path, bytes, Kind::Part, &[])
 }
 
 #[cfg(test)]

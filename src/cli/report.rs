@@ -1,8 +1,7 @@
 //! What people read: errors with their line and a hint, progress, summaries.
 
-use std::fs::File;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -48,26 +47,6 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a line to standard error. Nobody may listen any more, as behind `2>&1 | head`: what is being built is built all
 /// the same.
-/// Writes a file that is not there yet.
-pub(super) fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
-    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|e| {
-        let why = if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() };
-        Failure::Other(format!("can't write {}: {why}", path.display()))
-    })
-}
-
-/// Writes a file, whole or not at all, over one of its name; never over what it is made from.
-pub(super) fn write_over(path: &Path, text: &str, made_from: &[PathBuf]) -> Result<(), Failure> {
-    let wrong = |why: &str| Failure::Other(format!("can't write {}: {why}", path.display()));
-    if let Ok(there) = path.canonicalize()
-        && made_from.iter().any(|file| file.canonicalize().is_ok_and(|file| file == there))
-    {
-        return Err(wrong("it is what is read; give another name"));
-    }
-    crate::build::replace::replace(path, text.as_bytes()).map_err(|e| wrong(&e.to_string()))
-}
-
 fn say(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -14,7 +14,7 @@ use super::lacks::Lacks;
 use super::measure::Wardrobe;
 use super::outline::octagon;
 use super::packed::as_packed;
-use super::tile::Tile;
+use super::tile::{Tile, share};
 use crate::bake::{Cutout, Design, PictureKind, Recipe, Repeat, Shading, Surface, Target, View, rasterize, survey};
 use crate::base::Frame;
 use crate::mesh::{CrownLight, Mesh, TreeMesh, add_tangents};
@@ -95,6 +95,8 @@ pub(super) struct Card {
     normal: Vec<[u8; 3]>,
     orm: Vec<[u8; 3]>,
     recipe: Recipe,
+    /// How much of each texel was drawn, of 255; all of those that stand.
+    drawn: Vec<u8>,
     place: Place,
     bend: Bend,
     /// Share of each texel that is covered, and what was added since.
@@ -135,6 +137,7 @@ impl Card {
             normal,
             orm,
             recipe,
+            drawn: drawn.coverage.iter().map(|covered| share(*covered)).collect(),
             coverage: drawn.coverage,
             covered,
             stands: Vec::new(),
@@ -184,6 +187,7 @@ impl Card {
             of_row.max_by(|&a, &b| wood[a].total_cmp(&wood[b])).map(|i| i as u32)
         };
         self.stands = (0..count).filter_map(most).collect();
+        self.stands.iter().for_each(|&i| self.drawn[i as usize] = u8::MAX);
     }
 
     /// Lets texels that lack something grow towards being solid, and others away from it, by `step` times what `lacks`
@@ -221,7 +225,7 @@ impl Card {
 
     /// The card's picture.
     pub(super) fn finish(&self, alpha: Vec<u8>) -> Tile {
-        Tile::new(self.size, alpha, self.normal.clone(), self.orm.clone(), self.recipe.clone())
+        Tile::new(self.size, alpha, self.normal.clone(), self.orm.clone(), (self.recipe.clone(), self.drawn.clone()))
     }
 
     /// What coverage is multiplied by so that `gain` times the area that its content covers is a half and more.

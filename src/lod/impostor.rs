@@ -35,7 +35,7 @@ use super::packed::as_packed;
 use super::parallax::{CROWNS, Facing, TWIGS, Texels};
 use super::secant::Secant;
 use super::thin::kept;
-use super::tile::Tile;
+use super::tile::{Tile, share};
 use super::trunk::Trunk;
 use crate::bake::{
     Cutout, Design, PictureKind, Recipe, Repeat, Shading, Shape, Silhouette, Surface, Target, View, filled, survey,
@@ -166,6 +166,8 @@ struct Drawn {
     /// Of 255.
     open: Vec<u8>,
     recipe: Recipe,
+    /// How much of each texel was drawn, of 255; all of those that lines stand for.
+    drawn: Vec<u8>,
 }
 
 /// Draws an impostor's frames, so many along an edge, for cards of so many texels.
@@ -376,6 +378,7 @@ impl Drawn {
         let mut depth = depths(&target);
         let is_line = if is_twigs { lines.alpha.iter().map(|line| *line > 0.0).collect() } else { seen.clear };
         let all: f32 = target.coverage.iter().sum();
+        let mut drawn: Vec<u8> = target.coverage.iter().map(|covered| share(*covered)).collect();
         // Wood that lines stand for is not to be shown again.
         let rest = &mut target.coverage;
         rest.iter_mut().zip(&is_line).filter(|(_, is_line)| **is_line).for_each(|(covered, _)| *covered = 0.0);
@@ -393,6 +396,7 @@ impl Drawn {
             if is_line[i] || seen.near[i] && line > alpha[i] {
                 alpha[i] = line;
                 if line > 0.0 {
+                    drawn[i] = if drawn[i] > 0 { u8::MAX } else { 0 };
                     depth[i] = lines.depth[i];
                     // Of twigs alone all there is is made to cover as much as the tree does.
                     wood[i] = !is_twigs;
@@ -400,7 +404,8 @@ impl Drawn {
             }
         }
         let (normal, away) = target.normal.iter().map(|n| held(axes.to_local(*n))).unzip();
-        Self { depth, normal, away, open: target.occlusion.iter().map(|o| opened(*o)).collect(), wood, alpha, recipe }
+        let open = target.occlusion.iter().map(|o| opened(*o)).collect();
+        Self { depth, normal, away, open, wood, alpha, recipe, drawn }
     }
 }
 
@@ -452,7 +457,8 @@ impl Views {
         let recipes: Vec<&Recipe> = self.drawn.iter().map(|drawn| &drawn.recipe).collect();
         let recipe = || Recipe::sheet(&recipes, frames as usize, texels);
         let ((normal, orm), recipe) = rayon::join(relief, recipe);
-        Tile::new((edge, edge), alpha, normal, orm, recipe)
+        let drawn = self.laid_out(|frame| &self.drawn[frame].drawn);
+        Tile::new((edge, edge), alpha, normal, orm, (recipe, drawn))
     }
 }
 

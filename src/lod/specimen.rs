@@ -10,7 +10,7 @@ use crate::preset::plan::{Forks, Lod, LodBudget, MeshParams};
 
 /// A trunk that stands at `foot`, `height` high and `radius` thick at its base, whose crown begins at three quarters of it: so
 /// many twigs of one and a half metres with so many leaves each.
-pub(super) fn on_trunk(foot: Vec3, (height, radius): (f32, f32), (twigs, leaves): (u64, u64)) -> Plant {
+pub(crate) fn on_trunk(foot: Vec3, (height, radius): (f32, f32), (twigs, leaves): (u64, u64)) -> Plant {
     let mut builder = PlantBuilder::new();
     let radii = [1.0, 0.8, 0.5].map(|part| part * radius);
     let stem = builder.stem(foot, &[Vec3::ZERO, Vec3::Y * (0.5 * height), Vec3::Y * height], &radii);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bake::{Maps, Palette, Recipe, dilate_color, dilate_relief};
+use crate::bake::{Maps, Palette, Recipe, dilate_color, dilate_relief, mix_beside};
 use crate::base::bulk;
 
 /// A picture that cards or impostors wear; rows from the top.
@@ -23,10 +23,18 @@ pub struct Tile {
     pub orm: Vec<[u8; 3]>,
     /// Where colours come from: the palette of the bark, then the leaf pictures by slot.
     pub recipe: Recipe,
+    /// How much of each texel was drawn, of 255; the rest is of the colour of what is beside it.
+    #[serde(with = "bulk")]
+    pub drawn: Vec<u8>,
+}
+
+/// How much of a texel was drawn, 0..=1, as a tile holds it.
+pub(super) fn share(covered: f32) -> u8 {
+    (covered * 255.0 + 0.5) as u8
 }
 
 /// Alpha where anything was drawn, and none elsewhere: an impostor's frames are solid beside it, too.
-fn drawn<'a>(alpha: &'a [u8], recipe: &'a Recipe) -> impl Iterator<Item = u8> + 'a {
+fn shown<'a>(alpha: &'a [u8], recipe: &'a Recipe) -> impl Iterator<Item = u8> + 'a {
     alpha.iter().zip(recipe.shown()).map(|(alpha, is_shown)| if is_shown { *alpha } else { 0 })
 }
 
@@ -37,19 +45,20 @@ impl Tile {
         alpha: Vec<u8>,
         mut normal: Vec<[u8; 3]>,
         mut orm: Vec<[u8; 3]>,
-        recipe: Recipe,
+        (recipe, drawn): (Recipe, Vec<u8>),
     ) -> Self {
-        let shown: Vec<u8> = drawn(&alpha, &recipe).collect();
+        let shown: Vec<u8> = shown(&alpha, &recipe).collect();
         dilate_relief(&shown, &mut normal, &mut orm, (width, height));
-        Self { width, height, alpha, normal, orm, recipe }
+        Self { width, height, alpha, normal, orm, recipe, drawn }
     }
 
     /// Its colours, also under its clear texels, and its alpha.
     #[must_use]
     pub fn color(&self, palette: &Palette) -> Vec<[u8; 4]> {
-        let painted = self.recipe.paint(palette);
+        let mut painted = self.recipe.paint(palette);
+        mix_beside(&mut painted, &self.drawn, self.width as usize);
         let mut color: Vec<[u8; 4]> =
-            painted.into_iter().zip(drawn(&self.alpha, &self.recipe)).map(|([r, g, b], a)| [r, g, b, a]).collect();
+            painted.into_iter().zip(shown(&self.alpha, &self.recipe)).map(|([r, g, b], a)| [r, g, b, a]).collect();
         dilate_color(&mut color, self.width, self.height);
         color.iter_mut().zip(&self.alpha).for_each(|(color, alpha)| color[3] = *alpha);
         color
@@ -78,14 +87,14 @@ impl Tile {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         let texels = self.width as usize * self.height as usize;
-        let lengths = [self.alpha.len(), self.normal.len(), self.orm.len()];
-        texels > 0 && lengths == [texels; 3] && self.recipe.is_of(texels)
+        let lengths = [self.alpha.len(), self.normal.len(), self.orm.len(), self.drawn.len()];
+        texels > 0 && lengths == [texels; 4] && self.recipe.is_of(texels)
     }
 
     /// About how many bytes it takes.
     #[must_use]
     pub fn weight(&self) -> usize {
-        self.alpha.len() * 7 + self.recipe.weight()
+        self.alpha.len() * 8 + self.recipe.weight()
     }
 }
 
@@ -119,11 +128,12 @@ mod tests {
         let pictures = [Picture::new(&green)];
         let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout, closed: false };
         let view = View::new(Frame::WORLD, Vec3::ZERO, 1.0, 1.0);
-        let (_, recipe) = survey(&[surface], &view, 8, 8, 2, &Shading::Albedo);
+        let (target, recipe) = survey(&[surface], &view, 8, 8, 2, &Shading::Albedo);
+        let covered = target.coverage.iter().map(|covered| share(*covered)).collect();
         let drawn = |i: usize| i % 8 < 4;
         let normal = (0..64).map(|i| if drawn(i) { [200, 128, 220] } else { [0; 3] }).collect();
         let orm = (0..64).map(|i| if drawn(i) { [90, 200, 7] } else { [0; 3] }).collect();
-        let tile = Tile::new((8, 8), vec![255; 64], normal, orm, recipe);
+        let tile = Tile::new((8, 8), vec![255; 64], normal, orm, (recipe, covered));
         let maps = tile.maps(&Palette::new(std::iter::once(&green)));
         assert!(maps.color.iter().all(|c| c[3] == 255 && c[1].abs_diff(160) < 3 && c[0].abs_diff(40) < 3));
         assert!(maps.normal.iter().all(|n| n[0] > 190) && maps.orm.iter().all(|o| *o == [90, 200, 7]));

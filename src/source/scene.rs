@@ -105,7 +105,25 @@ pub fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Di
                 .with_hint("export the tree's mesh, not points or curves"),
         ]);
     }
+    if let Some(far) = out_of_bounds(&scene) {
+        return Err(vec![
+            Diagnostic::new(file, far).with_hint("mend it or its node's scale in the modeller: a tree is metres high"),
+        ]);
+    }
     Ok(scene)
+}
+
+/// Farthest that two vertices may lie apart, in any unit: ten kilometres of a file in millimetres.
+const LARGEST: f32 = 1e7;
+
+/// What is told of a mesh whose vertices lie farther apart than those of anything that is a tree.
+fn out_of_bounds(scene: &Scene) -> Option<String> {
+    let first = *scene.parts.iter().find_map(|part| part.positions.first())?;
+    let is_far = |p: &Vec3| (*p - first).abs().max_element() > LARGEST;
+    let part = scene.parts.iter().find(|part| part.positions.iter().any(is_far))?;
+    let at = part.positions.iter().copied().find(is_far)?;
+    let name = if part.name.is_empty() { String::new() } else { format!("`{}`: ", part.name) };
+    Some(format!("{name}a vertex at {:e}, {:e}, {:e} is out of all bounds", at.x, at.y, at.z))
 }
 
 /// The files that a mesh names and that `files` lacks, in rising order: paths relative to the mesh's folder, `/` between

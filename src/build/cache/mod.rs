@@ -25,7 +25,7 @@ use store::{Found, Store};
 
 /// Raised whenever a type that is kept changes its layout, so that old entries are not read as something else; a test
 /// below notices. (What a stage makes of the same input is the stage's own version.)
-const LAYOUT: u32 = 6;
+const LAYOUT: u32 = 7;
 
 /// Where results are kept between processes.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -174,12 +174,13 @@ fn who_changes_what_is_kept_raises_the_layout() {
         normal: vec![[5, 6, 7]],
         orm: vec![[8, 9, 10]],
         recipe: crate::bake::Recipe::default(),
+        drawn: vec![11],
     };
     let ladder = Ladder { levels: vec![level], tiles: vec![tile] };
     let forms = [form(&plant), form(&ladder), form(&maps)];
     // Changed? Then raise LAYOUT, and put the new forms here.
     assert_eq!(
         (LAYOUT, forms.each_ref().map(String::as_str)),
-        (6, ["ba0bb323493e3d8d", "1adcc547bf655199", "7239ee1e4e7b9e5b"])
+        (7, ["ba0bb323493e3d8d", "e020068024a78296", "7239ee1e4e7b9e5b"])
     );
 }

@@ -237,6 +237,17 @@ impl<'a> Elements<'a> {
     }
 }
 
+/// Whether places are in rising order, each once, and below `count`.
+fn is_rising(mut places: impl Iterator<Item = u32>, count: u64) -> bool {
+    let mut next = 0;
+    places.all(|place| {
+        let place = u64::from(place);
+        let is_next = place >= next;
+        next = place + 1;
+        is_next && place < count
+    })
+}
+
 impl Layout {
     /// The elements with their bytes. The number of elements is then at most that of all bytes.
     pub(super) fn elements<'a>(&self, buffers: &'a Buffers<'_>) -> Result<Elements<'a>, GlbError> {
@@ -260,7 +271,14 @@ impl Layout {
             }
         };
         let sparse = match self.sparse {
-            Some(s) => Some((of(s.indices, s.count * s.kind.size())?, of(s.values, s.count * size)?)),
+            Some(s) => {
+                let indices = of(s.indices, s.count * s.kind.size())?;
+                if !is_rising(indices.chunks_exact(s.kind.size()).map(|b| little(s.kind, b)), self.count) {
+                    let what = format!("sparse elements are not in rising order, or beyond the {count} that there are");
+                    return Err(GlbError::Broken(what));
+                }
+                Some((indices, of(s.values, s.count * size)?))
+            }
             None => None,
         };
         Ok(Elements { layout: *self, bytes, sparse })

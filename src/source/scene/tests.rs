@@ -107,3 +107,41 @@ fn every_real_mesh_has_the_triangles_of_its_manifest() {
     }
     assert_eq!(count, 16);
 }
+
+#[test]
+fn vertices_beyond_all_bounds_are_told_with_the_part_that_has_them() {
+    for (far, good) in [("1e6", true), ("2e7", false), ("1e30", false)] {
+        let obj = format!("o tree\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\no stray\nv 0 {far} 0\nf 1 2 4\n");
+        match read(obj.as_bytes(), "it.obj", &Files::new()) {
+            Ok(scene) => assert!(good && scene.triangles() == 2, "{far}"),
+            Err(errors) => {
+                assert!(!good && errors.len() == 1 && errors[0].file == "it.obj", "{far}: {errors:?}");
+                assert!(errors[0].message.starts_with("`stray`: a vertex at 0e0, ") && !errors[0].hint.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn sparse_elements_must_rise_and_be_there() {
+    // Three vertices of zeros, two of which are replaced.
+    let gltf = |places: [u8; 2]| {
+        let points = [[1.0_f32, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mut bytes = places.to_vec();
+        bytes.extend([0, 0]);
+        bytes.extend(points.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        let text = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "accessors":[{"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0],"sparse":{"count":2,
+            "indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":1}}}],
+            "bufferViews":[{"buffer":0,"byteLength":2},{"buffer":0,"byteOffset":4,"byteLength":24}],
+            "buffers":[{"uri":"it.bin","byteLength":28}]}"#;
+        let files = Files::from([("it.bin".to_owned(), bytes.as_slice())]);
+        read(text.as_bytes(), "it.gltf", &files)
+    };
+    assert_eq!(gltf([1, 2]).expect("they rise").parts[0].positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    for wrong in [[1, 3], [2, 1], [1, 1], [0, 255]] {
+        let errors = gltf(wrong).expect_err("they don't");
+        assert!(errors[0].message.contains("sparse"), "{wrong:?}: {errors:?}");
+    }
+}
