@@ -426,7 +426,7 @@ fn a_manifest_that_a_merge_broke_is_told_and_written_anew() {
     let whole = fs::read_to_string(&manifest).unwrap();
     for broken in [String::new(), whole[..200].to_owned(), format!("<<<<<<< HEAD\n{whole}")] {
         fs::write(&manifest, broken).unwrap();
-        let (checked, _) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--check"]);
+        let (_, checked) = says(project.path(), 1, &["build", "three.ron", "--out", "out", "--check"]);
         assert!(checked.contains("three.manifest.json"), "{checked}");
         let (_, said) = says(project.path(), 0, &["build", "three.ron", "--out", "out"]);
         assert!(said.contains("1 file written"), "{said}");

@@ -39,6 +39,9 @@ pub(crate) fn read_svg(bytes: &[u8]) -> Result<Tree, SvgError> {
     if bytes.starts_with(b"\x1f\x8b") {
         return Err(SvgError::Unreadable("it is packed by gzip (SVGZ): save it as plain SVG".to_owned()));
     }
+    if std::str::from_utf8(bytes).is_err() {
+        return Err(SvgError::Unreadable("its text is no UTF-8: save it with that encoding".to_owned()));
+    }
     let count = |of: u8| bytes.iter().filter(|byte| **byte == of).count();
     let (elements, rules) = (count(b'<'), count(b'{'));
     let most = MOST_TRIES / elements.max(1);
@@ -67,5 +70,7 @@ mod tests {
         assert!(matches!(refused, SvgError::TooLarge { found: 20_000, .. }), "{refused:?}");
         assert!(matches!(read_svg(&vec![b' '; MOST_SVG + 1]), Err(SvgError::TooLarge { .. })));
         assert!(matches!(read_svg(b"\x1f\x8b\x08\0"), Err(SvgError::Unreadable(why)) if why.contains("gzip")));
+        let latin = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'><title>B\xe4ume</title></svg>";
+        assert!(matches!(read_svg(latin), Err(SvgError::Unreadable(why)) if why.contains("UTF-8")));
     }
 }

@@ -202,18 +202,16 @@ mod tests {
 
     #[test]
     fn no_tree_between_umbrellas_is_higher_than_both() {
-        // Two limbs that lean far out, across in the second: the means of both stand more upright.
+        // A stem that leaves upright and goes on far to one side: the mean of two that go to other sides is upright all along.
         let umbrella = |turn: f32| {
             let mut builder = PlantBuilder::new();
-            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 2.0], &[0.3, 0.2]);
-            for i in 0..2 {
-                let (sin, cos) = crate::base::math::sin_cos(turn + i as f32 * std::f32::consts::PI);
-                let out = Vec3::new(cos * 5.0, 2.0, sin * 5.0);
-                builder.branch(stem, 0.9 + 0.05 * i as f32, &[Vec3::ZERO, out * 0.5, out], &[0.1, 0.08, 0.05]);
-            }
+            let (sin, cos) = crate::base::math::sin_cos(turn);
+            let [fork, end] = [Vec3::Y * 2.0, Vec3::new(cos * 5.0, 4.0, sin * 5.0)];
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, fork, fork.midpoint(end), end], &[0.3, 0.2, 0.1, 0.05]);
+            builder.branch(stem, 0.3, &[Vec3::ZERO, Vec3::new(-cos, 0.3, -sin)], &[0.05, 0.02]);
             builder.finish().unwrap()
         };
-        let of = || vec![umbrella(0.0), umbrella(1.5), umbrella(0.8)];
+        let of = || vec![umbrella(0.0), umbrella(2.5), umbrella(1.2)];
         let most = of().iter().map(Plant::height).fold(0.0, f32::max);
         let trees = made_of(of(), "Geodesic(from: \"a\", to: \"b\", steps: 3), Mean(of: [\"a\", \"b\", \"c\"])");
         let heights: Vec<f32> = trees.iter().map(Plant::height).collect();

@@ -161,8 +161,11 @@ fn climb(path: &Path) -> PathBuf {
     }
 }
 
-/// Says that a file is not there, and which one of its folder was probably meant.
+/// Says that a file is not there, and which one of its folder was probably meant, or that a link is.
 fn missing(path: &Path) -> String {
+    if fs::symlink_metadata(path).is_ok_and(|there| there.is_symlink()) {
+        return format!("{NONE}: the link leads nowhere");
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = fs::read_dir(folder).into_iter().flatten().take(MOST_ENTRIES).flatten();
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
@@ -238,6 +241,12 @@ mod tests {
         fs::write(folder.path().join("sub/maple.ron"), "m").unwrap();
         assert!(world.read("mapel.ron").unwrap_err().contains("did you mean `maple.ron`?"));
         assert!(world.read("../a").unwrap_err().contains("outside of the project"));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("gone.ron", folder.path().join("sub/link.ron")).unwrap();
+            let world = World::within(folder.path(), Limits::default());
+            assert!(world.read("sub/link.ron").unwrap_err().ends_with("the link leads nowhere"));
+        }
     }
 
     #[test]
