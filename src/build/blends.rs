@@ -14,7 +14,7 @@ use crate::base::{Diagnostic, Key, Seed};
 use crate::blend::{self, Chosen, State, Tasks};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, StemRule, Variant};
+use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, ShapeKind, StemRule, Variant};
 use crate::relate::{self, Family, FamilyError, Weights};
 use crate::select;
 
@@ -227,7 +227,10 @@ pub(super) fn variant(
         }),
         Variant::Shape { shape, shares } => {
             let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));
-            blends.shapes.plant(*shape, shares).map(|plant| blend::within(plant, of))
+            // What is symmetric leans less than its source, and is as high as that makes it.
+            let is_mirrored = matches!(plan.shapes[*shape].kind, ShapeKind::Mirror { .. });
+            let bound = |plant| if is_mirrored { blend::grounded(plant, of) } else { blend::within(plant, of) };
+            blends.shapes.plant(*shape, shares).map(bound)
         }
         Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),

@@ -49,24 +49,45 @@ pub(super) fn read(folder: &Path, set: &str) -> Option<Record> {
 }
 
 /// The files that the next build may write over. Where the manifest is there and can't be read any more, as after a merge of a
-/// version control or a copy that was cut off, it is the manifest alone, as one that somebody changed.
+/// version control or a copy that was cut off, it is one that somebody changed, and of the others it is those whose hash it still
+/// tells.
 pub(super) fn owned(folder: &Path, set: &str) -> Owned {
-    match read(folder, set) {
-        Some(record) => record.owned(),
-        None if is_broken(folder, set) => Owned::from([(manifest_name(set), Key::of_bytes(b""))]),
-        None => Owned::new(),
+    if let Some(record) = read(folder, set) {
+        return record.owned();
     }
+    let Some(bytes) = broken(folder, set) else { return Owned::new() };
+    let text = String::from_utf8_lossy(&bytes);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let told = names.filter(|name| text.contains(&format!("\"{name}\"")));
+    let still = told.filter_map(|name| {
+        let key = Key::of_bytes(&stamp::bytes(&folder.join(&name)).ok()?);
+        text.contains(&key.to_hex()).then_some((name, key))
+    });
+    still.chain([(manifest_name(set), Key::of_bytes(b""))]).collect()
 }
 
-/// Whether what has the manifest's name is no manifest any more, and nobody else's JSON.
+/// Whether what has the manifest's name was Treewright's and can't be read any more.
 pub(super) fn is_broken(folder: &Path, set: &str) -> bool {
+    broken(folder, set).is_some()
+}
+
+/// The bytes of a manifest that can't be read any more: empty, cut off in its first line, or with the mark in it that Treewright
+/// wrote it. What another program wrote under that name is none.
+fn broken(folder: &Path, set: &str) -> Option<Vec<u8>> {
     let path = folder.join(manifest_name(set));
-    let is_file = std::fs::symlink_metadata(&path).is_ok_and(|there| there.is_file());
-    let Some(bytes) = is_file.then(|| stamp::bytes(&path).ok()).flatten() else { return false };
-    match serde_json::from_slice::<serde_json::Value>(&bytes) {
-        Err(_) => true,
-        Ok(value) => value["generator"] == GENERATOR && serde_json::from_value::<Record>(value).is_err(),
+    if !std::fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
+        return None;
     }
+    let bytes = stamp::bytes(&path).ok()?;
+    let mark = format!("\"generator\": \"{GENERATOR}\"");
+    let is_marked = || bytes.windows(mark.len()).any(|part| part == mark.as_bytes());
+    let is_start = || format!("{{\n  {mark}").as_bytes().starts_with(&bytes);
+    let is_ours = match serde_json::from_slice::<serde_json::Value>(&bytes) {
+        Ok(value) => value["generator"] == GENERATOR,
+        Err(_) => is_start() || is_marked(),
+    };
+    (is_ours && serde_json::from_slice::<Record>(&bytes).is_err()).then_some(bytes)
 }
 
 impl Record {
@@ -119,22 +140,40 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.manifest.json");
         assert!(!is_broken(folder.path(), "a") && owned(folder.path(), "a").is_empty());
-        let whole = format!("{{\"generator\": \"{GENERATOR}\", \"key\": \"00\", \"files\": []}}");
-        let conflict = format!("<<<<<<< HEAD\n{whole}");
+        std::fs::write(folder.path().join("a.glb"), "old").unwrap();
+        std::fs::write(folder.path().join("b.glb"), "edited").unwrap();
+        let of = |name: &str| format!("{{\"file\": \"{name}\", \"blake3\": \"{}\"}}", Key::of_bytes(b"old").to_hex());
+        let whole = format!(
+            "{{\n  \"generator\": \"{GENERATOR}\",\n  \"key\": \"00\",\n  \"files\": [{}, {}]\n}}",
+            of("a.glb"),
+            of("b.glb")
+        );
+        let conflict = whole.replace(
+            "  \"key\": \"00\",\n",
+            "<<<<<<< HEAD\n  \"key\": \"00\",\n=======\n  \"key\": \"01\",\n>>>>>>> b\n",
+        );
+        let merged = whole.replace("  \"key\": \"00\",\n", "  \"key\": \"00\",\n  \"key\": \"01\",\n");
         let less = format!("{{\"generator\": \"{GENERATOR}\"}}");
         for (text, broken) in [
             ("", true),
-            (&whole[..20], true),
+            (&whole[..9], true),
+            (&whole[..50], true),
             (&conflict, true),
+            (&merged, true),
             (&less, true),
             (&whole, false),
             ("{\"generator\": \"another tool\"}", false),
+            ("// no JSON\n{\"generator\": \"another tool\"}", false),
+            ("a list of mine", false),
             ("[]", false),
         ] {
             std::fs::write(&path, text).unwrap();
             assert_eq!(is_broken(folder.path(), "a"), broken, "{text}");
             assert_eq!(owned(folder.path(), "a").contains_key("a.manifest.json"), broken || text == whole, "{text}");
         }
+        // Of the others those that are as it tells.
+        std::fs::write(&path, conflict).unwrap();
+        assert_eq!(owned(folder.path(), "a").into_keys().collect::<Vec<_>>(), ["a.glb", "a.manifest.json"]);
     }
 
     #[test]

@@ -38,13 +38,15 @@ impl Kind {
     /// Whether a file with this head is one. An empty file holds nothing that could be lost.
     fn is_of(self, head: &[u8]) -> bool {
         let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
-        let has = |text: &str| line.windows(text.len()).any(|part| part == text.as_bytes());
+        let is_plot = |line: &[u8]| line.ends_with(b"font-size=\"12\">") || line.ends_with(b"font-size=\"13\">");
         head.is_empty()
             || match self {
-                Self::Depfile => has(".manifest.json:"),
+                Self::Depfile => line.ends_with(b".manifest.json: \\"),
                 Self::Part => head.starts_with(b"twparts"),
                 Self::Dump => head.starts_with(b"Plant("),
-                Self::Drawing => head.starts_with(b"<svg") && has("font-family=\"sans-serif\" font-size=\"1"),
+                Self::Drawing => {
+                    line.starts_with(b"<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 ") && is_plot(line)
+                }
             }
     }
 }
@@ -109,9 +111,13 @@ mod tests {
             (b"out/oak/oak.manifest.json: \\\n  oak.ron\n".to_vec(), Some(Kind::Depfile)),
             (b"twparts1\0\0".to_vec(), Some(Kind::Part)),
             (b"(sources: {}, variants: [])".to_vec(), None),
-            (b"<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"M0 0\"/></svg>".to_vec(), None),
+            (
+                b"<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 9 9\"><text font-size=\"12\"/></svg>"
+                    .to_vec(),
+                None,
+            ),
             (b"glTF\x02\0\0\0".to_vec(), None),
-            (b"all: oak.o\n\tcc oak.o\n".to_vec(), None),
+            (b"out/oak/oak.manifest.json: oak.ron\n\ttreewright build oak.ron\n".to_vec(), None),
         ];
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("file");

@@ -34,8 +34,9 @@ pub(super) fn step(arguments: &StepArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.part else { return wrong("this step writes a part: give --part FILE") };
     may_replace(path, Kind::Part)?;
-    let bytes = make_part(&arguments.preset, share, &given(arguments)?)?;
-    write(path, &bytes)
+    let given = given(arguments)?;
+    let bytes = make_part(&arguments.preset, share, &given)?;
+    write(path, &bytes, &given)
 }
 
 /// Puts the set together.
@@ -77,10 +78,10 @@ fn unquoted(line: &str) -> String {
 }
 
 /// Writes a file, and the folder that it is to be in.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+fn write(path: &Path, bytes: &[u8], given: &[PathBuf]) -> Result<(), Failure> {
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
     made.map_err(|e| Failure::Other(format!("can't write {}: {e}", path.display())))?;
-    write_over(path, bytes, Kind::Part, &[])
+    write_over(path, bytes, Kind::Part, given)
 }
 
 #[cfg(test)]

@@ -178,4 +178,18 @@ mod tests {
             assert!(leaves > 1000 && (!has_wood || wood > 20 && both > 20), "{lod:?} {wood} {leaves} {both}");
         }
     }
+
+    #[test]
+    fn posts_and_lines_keep_the_colour_of_wood_however_little_of_them_is_drawn() {
+        // A trunk that covers a part of each texel, below a crown.
+        let plant = on_trunk(Vec3::X, (4.0, 0.004), (60, 60));
+        for lod in [Lod::CrossedQuads, Lod::Impostor { frames: 6 }] {
+            let tiles = climbed(&plant, lod.clone()).tiles;
+            let kept = |tile: &crate::lod::Tile| {
+                let texels = tile.recipe.share_of_first(1).zip(&tile.drawn).zip(&tile.alpha);
+                texels.filter(|((wood, drawn), alpha)| *wood == 1.0 && **drawn == 255 && **alpha > 127).count()
+            };
+            assert!(tiles.iter().map(kept).sum::<usize>() > 10, "{lod:?}");
+        }
+    }
 }

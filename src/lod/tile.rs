@@ -138,4 +138,45 @@ mod tests {
         assert!(maps.color.iter().all(|c| c[3] == 255 && c[1].abs_diff(160) < 3 && c[0].abs_diff(40) < 3));
         assert!(maps.normal.iter().all(|n| n[0] > 190) && maps.orm.iter().all(|o| *o == [90, 200, 7]));
     }
+
+    #[test]
+    fn a_texel_that_a_twig_crosses_is_mostly_of_the_leaf_beside_it() {
+        // A leaf over the left texel, a twig over a fifth of the right one.
+        let square = |left: f32, right: f32| {
+            [(left, -1.0), (right, -1.0), (right, 1.0), (left, 1.0)].map(|(x, y)| Vec3::new(x, y, 0.0))
+        };
+        let mesh = Mesh {
+            positions: [square(-1.0, 0.0), square(0.4, 0.6)].concat(),
+            normals: vec![Vec3::Z; 8],
+            uvs: vec![glam::Vec2::splat(0.5); 8],
+            occlusion: vec![255; 8],
+            tiles: vec![0, 0, 0, 0, 1, 1, 1, 1],
+            indices: vec![0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7],
+            ..Mesh::default()
+        };
+        let plain = |color: [u8; 4]| Maps {
+            width: 1,
+            height: 1,
+            color: vec![color],
+            normal: vec![[128, 128, 255]],
+            orm: vec![[255; 3]],
+        };
+        let maps = [plain([240, 180, 210, 255]), plain([30, 20, 10, 255])];
+        let pictures = maps.each_ref().map(Picture::new);
+        let surface = Surface { mesh: &mesh, pictures: &pictures, repeat: Repeat::Cutout, closed: false };
+        let view = View::new(Frame::WORLD, Vec3::ZERO, 1.0, 1.0);
+        let (target, recipe) = survey(&[surface], &view, 2, 1, 10, &Shading::Albedo);
+        let covered: Vec<u8> = target.coverage.iter().map(|covered| share(*covered)).collect();
+        assert!(covered[0] == 255 && covered[1].abs_diff(51) < 3, "{covered:?}");
+        let of = |drawn: Vec<u8>| {
+            let relief = (vec![[128, 128, 255]; 2], vec![[255; 3]; 2]);
+            let tile = Tile::new((2, 1), vec![255; 2], relief.0, relief.1, (recipe.clone(), drawn));
+            tile.color(&Palette::new(maps.iter()))
+        };
+        let color = of(covered);
+        assert!(color[0][0].abs_diff(240) < 2 && (190..235).contains(&color[1][0]), "{color:?}");
+        // What stands alone in its texel is as dark as it is.
+        let alone = of(vec![255; 2]);
+        assert!(alone[1][0] < 33, "{alone:?}");
+    }
 }

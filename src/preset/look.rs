@@ -169,7 +169,7 @@ pub(super) static FOLIAGE: Record = Record {
             name: "resolution",
             kind: PIXELS,
             default: Default::Is("256"),
-            about: "edge of a made leaf's picture, its gutter included",
+            about: "edge of a made leaf's picture, its gutter included; no larger than the atlas",
         },
     ],
 };

@@ -253,7 +253,8 @@ static POINT: Record = Record {
     about: "A point over the plant's base, or beside it.",
     fields: &[
         share("height", 1.0, Default::Required, "its height"),
-        share("out", 5.0, Default::Is("0.0"), "how far off the axis, to a side that the seed chooses"),
+        share("out", 5.0, Default::Is("0.0"), "how far off the axis"),
+        degrees("turn", Default::Else("the seed chooses"), "to which side: 0 is +x, 90 is +z, as the `turn` of light"),
     ],
 };
 static ROUND: Record = Record {
@@ -466,7 +467,9 @@ fn volume(kind: &str, fields: &Reader<'_, '_>, width: f32) -> Option<Volume> {
     if kind == "Point" {
         let out = fields.number("out");
         within("out", out, 1.0);
-        return Some(Volume::Point { height: fields.number("height"), out });
+        fields.needs("out", &["turn"], "tell how far off the axis it is by `out`, or leave it out");
+        let turn = fields.has("turn").then(|| angle(fields, "turn"));
+        return Some(Volume::Point { height: fields.number("height"), out, turn });
     }
     let (bottom, top) = (fields.number("bottom"), fields.number("top"));
     if fields.has("bottom") && fields.has("top") && bottom >= top {

@@ -116,14 +116,21 @@ pub fn read(bytes: &[u8], file: &str, files: &Files<'_>) -> Result<Scene, Vec<Di
 /// Farthest that two vertices may lie apart, in any unit: ten kilometres of a file in millimetres.
 const LARGEST: f32 = 1e7;
 
-/// What is told of a mesh whose vertices lie farther apart than those of anything that is a tree.
+/// What is told of a mesh whose vertices lie farther apart than those of anything that is a tree: of the fewest that are apart.
 fn out_of_bounds(scene: &Scene) -> Option<String> {
-    let first = *scene.parts.iter().find_map(|part| part.positions.first())?;
-    let is_far = |p: &Vec3| (*p - first).abs().max_element() > LARGEST;
-    let part = scene.parts.iter().find(|part| part.positions.iter().any(is_far))?;
-    let at = part.positions.iter().copied().find(is_far)?;
+    let all = || scene.parts.iter().flat_map(|part| part.positions.iter().map(move |p| (part, *p)));
+    let first = all().next()?.1;
+    let apart = |p: Vec3, q: Vec3| (p - q).abs().max_element();
+    let far = all().filter(|(_, p)| apart(*p, first) > LARGEST).count();
+    let (part, at) = match far {
+        0 => return None,
+        // It is the first that is astray.
+        _ if 2 * far > all().count() => all().next()?,
+        _ => all().find(|(_, p)| apart(*p, first) > LARGEST)?,
+    };
+    let distance = all().map(|(_, p)| apart(p, at)).fold(0.0, f32::max);
     let name = if part.name.is_empty() { String::new() } else { format!("`{}`: ", part.name) };
-    Some(format!("{name}a vertex at {:e}, {:e}, {:e} is out of all bounds", at.x, at.y, at.z))
+    Some(format!("{name}a vertex lies {distance:e} from others, which is out of all bounds"))
 }
 
 /// The files that a mesh names and that `files` lacks, in rising order: paths relative to the mesh's folder, `/` between

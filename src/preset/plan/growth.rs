@@ -209,8 +209,10 @@ pub enum Volume {
     Point {
         /// Height.
         height: f32,
-        /// How far off the axis, to a side that the seed chooses.
+        /// How far off the axis.
         out: f32,
+        /// To which side, radians from +x towards +z; the seed chooses where none is told.
+        turn: Option<f32>,
     },
     /// An ellipsoid.
     Ellipsoid {

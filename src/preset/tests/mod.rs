@@ -139,6 +139,20 @@ fn a_point_is_one_endpoint() {
 }
 
 #[test]
+fn a_point_off_the_axis_is_on_the_side_that_is_told() {
+    let with =
+        |more: &str| species("oak.ron", &OAK.replace("Point(height: 0.4)", &format!("Point(height: 0.4{more})")));
+    let turn = |more: &str| match with(more).expect("loads").iterations[0].endpoints {
+        plan::Endpoints::Volume { shape: plan::Volume::Point { turn, .. }, .. } => turn,
+        _ => panic!("its trunk ends at a point"),
+    };
+    assert_eq!((turn(""), turn(", out: 0.3")), (None, None));
+    assert!((turn(", out: 0.3, turn: 90").expect("it is told") - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    let error = with(", turn: 90").unwrap_err().remove(0).to_string();
+    assert!(error.contains("turn: has no meaning without `out`"), "{error}");
+}
+
+#[test]
 fn a_part_of_a_mesh_is_not_both_wood_and_leaves() {
     let load = |leaves: &str, wood: &str| {
         load_with_oak(&format!(

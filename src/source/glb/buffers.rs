@@ -31,7 +31,7 @@ pub(super) fn buffers<'a>(
                     let bytes = file_name(uri).and_then(|name| files.get(&name)).map(|bytes| Cow::Borrowed(*bytes));
                     bytes.ok_or_else(|| {
                         let is_web = uri.contains("://");
-                        let why = if is_web { "a web address, and those are not read" } else { "which is not there" };
+                        let why = if is_web { "an address, and those are not read" } else { "which is not there" };
                         format!("`{uri}`, {why}")
                     })
                 }
@@ -130,6 +130,6 @@ mod tests {
         assert_eq!(found[1].as_deref(), Ok(&[1_u8, 2][..]));
         let web = json::Root { buffers: vec![buffer("https://a.example/oak.bin")], ..json::Root::default() };
         let found = buffers(&web, &[], false, &files).unwrap();
-        assert!(found[0].as_ref().unwrap_err().contains("a web address"));
+        assert!(found[0].as_ref().unwrap_err().contains("an address"));
     }
 }

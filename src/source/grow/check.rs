@@ -52,7 +52,10 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
             Endpoints::Surface { t, .. } => at("endpoints.t", t, 0.0, 1.0)?,
             Endpoints::Volume { ref shape, count, .. } => {
                 let (low, high, reach, hollow) = match *shape {
-                    Volume::Point { height, out } => (height, height, out, 0.0),
+                    Volume::Point { height, out, turn } => {
+                        at("endpoints.shape.turn", turn.unwrap_or(0.0), -100.0, 100.0)?;
+                        (height, height, out, 0.0)
+                    }
                     Volume::Ellipsoid { bottom, top, radius, hollow }
                     | Volume::HalfEllipsoid { bottom, top, radius, hollow }
                     | Volume::Cone { bottom, top, radius, hollow }

@@ -162,7 +162,7 @@ mod tests {
         // Of a stand none is the first.
         let mut kept = stand(&[(0.0, 10.0), (1.0, 10.0), (2.0, 10.0)]);
         kept.space.company = Company::Kept;
-        let shape = Volume::Point { height: 0.98, out: 0.12 };
+        let shape = Volume::Point { height: 0.98, out: 0.12, turn: None };
         if let Endpoints::Volume { shape: of, .. } = &mut kept.iterations[0].endpoints {
             *of = shape.clone();
         }

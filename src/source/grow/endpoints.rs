@@ -60,8 +60,9 @@ fn places(
     let free = |node: &u32| !structure.holds(*node);
     match *endpoints {
         Endpoints::Volume { ref shape, .. } => {
-            if let Volume::Point { height, out } = *shape {
-                let (sin, cos) = math::sin_cos(seed.child("side").unit() * std::f32::consts::TAU);
+            if let Volume::Point { height, out, turn } = *shape {
+                let by_lot = || seed.child("side").unit() * std::f32::consts::TAU;
+                let (sin, cos) = math::sin_cos(turn.unwrap_or_else(by_lot));
                 let point = Vec3::new(out * cos, height, out * sin);
                 return (Some(nodes.nearest(point)).filter(free).into_iter().collect(), None);
             }
@@ -328,9 +329,9 @@ mod tests {
     fn a_tip_off_the_axis_stands_on_a_side_of_its_seed() {
         let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
         let structure = Structure::new(&space.nodes);
-        let shape = Volume::Point { height: 0.6, out: 0.3 };
-        let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
-        let tip = |seed| {
+        let tip_to = |turn, seed| {
+            let shape = Volume::Point { height: 0.6, out: 0.3, turn };
+            let endpoints = Endpoints::Volume { shape, count: Count::Number(1), sampling: Sampling::Poisson };
             let (found, _) = candidates(
                 &endpoints,
                 &Solids::new(),
@@ -341,12 +342,19 @@ mod tests {
             assert_eq!(found.len(), 1);
             space.nodes.at(found[0])
         };
+        let tip = |seed| tip_to(None, seed);
         for seed in 1..9 {
             let p = tip(seed);
             assert!((p.y - 0.6).abs() < space.nodes.disc);
             assert!((Vec3::new(p.x, 0.0, p.z).length() - 0.3).abs() < space.nodes.disc);
         }
         assert!(tip(1).distance(tip(2)) > 0.05);
+        // Or on the side that is told: +z, and then -x.
+        for seed in 1..4 {
+            let [z, x] = [0.5, 1.0].map(|half_turns| tip_to(Some(half_turns * std::f32::consts::PI), seed));
+            assert!(z.distance(Vec3::new(0.0, 0.6, 0.3)) < space.nodes.disc);
+            assert!(x.distance(Vec3::new(-0.3, 0.6, 0.0)) < space.nodes.disc);
+        }
     }
 
     #[test]

@@ -30,7 +30,7 @@ fn straight() -> Guide {
 
 /// The trunk of most figures: one endpoint, no turn.
 fn trunk() -> GrowIteration {
-    pass(volume(Volume::Point { height: 0.6, out: 0.0 }, 1), straight())
+    pass(volume(Volume::Point { height: 0.6, out: 0.0, turn: None }, 1), straight())
 }
 
 /// The crown of Fig. 6 and 9.
@@ -277,7 +277,7 @@ fn figure_16_crowns_and_branches_change_in_steps_with_their_parameters() {
         let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.3 + radius * aspect, radius, hollow: 0.6 };
         let guide = Guide::Polar { theta: theta.to_radians() };
         let twigs = Endpoints::Surface { k: 2, t: 0.7, count: 120, sampling: Sampling::Poisson };
-        let trunk = pass(volume(Volume::Point { height: 0.3, out: 0.0 }, 1), straight());
+        let trunk = pass(volume(Volume::Point { height: 0.3, out: 0.0, turn: None }, 1), straight());
         let tree = grown_among(12_000, &[trunk, pass(volume(shape, 50), guide.clone()), pass(twigs, guide)]);
         let tips = tree.tips();
         let count = tips.len() as f32;

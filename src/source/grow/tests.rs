@@ -28,7 +28,7 @@ fn surface(k: u32, t: f32, count: u32) -> Endpoints {
 }
 
 fn point(height: f32) -> Endpoints {
-    volume(Volume::Point { height, out: 0.0 }, 1)
+    volume(Volume::Point { height, out: 0.0, turn: None }, 1)
 }
 
 pub(super) fn small() -> GrowParams {

@@ -158,7 +158,7 @@ mod tests {
         assert!(held(&tub, 0.49, 0.15, 0.09) && !held(&tub, 0.49, 0.15, 0.11) && !held(&tub, 0.51, 0.15, 0.0));
         let wall = Volume::Box { bottom: 0.1, top: 0.2, width: 1.0, depth: 1.0, hollow: 0.8 };
         assert!(held(&wall, 0.0, 0.15, 0.45) && !held(&wall, 0.3, 0.15, 0.3));
-        assert!(!held(&Volume::Point { height: 0.5, out: 0.0 }, 0.0, 0.5, 0.0));
+        assert!(!held(&Volume::Point { height: 0.5, out: 0.0, turn: None }, 0.0, 0.5, 0.0));
     }
 
     #[test]
@@ -212,7 +212,7 @@ mod tests {
             (Volume::Cone { bottom: 0.1, top: 1.0, radius: 0.3, hollow: 0.0 }, PI * 0.09 * 0.3),
             (Volume::Cylinder { bottom: 0.1, top: 1.0, radius: 0.3, hollow: 0.0 }, PI * 0.09 * 0.9),
             (Volume::Box { bottom: 0.1, top: 0.3, width: 0.5, depth: 0.2, hollow: 0.0 }, 0.02),
-            (Volume::Point { height: 0.5, out: 0.0 }, 0.0),
+            (Volume::Point { height: 0.5, out: 0.0, turn: None }, 0.0),
             // Half of it lies under the ground.
             (Volume::Ellipsoid { bottom: -0.4, top: 0.4, radius: 0.4, hollow: 0.0 }, 2.0 / 3.0 * PI * 0.064),
         ] {

@@ -116,10 +116,14 @@ fn vertices_beyond_all_bounds_are_told_with_the_part_that_has_them() {
             Ok(scene) => assert!(good && scene.triangles() == 2, "{far}"),
             Err(errors) => {
                 assert!(!good && errors.len() == 1 && errors[0].file == "it.obj", "{far}: {errors:?}");
-                assert!(errors[0].message.starts_with("`stray`: a vertex at 0e0, ") && !errors[0].hint.is_empty());
+                assert!(errors[0].message.starts_with("`stray`: a vertex lies ") && !errors[0].hint.is_empty());
             }
         }
     }
+    // Also where it comes first.
+    let obj = "o stray\nv 0 9e9 0\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\no tree\nf 2 3 4\n";
+    let errors = read(obj.as_bytes(), "it.obj", &Files::new()).expect_err("it is far");
+    assert!(errors[0].message.starts_with("`stray`"), "{errors:?}");
 }
 
 #[test]
