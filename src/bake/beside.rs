@@ -1,7 +1,8 @@
 //! Colours of texels that little was drawn on.
 //!
 //! A texel of a card or of an impostor is solid or not, and of many that are solid a small part was drawn. Where that is a twig between
-//! leaves, all of the texel was as dark as the twig: clouds of pale leaves had blobs of bark as large as their leaves. So what was not drawn of a texel is of the colour of what was drawn on it and beside it.
+//! leaves, all of the texel was as dark as the twig: clouds of pale leaves had blobs of bark as large as their leaves. So what
+//! was not drawn of a texel is of the colour of what was drawn on it and beside it.
 
 use glam::Vec3;
 

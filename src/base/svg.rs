@@ -39,9 +39,6 @@ pub(crate) fn read_svg(bytes: &[u8]) -> Result<Tree, SvgError> {
     if bytes.starts_with(b"\x1f\x8b") {
         return Err(SvgError::Unreadable("it is packed by gzip (SVGZ): save it as plain SVG".to_owned()));
     }
-    if std::str::from_utf8(bytes).is_err() {
-        return Err(SvgError::Unreadable("its text is no UTF-8: save it with that encoding".to_owned()));
-    }
     let count = |of: u8| bytes.iter().filter(|byte| **byte == of).count();
     let (elements, rules) = (count(b'<'), count(b'{'));
     let most = MOST_TRIES / elements.max(1);

@@ -83,7 +83,7 @@ impl Drawn {
             let drawing = Drawing::read(bytes).map_err(|error| {
                 let is_none = matches!(error, SketchError::Unreadable(_));
                 let help = if is_none {
-                    "save the drawing as plain SVG"
+                    "save the drawing as plain SVG, in UTF-8"
                 } else {
                     "draw the crown as filled shapes, or as a closed line"
                 };
