@@ -417,6 +417,29 @@ fn an_atlas_with_too_little_room_for_cards_is_told_with_one_that_has_it() {
 }
 
 #[test]
+fn thin_wood_without_colliders_and_the_set_of_light_maps_are_told() {
+    let project = small_project();
+    let preset = project.path().join("small.ron");
+    let told = |fields: &str| {
+        fs::write(&preset, SMALL.replace("lods:", &format!("{fields}\n    lods:"))).unwrap();
+        let out = project.path().join("out");
+        let made = treewright(&[&"build", &preset, &"--out", &out]);
+        assert!(made.status.success(), "{}", errors(&made));
+        let text = fs::read_to_string(out.join("small/small.manifest.json")).unwrap();
+        let manifest: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let notes = manifest["notes"].as_array().unwrap().iter().filter_map(|n| n.as_str());
+        let note = notes.filter(|n| n.starts_with("colliders.thick")).map(str::to_owned).next();
+        (note, manifest["lightmap"].clone())
+    };
+    let (note, lightmap) = told("mesh: (lightmap: 512), colliders: (thick: 9.5),");
+    let note = note.expect("no shrub is that thick");
+    assert!(note.contains("1 of 1 variants has no collider") && note.contains("9.5 m"), "{note}");
+    assert_eq!(lightmap, serde_json::json!({ "attribute": "TEXCOORD_1", "texels": 512 }));
+    assert_eq!(told("colliders: (thick: 0.001),"), (None, serde_json::Value::Null));
+    assert_eq!(told("colliders: (thick: 9.5, capsules: 0),").0, None);
+}
+
+#[test]
 fn edits_in_one_process_end_in_the_bytes_of_a_fresh_build() {
     let folder = small_project();
     let preset = folder.path().join("small.ron");

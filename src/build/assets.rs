@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Entry, Stage};
 use super::clips::Clip;
+use super::facts::Facts;
 use super::record::{GENERATOR, manifest_name};
 use super::sheet::{Sheet, facing};
 use super::stages::Pictures;
@@ -15,12 +16,11 @@ use super::trees::{self, Tree};
 use crate::bake::{self, Layout, Maps, Palette, Picked, PictureKind, Rect, SheetColors};
 use crate::base::{Diagnostic, Key, Note, Seed, bulk};
 use crate::export::{
-    self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Bounds, Colliders, FileEntry, ImpostorEntry, LevelEntry,
+    self, AssetEntry, AssetIn, AssetLevel, AtlasEntry, Colliders, FileEntry, ImpostorEntry, LevelEntry, LightmapEntry,
     MANIFEST_FORMAT, Manifest, MeasuredErrors, OutlineErrors, SetMaterials, TextureEntry, VariantEntry, WindEntry,
 };
 use crate::lod::{self, Level, Tile};
 use crate::mesh::{Limbs, TreeMesh, Wind};
-use crate::plant::PlantBrief;
 use crate::preset::Plan;
 use crate::preset::plan::{Engine, Lod, Profile, WindData};
 
@@ -30,7 +30,6 @@ const ATLAS: Stage = Stage("atlas", 13);
 const PLACED: Stage = Stage("placed", 2);
 const FILES: Stage = Stage("files", 5);
 const COLORS: Stage = Stage("colors", 1);
-const FACTS: Stage = Stage("facts", 7);
 
 /// Everything that the files of a set are made from.
 pub(super) struct SetParts<'a> {
@@ -486,42 +485,6 @@ pub(super) fn kind(lod: &Lod) -> &'static str {
     }
 }
 
-/// What is told of a tree and its shape alone.
-pub(super) struct Facts {
-    brief: PlantBrief,
-    bounds: Bounds,
-    capsules: Vec<export::Capsule>,
-    hulls: Vec<export::Hull>,
-}
-
-/// Looks at every tree that was not looked at before.
-pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Arc<Facts>>, Vec<Diagnostic>> {
-    let one = |tree: &Tree| {
-        // They are the tree's and its first level's: where that is the full one, no budget changes them.
-        let of = if plan.lods.first().is_some_and(|level| level.lod == Lod::Full) { tree.of } else { tree.key };
-        let key = FACTS.key().input(of).params(&plan.colliders).finish();
-        cache.remember_here(
-            key,
-            |facts: &Facts| {
-                facts.capsules.len() * 32 + facts.hulls.iter().map(|h| h.points.len() * 40).sum::<usize>() + 512
-            },
-            || {
-                let (plant, full) = (&*tree.plant, &tree.ladder.levels[0].mesh);
-                let posed = plant.pose();
-                let asked = &plan.colliders;
-                let points = full.bark.positions.iter().chain(&full.leaf.positions).copied();
-                Ok(Facts {
-                    brief: PlantBrief::of(plant, &posed),
-                    bounds: Bounds::of(points).unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] }),
-                    capsules: export::capsules(plant, &posed, asked),
-                    hulls: export::crown_hulls(plant, &posed, &full.leaf, asked.crown, asked.corners),
-                })
-            },
-        )
-    };
-    trees.par_iter().map(one).collect()
-}
-
 /// A file's name and bytes.
 type NamedFile = (String, Arc<[u8]>);
 
@@ -543,6 +506,7 @@ fn manifest(
         variants: names.iter().enumerate().map(|(i, name)| variant_entry(parts, placed, &assets[i], i, name)).collect(),
         clips: parts.clips.iter().map(|clip| clip.entry.clone()).collect(),
         wind: (plan.wind == WindData::Attributes).then(|| WindEntry::with_lightmap(plan.lightmap > 0)),
+        lightmap: LightmapEntry::of(plan.lightmap),
         textures,
         atlas: Some(AtlasEntry {
             pictures: placed.packed.layout.rects.len() as u64,
@@ -565,7 +529,7 @@ fn variant_entry(
     name: &str,
 ) -> VariantEntry {
     let facts = &parts.facts[variant];
-    let Facts { brief, bounds, capsules, hulls } = &**facts;
+    let Facts { brief, bounds, capsules, hulls, .. } = &**facts;
     let (bounds, meshes) = (*bounds, &placed.meshes[variant].meshes);
     let height = bounds.max[1] - bounds.min[1];
     let levels = parts.trees[variant].ladder.levels.iter().zip(meshes.iter()).enumerate();

@@ -14,6 +14,7 @@ mod cache;
 mod clips;
 mod depfile;
 mod entries;
+mod facts;
 mod fewer;
 mod find;
 mod gallery;

@@ -17,7 +17,7 @@ use super::stages::{SourcePlant, Wanted};
 use super::trees::{Tree, Trees};
 pub use super::wardrobe::dress_params;
 use super::wardrobe::{self, Wardrobe};
-use super::{Loaded, Shard, World, blends, clips, morphs, selections, sketches, stages, wears};
+use super::{Loaded, Shard, World, blends, clips, facts, morphs, selections, sketches, stages, wears};
 use crate::base::{Asked, Diagnostic, Key, Note, once};
 use crate::plant::Leaf;
 use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
@@ -311,7 +311,7 @@ pub fn make_set(
     let pictures = &prepared.wardrobe.pictures;
     let (placed, (sheet, facts)) = rayon::join(
         || assets::place(plan, pictures, &trees, cache),
-        || rayon::join(|| Sheet::drawn(plan, pictures, &trees, cache), || assets::facts(plan, &trees, cache)),
+        || rayon::join(|| Sheet::drawn(plan, pictures, &trees, cache), || facts::facts(plan, &trees, cache)),
     );
     let (placed, sheet, facts) = (placed?, sheet?, facts?);
     let clips = clips::clips(plan, &prepared.morphs, pictures, &placed.packed.layout)?;
@@ -324,6 +324,7 @@ pub fn make_set(
     notes.extend(super::unlike::notes(plan, &trees, &drawn));
     notes.extend(super::fewer::notes(plan, &prepared.wardrobe, &trees));
     notes.extend(placed.small_lightmap(plan));
+    notes.extend(facts::bodiless(plan, &facts));
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
     let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;

@@ -33,6 +33,9 @@ pub struct Manifest {
     /// What the vertices tell about wind; none where they tell nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind: Option<WindEntry>,
+    /// The texture set for light maps; none where none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lightmap: Option<LightmapEntry>,
     /// One a texture file.
     pub textures: Vec<TextureEntry>,
     /// The atlas of leaves and baked pictures.
@@ -77,6 +80,23 @@ impl WindEntry {
         let first = if lightmap { 2 } else { 1 };
         let set = |k: u32| format!("TEXCOORD_{}", first + k);
         Self { bend_and_phase: set(0), pivot: [set(1), set(2)], swing: set(2), flutter: set(3) }
+    }
+}
+
+/// The texture set that light maps are baked for. Each level of a variant has a map of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LightmapEntry {
+    /// Attribute of its coordinates, of wood and leaves in one square.
+    pub attribute: String,
+    /// Texels along the edge of a map in which pieces lie two texels apart, as was asked for.
+    pub texels: u32,
+}
+
+impl LightmapEntry {
+    /// The second set, for maps of so many texels an edge; none for 0.
+    #[must_use]
+    pub fn of(texels: u32) -> Option<Self> {
+        (texels > 0).then(|| Self { attribute: "TEXCOORD_1".to_owned(), texels })
     }
 }
 

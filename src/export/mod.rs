@@ -28,8 +28,8 @@ pub use crown_hull::{Hull, crown_hulls};
 pub use glb::{AssetIn, AssetLevel, ExportError, glb, level_name};
 pub use ktx2::{MapUse, ktx2};
 pub use manifest::{
-    AssetEntry, AtlasEntry, Bounds, ClipEntry, FileEntry, ImpostorEntry, LevelEntry, MANIFEST_FORMAT, Manifest,
-    MeasuredErrors, OutlineErrors, TextureEntry, VariantEntry, WindEntry, switch_distance,
+    AssetEntry, AtlasEntry, Bounds, ClipEntry, FileEntry, ImpostorEntry, LevelEntry, LightmapEntry, MANIFEST_FORMAT,
+    Manifest, MeasuredErrors, OutlineErrors, TextureEntry, VariantEntry, WindEntry, switch_distance,
 };
 pub use plot::{Curve, plot};
 pub use png::{EncodedMaps, PngKind, encode, encode_maps, encode_maps_by, encode_quickly};
