@@ -12,13 +12,14 @@ use std::borrow::Cow;
 use glam::Vec3;
 
 use super::endpoints;
-use super::paths::{Party, PathSource, Paths};
+use super::paths::{Costs, Party, PathSource, Paths};
 use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
 use super::space::{Graph, GraphParams, ObstacleMeshes, Patch, Space};
 use super::structure::Structure;
+use super::volume;
 use crate::base::Seed;
-use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
 const BEND: f32 = 0.35;
@@ -91,6 +92,12 @@ pub(super) fn grow_all(
     solids: &Solids,
 ) -> Vec<Ways> {
     let views = run(patch, trees, taken, space.light, solids);
+    for tree in trees.iter_mut() {
+        let params = tree.params;
+        let cut =
+            (1..).zip(&params.iterations).filter_map(|(i, iteration)| cut_off(i, iteration, params.width, solids));
+        tree.notes.splice(0..0, cut);
+    }
     let detail = space.detail;
     if detail < FINER {
         return trees.iter().zip(&views).map(|(tree, view)| Ways::of(&tree.structure, &view.nodes)).collect();
@@ -111,6 +118,20 @@ pub(super) fn grow_all(
         })
         .collect();
     refined(patch, &plants, detail)
+}
+
+/// What is to be told of an iteration, by number from 1, whose volume reaches beyond the graph's region.
+fn cut_off(number: usize, iteration: &GrowIteration, width: f32, solids: &Solids) -> Option<String> {
+    let Endpoints::Volume { shape, .. } = &iteration.endpoints else { return None };
+    let (share, wide) = volume::beside(shape, solids, width)?;
+    // Rounded up, so that what is told is enough.
+    let wide = (wide * 100.0).ceil() / 100.0;
+    let name = volume::name(shape);
+    Some(format!(
+        "iteration {number}: {:.1} % of the {name} that is its `shape` lies outside of the graph's region, where no branch \
+         ends; all of it is inside from a `width` of {wide} on, which is {width}",
+        share * 100.0
+    ))
 }
 
 /// How high a plant reaches alone in a region of height 1, on a coarse graph.
@@ -251,19 +272,23 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
             guide: wish.iteration.map_or(&straight, |iteration| &iteration.guide),
             light: bending(light),
             seed: wish.seed,
+            costs: Costs::USUAL,
         })
         .collect();
+    // Whims are the first plant's, also where others stand in its way.
+    let whims = wishes.first().map_or(Seed::new(0), |wish| wish.seed);
     if !others.is_empty() {
         // The plants' own nodes come first, wherever others stand.
         let nodes = &views[0].nodes;
-        parties.insert(0, Party { nodes, sources: &others, guide: &straight, light: Vec3::ZERO, seed: Seed::new(0) });
+        let (light, seed, costs) = (Vec3::ZERO, Seed::new(0), parties.first().map_or(Costs::USUAL, |own| own.costs));
+        parties.insert(0, Party { nodes, sources: &others, guide: &straight, light, seed, costs });
     }
     let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
     if targets.is_empty() {
         trees.iter_mut().for_each(|tree| tree.structure.passes += 1);
         return;
     }
-    let paths = Paths::find_among(&views[0].graph, &parties, &targets, confined(&wishes).as_deref());
+    let paths = Paths::find_among(&views[0].graph, &parties, &targets, confined(&wishes).as_deref(), whims);
     for (t, wish) in wishes.into_iter().enumerate() {
         let (tree, view) = (&mut trees[t], &*views[t]);
         let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use super::grid::{Boxes, Lattice};
 use super::guide;
 use super::nodes::Nodes;
-use super::paths::{State, Stepping, Turning, weight};
+use super::paths::{Costs, State, Stepping, Turning, weight};
 use super::region::Region;
 use super::space::Patch;
 use super::structure::Structure;
@@ -267,7 +267,9 @@ impl Scale<'_> {
         let begin = State { source: fork, hops: 0.0, vector: Vec3::Y };
         let obstacles = self.region.obstacles();
         let barred = |a: Vec3, b: Vec3| !obstacles.is_empty() && obstacles.bar(a, b);
-        let way = way::cheapest(&entries, spots, begin, self.disc, &after, &barred, &weight);
+        let way = way::cheapest(&entries, spots, begin, self.disc, &after, &barred, &|e, v| {
+            weight(e, v, Costs::USUAL.length)
+        });
         let begin = way.entry;
         let (places, vectors) = way.nodes.into_iter().unzip();
         Course { begin, places, vectors }
