@@ -19,7 +19,7 @@ use super::space::{Graph, GraphParams, ObstacleMeshes, Patch, Space};
 use super::structure::Structure;
 use super::volume;
 use crate::base::Seed;
-use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, Light};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideAxis, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
 const BEND: f32 = 0.35;
@@ -210,6 +210,7 @@ struct Wish<'a> {
     ways: Option<Vec<bool>>,
     sources: Vec<PathSource>,
     seed: Seed,
+    costs: Costs,
 }
 
 /// One iteration of all plants; nodes that are `taken` belong to none, where there are such.
@@ -222,7 +223,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
     let mut wishes = Vec::with_capacity(trees.len());
     for t in 0..trees.len() {
         let (params, view) = (trees[t].params, &*views[t]);
-        let seed = trees[t].seed_of(i);
+        let (seed, costs) = (trees[t].seed_of(i), Costs::of(params));
         let Some(iteration) = params.iterations.get(i) else {
             let sources = trees[t].structure.members.iter().map(|m| closed(m.node)).collect();
             wishes.push(Wish {
@@ -233,6 +234,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
                 ways: None,
                 sources,
                 seed,
+                costs,
             });
             continue;
         };
@@ -259,7 +261,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
             EndpointRule::Any => endpoints::choose(&iteration.endpoints, &candidates, &view.nodes, wanted, seed),
             EndpointRule::Lower | EndpointRule::Higher => candidates,
         };
-        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed });
+        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed, costs });
     }
     let straight = Guide::Constant { alpha: 0.0 };
     let others: Vec<PathSource> = (0..).zip(taken).filter(|(_, taken)| **taken).map(|(node, _)| closed(node)).collect();
@@ -270,9 +272,10 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
             nodes: &view.nodes,
             sources: &wish.sources,
             guide: wish.iteration.map_or(&straight, |iteration| &iteration.guide),
+            axis: wish.iteration.map_or(GuideAxis::Vector, |iteration| iteration.axis),
             light: bending(light),
             seed: wish.seed,
-            costs: Costs::USUAL,
+            costs: wish.costs,
         })
         .collect();
     // Whims are the first plant's, also where others stand in its way.
@@ -281,7 +284,8 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
         // The plants' own nodes come first, wherever others stand.
         let nodes = &views[0].nodes;
         let (light, seed, costs) = (Vec3::ZERO, Seed::new(0), parties.first().map_or(Costs::USUAL, |own| own.costs));
-        parties.insert(0, Party { nodes, sources: &others, guide: &straight, light, seed, costs });
+        let axis = GuideAxis::Vector;
+        parties.insert(0, Party { nodes, sources: &others, guide: &straight, axis, light, seed, costs });
     }
     let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
     if targets.is_empty() {

@@ -25,7 +25,7 @@ use super::guide::{self, Sines, Step};
 use super::nodes::Nodes;
 use super::yao::{Edges, NONE};
 use crate::base::Seed;
-use crate::preset::plan::Guide;
+use crate::preset::plan::{GrowParams, Guide, GuideAxis, USUAL_LENGTH_COST, USUAL_WHIM};
 
 /// Costs by length below which buckets would be so narrow that nodes are better taken one by one.
 const NARROW: f32 = 0.02;
@@ -41,7 +41,12 @@ pub(super) struct Costs {
 
 impl Costs {
     /// Where nothing else is told.
-    pub(super) const USUAL: Self = Self { length: 0.2, whim: 0.15 };
+    pub(super) const USUAL: Self = Self { length: USUAL_LENGTH_COST, whim: USUAL_WHIM };
+
+    /// Those of a species.
+    pub(super) fn of(params: &GrowParams) -> Self {
+        Self { length: params.length_cost, whim: params.whim }
+    }
 }
 
 /// A node of the structure so far, with the guiding vector it starts with.
@@ -71,6 +76,7 @@ pub(super) struct State {
 #[derive(Clone, Debug)]
 pub(super) struct Turning<'a> {
     pub(super) guide: &'a Guide,
+    axis: GuideAxis,
     /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
     pub(super) light: Vec3,
     /// Address of its randomness.
@@ -94,8 +100,8 @@ pub(super) struct Stepping {
 }
 
 impl<'a> Turning<'a> {
-    pub(super) fn new(guide: &'a Guide, light: Vec3, seed: Seed) -> Self {
-        Self { guide, light, seed, asks: guide::asks(guide), sines: Sines::new(guide) }
+    pub(super) fn new(guide: &'a Guide, axis: GuideAxis, light: Vec3, seed: Seed) -> Self {
+        Self { guide, axis, light, seed, asks: guide::asks(guide), sines: Sines::new(guide) }
     }
 
     /// The state after a step; where the node that is reached lies, and how high the path's source, is asked only by rules
@@ -120,6 +126,7 @@ impl<'a> Turning<'a> {
             let step = Step {
                 vector,
                 edge,
+                axis: self.axis,
                 position: place,
                 hops,
                 source: state.source,
@@ -168,8 +175,9 @@ pub(super) struct Party<'a> {
     pub(super) nodes: &'a Nodes,
     /// The nodes of its structure; no two parties have one in common.
     pub(super) sources: &'a [PathSource],
-    /// How its guiding vectors turn.
+    /// How its guiding vectors turn, and about which axis.
     pub(super) guide: &'a Guide,
+    pub(super) axis: GuideAxis,
     /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
     pub(super) light: Vec3,
     /// Address of its randomness.
@@ -206,7 +214,8 @@ impl Paths {
         guide: &Guide,
         seed: Seed,
     ) -> Self {
-        let party = Party { nodes, sources, guide, light: Vec3::ZERO, seed, costs: Costs::USUAL };
+        let axis = GuideAxis::Vector;
+        let party = Party { nodes, sources, guide, axis, light: Vec3::ZERO, seed, costs: Costs::USUAL };
         Self::find_among(graph, &[party], targets, None, seed)
     }
 
@@ -267,7 +276,7 @@ impl Paths {
             *mark |= WANTED;
         }
         let turnings: Vec<Turning<'_>> =
-            parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
+            parties.iter().map(|party| Turning::new(party.guide, party.axis, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
         // A bucket at a time, in sweeps over what does not depend on each other, so that the waits for memory overlap. Two of them
         // only read ahead, in loops so short that many reads are under way at once; where one branches, it is on what is likely.
@@ -425,7 +434,7 @@ mod tests {
         let guide = Guide::Piecewise { alpha1: 30_f32.to_radians(), alpha2: 0.0, h0: 1 };
         let start = Vec3::new(1.0, 1.0, 0.0).normalize();
         for share in [0.3, 0.4, 0.55, 0.7, 1.0] {
-            let turning = Turning::new(&guide, Vec3::ZERO, Seed::new(1));
+            let turning = Turning::new(&guide, GuideAxis::Vector, Vec3::ZERO, Seed::new(1));
             let mut state = State { source: 0, hops: 0.0, vector: start };
             while state.hops < 1.5 {
                 let step = Stepping { edge: state.vector, share, lean: 0.0, node: 1 };
@@ -440,7 +449,7 @@ mod tests {
             region: crate::preset::plan::FieldRegion::Everywhere,
         };
         let field = Guide::Field { parts: vec![aside] };
-        let turning = Turning::new(&field, Vec3::ZERO, Seed::new(1));
+        let turning = Turning::new(&field, GuideAxis::Vector, Vec3::ZERO, Seed::new(1));
         let step = Stepping { edge: Vec3::Y, share: 0.4, lean: 0.0, node: 1 };
         let state = turning.after(State { source: 0, hops: 0.0, vector: Vec3::Y }, step, || Vec3::Y, || 0.0);
         assert!((state.vector - Vec3::X).length() < 1e-6, "{}", state.vector);
@@ -467,6 +476,7 @@ mod tests {
                 nodes: &nodes,
                 sources: &source,
                 guide: &STRAIGHT,
+                axis: GuideAxis::Vector,
                 light: Vec3::ZERO,
                 seed: Seed::new(1),
                 costs,
@@ -510,6 +520,7 @@ mod tests {
             nodes: &nodes,
             sources,
             guide: &STRAIGHT,
+            axis: GuideAxis::Vector,
             light: Vec3::ZERO,
             seed: Seed::new(seed),
             costs: Costs::USUAL,

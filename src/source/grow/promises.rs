@@ -65,7 +65,8 @@ fn axes_of_real_size_cross_nowhere_after_smoothing() {
     // As many twigs as a shipped species has, on a smaller graph, so that they are crowded.
     let mut params = small(2.0);
     params.nodes = 12_000;
-    params.iterations[2].endpoints = Endpoints::Surface { k: 2, t: 1.0, count: 900, sampling: Sampling::Poisson };
+    params.iterations[2].endpoints =
+        Endpoints::Surface { k: 2, t: 1.0, irregular: 0.0, count: 900, sampling: Sampling::Poisson };
     for seed in 1..4 {
         params.seed = seed;
         let (plant, notes) = grow(&params, Seed::new(7)).unwrap();
@@ -230,7 +231,7 @@ fn the_seed_decides_the_way_of_a_trunk_that_grows_past_others() {
     // It grows after the tree at whose foot it stands, towards one place: only whims tell its ways apart.
     let trunk = |seed: u64| {
         let mut params = small(1.0);
-        let mut shrub = GrowParams { seed, height: 1.0, ..small(1.0) };
+        let mut shrub = GrowParams { seed, height: 1.0, whim: 0.6, ..small(1.0) };
         shrub.iterations.truncate(1);
         params.space.beside = vec![Beside { params: shrub, at: [0.35, 0.0] }];
         params.space.company = Company::Kept;
