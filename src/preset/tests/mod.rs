@@ -148,7 +148,7 @@ fn the_papers_own_growth_can_be_asked_for_and_what_is_left_out_leaves_no_mark() 
     let usual = with("", "", "").expect("loads");
     let spelled = "leader: Held, length_cost: 0.2, whim: 0.15,";
     assert_eq!(with(spelled, "irregular: 0.0,", "start: Kept, axis: Vector,"), Ok(usual.clone()));
-    let key = |params: &GrowParams| serde_json::to_string(params).expect("it has a form");
+    let key = |params: &plan::GrowParams| serde_json::to_string(params).expect("it has a form");
     for name in ["leader", "length_cost", "whim", "axis", "irregular"] {
         assert!(!key(&usual).contains(name), "{name}");
     }
