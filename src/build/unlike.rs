@@ -43,15 +43,21 @@ fn spared(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
     let is_of = |variant: &Variant| matches!(variant, Variant::Sketched { sketch: own, .. } if *own == sketch);
     let own = plan.variants.iter().zip(trees).zip(1..).filter(|((variant, _), _)| is_of(variant));
     let shares = own.map(|((_, tree), n)| (n, tree.spared));
-    let (n, most) =
-        shares.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).filter(|(_, most)| *most >= SPARED)?;
-    let message = format!(
-        "its sketch: {:.0} % more of the foliage of number {n} lies outside of what is drawn than may wilt, which is half: it is \
-         drawn in by its limbs; a drawing that is nearer to the source's proportions keeps more of the tree, and \
-         `method: Paper` lets all wilt that is outside",
-        most * 100.0
-    );
-    Some(Note { about: plan.sketches[sketch].field.clone(), message })
+    let (n, most) = shares.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+    spared_note(&plan.sketches[sketch].field, &format!("number {n}"), most)
+}
+
+/// That so much of the foliage of a tree would have wilted under its sketch and may not, where it is enough to tell.
+pub(super) fn spared_note(about: &str, whose: &str, share: f32) -> Option<Note> {
+    let message = || {
+        format!(
+            "its sketch: {:.0} % more of the foliage of {whose} lies outside of what is drawn than may wilt, which is half: it \
+             is drawn in by its limbs; a drawing that is nearer to the source's proportions keeps more of the tree, and \
+             `method: Paper` lets all wilt that is outside",
+            share * 100.0
+        )
+    };
+    (share >= SPARED).then(|| Note { about: about.to_owned(), message: message() })
 }
 
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
