@@ -76,9 +76,28 @@ fn likeness_of(sketched: &Sketched, azimuth: f32) -> f32 {
     overlap(&crown_silhouette(&sketched.at(1.0), azimuth, 0.0, CLOSE), &sketched.targets[0])
 }
 
+/// The discrete Fréchet distance of the crown's outline to the outline that is drawn, over the tree's height.
+fn frechet_to_sketch(sketched: &Sketched) -> f32 {
+    let made = sketched.at(1.0);
+    let outline = crown_silhouette(&made, 0.0, 0.0, CLOSE);
+    let [is, wanted] = [&outline, &sketched.targets[0]].map(|region| resampled(region.outline(), 240));
+    let nearest = |from: Vec2| {
+        let far = |p: &Vec2| p.distance_squared(from);
+        (0..wanted.len()).min_by(|a, b| far(&wanted[*a]).total_cmp(&far(&wanted[*b]))).unwrap_or(0)
+    };
+    // Both rings start beside one another.
+    let mut wanted_from = wanted.clone();
+    wanted_from.rotate_left(nearest(is[0]));
+    frechet_of_rings(&is, &wanted_from) / made.height()
+}
+
 struct Row {
     name: String,
     ours: f32,
+    paper: f32,
+    /// Discrete Fréchet distances of the crown's outline to what is drawn, over the tree's height: ours, the paper's.
+    frechet: [f32; 2],
+    paper_wilting: usize,
     baseline: f32,
     cages: f32,
     one_cage: f32,
@@ -99,10 +118,14 @@ fn likeness() {
                     let drawing = drawing(shape);
                     let sketched = drawn(&sketcher, &drawing, Method::Adaptive);
                     let by = |method| likeness_of(&drawn(&sketcher, &drawing, method), 0.0);
+                    let paper = drawn(&sketcher, &drawing, Method::Paper);
                     let whole = |t: f32| PlantStats::of(&sketched.at(t)).topology_continuity;
                     Row {
                         name: format!("{name} as {shape}"),
                         ours: likeness_of(&sketched, 0.0),
+                        paper: likeness_of(&paper, 0.0),
+                        frechet: [&sketched, &paper].map(frechet_to_sketch),
+                        paper_wilting: paper.wilting().0,
                         baseline: by(Method::Baseline),
                         cages: by(Method::AdaptiveCages),
                         one_cage: by(Method::OneCage),
@@ -117,9 +140,19 @@ fn likeness() {
     }
     for row in &rows {
         let how = format!(
-            "intersection over union of silhouette and sketch; single cage {:.3}, cage tree {:.3}, cages that adapt {:.3} \
-             (both without filling and pruning), ours with gaps left open {:.3}; {} of {} branches wilt",
-            row.one_cage, row.baseline, row.cages, row.raw, row.wilting.0, row.wilting.1
+            "intersection over union of silhouette and sketch; single cage {:.3}, cage tree {:.3}, cages that adapt {:.3}, \
+             the paper's method {:.3} (of which {} branches wilt), ours with gaps left open {:.3}; {} of {} branches wilt; \
+             Fréchet distance to the sketch {:.3} of the height, the paper's {:.3}",
+            row.one_cage,
+            row.baseline,
+            row.cages,
+            row.paper,
+            row.paper_wilting,
+            row.raw,
+            row.wilting.0,
+            row.wilting.1,
+            row.frechet[0],
+            row.frechet[1]
         );
         Figure::new(format!("sketch.likeness, {}", row.name), f64::from(row.ours), "share", how)
             .goal(">= 0.85")
@@ -131,6 +164,22 @@ fn likeness() {
     let over = rows.iter().filter(|r| r.ours > r.one_cage).count();
     let how = format!("pairs of {} in which it is higher than with a single global cage", rows.len());
     Figure::new("sketch.above_one_cage", over as f64 / rows.len() as f64, "share", how).goal("= 1").print();
+    let mean = |of: &dyn Fn(&Row) -> f32| f64::from(rows.iter().map(of).sum::<f32>() / rows.len().max(1) as f32);
+    let how = format!(
+        "mean likeness of {} pairs; the paper's method {:.3}, cages that adapt {:.3}, cage tree {:.3}, single cage {:.3}",
+        rows.len(),
+        mean(&|r| r.paper),
+        mean(&|r| r.cages),
+        mean(&|r| r.baseline),
+        mean(&|r| r.one_cage)
+    );
+    Figure::new("sketch.likeness_mean", mean(&|r| r.ours), "share", how).goal("above the paper's").print();
+    let how = format!(
+        "mean discrete Fréchet distance of the crown's outline to what is drawn, {} pairs; the paper's method {:.4}",
+        rows.len(),
+        mean(&|r| r.frechet[1])
+    );
+    Figure::new("sketch.frechet_mean", mean(&|r| r.frechet[0]), "of the height", how).goal("below the paper's").print();
     let most = |k: usize| rows.iter().flat_map(|r| &r.strains).map(|s| s[k]).fold(0.0_f32, f32::max);
     let how = "most that a branch gets longer, all pairs, against its own length";
     Figure::new("sketch.stretch", f64::from(most(0)), "times", how).goal("<= 2.5").print();

@@ -14,6 +14,7 @@ use super::blends;
 use super::selections::Selected;
 use super::sketches::Drawn;
 use super::trees::cell;
+use super::unlike;
 use super::wardrobe::Wardrobe;
 use crate::bake::{LeafMorph, Maps};
 use crate::base::{Diagnostic, Note, counted};
@@ -62,6 +63,18 @@ pub(super) struct Made {
     /// Slot of the first picture between: of the first pair all frames but the ends, then of the second. Known when the
     /// pictures of all sequences are drawn.
     first_picture: u16,
+}
+
+impl Morphs {
+    /// Sketched sequences of whose foliage more would have wilted than may.
+    pub(super) fn spared(&self) -> impl Iterator<Item = Note> {
+        self.made.iter().filter_map(|made| match (&made.kind, &made.way) {
+            (MorphKind::Sketch { sketch, .. }, Way::Sketched(sketched)) => {
+                unlike::spared_note(&sketch.field, "its source", sketched.spared())
+            }
+            _ => None,
+        })
+    }
 }
 
 /// Matches the sources of every sequence, those that follow a sketch by `drawn` in their order, and then adds the pictures between their leaves to the wardrobe.

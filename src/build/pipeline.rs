@@ -283,6 +283,7 @@ fn notes(plan: &Plan, prepared: &Prepared, selected: &Selected) -> Vec<Note> {
     notes.extend(sketches::notes(&prepared.sketches));
     notes.extend(selected.notes.iter().cloned());
     notes.extend(prepared.morphs.note.clone());
+    notes.extend(prepared.morphs.spared());
     notes.extend(prepared.wardrobe.note());
     notes.extend(super::fewer::left(plan, &prepared.sources, &prepared.wardrobe.plants));
     notes.extend(super::trees::small_atlas(plan, &prepared.wardrobe.pictures));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::pipeline::Inputs;
 use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::plant::Plant;
-use crate::preset::plan::{MorphKind, SketchDepth, SketchParams, SketchScale};
+use crate::preset::plan::{MorphKind, SketchDepth, SketchMethod, SketchParams, SketchScale};
 use crate::preset::{Plan, data_asked_for};
 use crate::sketch::{
     Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind,
@@ -129,7 +129,14 @@ impl Drawn {
             SketchScale::Stretched => SketchSize::Stretched,
             SketchScale::Metres(height) => SketchSize::Metres(height),
         };
-        let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method: Method::Adaptive };
+        let method = match self.params.method {
+            SketchMethod::Adaptive => Method::Adaptive,
+            SketchMethod::Paper => Method::Paper,
+            SketchMethod::Cages => Method::AdaptiveCages,
+            SketchMethod::Baseline => Method::Baseline,
+            SketchMethod::OneCage => Method::OneCage,
+        };
+        let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method };
         sketcher.draw(&sketch).ok()
     }
 }

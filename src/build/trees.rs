@@ -47,6 +47,8 @@ pub(super) struct Tree {
     pub(super) plant: Arc<Plant>,
     /// How like its sketch the crown is, 0..=1: of one that is sketched.
     pub(super) likeness: Option<f32>,
+    /// Which share of its foliage a sketch would have had wilt and may not, 0..=1.
+    pub(super) spared: f32,
     /// Its levels of detail.
     pub(super) ladder: Arc<Ladder>,
     /// The key of those.
@@ -79,21 +81,24 @@ impl<'a> Trees<'a> {
         self.made(DRESS, key, || dressing.dress(bare, seed))
     }
 
-    /// A variant with leaves, its crown as a sketch has it where there is one, and how like that it is.
-    pub(super) fn shaped(&self, variant: &Variant, dressed: Arc<Plant>) -> (Arc<Plant>, Option<f32>) {
-        let Variant::Sketched { sketch, .. } = variant else { return (dressed, None) };
+    /// A variant with leaves, its crown as a sketch has it where there is one, how like that it is, and which share of its
+    /// foliage would have wilted and may not.
+    pub(super) fn shaped(&self, variant: &Variant, dressed: Arc<Plant>) -> (Arc<Plant>, Option<f32>, f32) {
+        let Variant::Sketched { sketch, .. } = variant else { return (dressed, None, 0.0) };
         let drawn = &self.sketches[*sketch];
         let params = self.plan.sketches[*sketch].told();
         let key = SKETCH.key().input(content(&*dressed)).params(&params).input(drawn.key).finish();
         let made = self.made(SKETCH, key, || match drawn.sketched(&dressed) {
-            Some(sketched) => Shaped { plant: Arc::new(sketched.at(1.0)), likeness: sketched.likeness() },
-            None => Shaped { plant: dressed, likeness: None },
+            Some(sketched) => {
+                Shaped { plant: Arc::new(sketched.at(1.0)), likeness: sketched.likeness(), spared: sketched.spared() }
+            }
+            None => Shaped { plant: dressed, likeness: None, spared: 0.0 },
         });
-        (Arc::clone(&made.plant), made.likeness)
+        (Arc::clone(&made.plant), made.likeness, made.spared)
     }
 
     /// A variant with leaves, and every level of it.
-    pub(super) fn levels(&self, (plant, likeness): (Arc<Plant>, Option<f32>), seed: Seed) -> Tree {
+    pub(super) fn levels(&self, (plant, likeness, spared): (Arc<Plant>, Option<f32>, f32), seed: Seed) -> Tree {
         let (mesh, lods) = (&self.plan.mesh, &self.plan.lods);
         let content = content(&*plant);
         let (shapes, texels) =
@@ -105,7 +110,7 @@ impl<'a> Trees<'a> {
             let stock = || &**once(&self.stock, || stock(self.plan, &self.wardrobe.pictures, self.cache));
             lod::ladder_by(&plant, mesh, lods, (&stock, texels), seed, &Known { cache: self.cache, of: of_tree })
         });
-        Tree { plant, likeness, ladder: made, key, of: of_tree }
+        Tree { plant, likeness, spared, ladder: made, key, of: of_tree }
     }
 
     fn made<T: Entry>(&self, stage: Stage, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
@@ -283,6 +288,7 @@ impl Entry for Plant {
 struct Shaped {
     plant: Arc<Plant>,
     likeness: Option<f32>,
+    spared: f32,
 }
 
 impl Entry for Shaped {

@@ -14,6 +14,8 @@ const ALIKE: f32 = 0.7;
 const COVERS: f32 = 0.15;
 /// Overlap of a crown and its sketch below which that was not followed.
 const SKETCHED: f32 = 0.7;
+/// Share of a crown's foliage from which it is told that it stays where it would have wilted.
+const SPARED: f32 = 0.01;
 /// From which bareness on a tree is one of twigs: a few leaves on them change nothing.
 const BARE: f32 = 0.9;
 /// Share of its tree that an impostor's crossed planes show at least, of bare trees, too.
@@ -36,11 +38,34 @@ fn unsketched(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
     Some(Note { about: plan.sketches[sketch].field.clone(), message })
 }
 
+/// A crown of which more would have wilted than may; of several that of which the most would have.
+fn spared(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
+    let is_of = |variant: &Variant| matches!(variant, Variant::Sketched { sketch: own, .. } if *own == sketch);
+    let own = plan.variants.iter().zip(trees).zip(1..).filter(|((variant, _), _)| is_of(variant));
+    let shares = own.map(|((_, tree), n)| (n, tree.spared));
+    let (n, most) = shares.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+    spared_note(&plan.sketches[sketch].field, &format!("number {n}"), most)
+}
+
+/// That so much of the foliage of a tree would have wilted under its sketch and may not, where it is enough to tell.
+pub(super) fn spared_note(about: &str, whose: &str, share: f32) -> Option<Note> {
+    let message = || {
+        format!(
+            "its sketch: {:.0} % more of the foliage of {whose} lies outside of what is drawn than may wilt, which is half: it \
+             is drawn in by its limbs; a drawing that is nearer to the source's proportions keeps more of the tree, and \
+             `method: Paper` lets all wilt that is outside",
+            share * 100.0
+        )
+    };
+    (share >= SPARED).then(|| Note { about: about.to_owned(), message: message() })
+}
+
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
 /// triangles than the level before, and one where it has more than it may have. `drawn` is what of a leaf's card is drawn, 0..=1.
 pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -> Vec<Note> {
     let mut notes: Vec<Note> = (0..plan.lods.len()).filter_map(|place| over_budget(plan, trees, place)).collect();
     notes.extend((0..plan.sketches.len()).filter_map(|sketch| unsketched(plan, trees, sketch)));
+    notes.extend((0..plan.sketches.len()).filter_map(|sketch| spared(plan, trees, sketch)));
     notes.extend(bared(plan, trees, drawn));
     notes.extend((0..plan.lods.len()).filter_map(|place| without_shader(trees, place)));
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
@@ -185,7 +210,7 @@ mod tests {
             made.levels.iter_mut().skip(1).for_each(|level| level.measured.iou = iou);
         }
         let (key, ladder) = (Key::of_bytes(b""), Arc::new(made));
-        (plan, Tree { plant: Arc::new(plant.clone()), likeness: None, ladder, key, of: key })
+        (plan, Tree { plant: Arc::new(plant.clone()), likeness: None, spared: 0.0, ladder, key, of: key })
     }
 
     /// Triangles of the full level of one, and what is told of it.
@@ -214,6 +239,12 @@ mod tests {
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].about == "variants[2]" && found[0].message.contains("number 3"), "{found:?}");
         assert!(found[0].message.contains("overlap by 0.69"), "{found:?}");
+        // And one of which more would have wilted than may.
+        let spared = [0.3, 0.2, 0.005].map(|spared| Tree { spared, ..tree.clone() });
+        let mut found = notes(&plan, &spared, &|_| 1.0);
+        found.retain(|note| note.message.starts_with("its sketch"));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].about == "variants[1]" && found[0].message.contains("20 % more of the foliage of number 2"));
     }
 
     #[test]

@@ -13,15 +13,15 @@ use serde::Serialize;
 
 use crate::base::Note;
 
-pub(crate) use growth::MOST_TAPER;
 pub use growth::{
     Beside, Company, Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration,
-    GrowParams, GrowSpace, Guide, GuideStart, Light, Obstacle, Sampling, Volume,
+    GrowParams, GrowSpace, Guide, GuideAxis, GuideStart, LeaderRule, Light, Obstacle, Sampling, Volume,
 };
+pub(crate) use growth::{MOST_TAPER, USUAL_LENGTH_COST, USUAL_WHIM};
 pub use mesh::{ANY, Backs, Forks, LeafCards, Lod, LodBudget, MeshParams, USUAL_ERROR_SHARE, USUAL_FLARE};
 pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
-pub use sketches::{SketchDepth, SketchParams, SketchScale};
+pub use sketches::{SketchDepth, SketchMethod, SketchParams, SketchScale};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, PatternParams, Pick,
     ScoreParams, Selection, StemRule, Variant,

@@ -3,7 +3,8 @@
 use super::look::path;
 use super::morphs::{ANIMATION, clip};
 use super::plan::{
-    Clip, MatchParams, MorphKind, MorphParams, PatternParams, SketchDepth, SketchParams, SketchScale, TargetLeaf,
+    Clip, MatchParams, MorphKind, MorphParams, PatternParams, SketchDepth, SketchMethod, SketchParams, SketchScale,
+    TargetLeaf,
 };
 use super::reader::Reader;
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -57,6 +58,31 @@ const DETAIL: Field = Field {
     about: "how much of its detail is kept: 0 its main forms, 1 what leaves can show",
 };
 
+const METHOD: Field = Field {
+    name: "method",
+    kind: Kind::Choice(&METHODS),
+    default: Default::Is("Adaptive"),
+    about: "how the crown follows what is drawn. All but `Adaptive` are Wang et al. 2018 to the letter: branches follow \
+            their tips without bounds, and may stretch, turn, and hang below the ground; depth stays; a drawn trunk only \
+            places the crown",
+};
+
+static METHODS: Choice = Choice {
+    title: "Method of a sketch",
+    kinds: &[
+        KindOf {
+            name: "Adaptive",
+            form: Form::Plain,
+            about: "cages that adapt, lobes at the rim by the outline itself, a flow that fills what stays open, pruning of half \
+                    of the foliage at most, bounds of branches",
+        },
+        KindOf { name: "Paper", form: Form::Plain, about: "multiscale cages that adapt, and pruning (5.2 to 5.4)" },
+        KindOf { name: "Cages", form: Form::Plain, about: "multiscale cages that adapt (5.4.1), no pruning" },
+        KindOf { name: "Baseline", form: Form::Plain, about: "multiscale cages that do not adapt (5.3)" },
+        KindOf { name: "OneCage", form: Form::Plain, about: "the crown's silhouette as the only cage (Fig. 12)" },
+    ],
+};
+
 /// A sketch of a source, as one tree or as frames.
 pub(super) static SKETCH: Record = Record {
     title: "Sketch",
@@ -75,6 +101,7 @@ pub(super) static SKETCH: Record = Record {
         ELEVATION,
         SIZE,
         DETAIL,
+        METHOD,
         Field {
             name: "frames",
             kind: Kind::Integer { low: 1, high: 64, unit: "frames" },
@@ -89,7 +116,7 @@ pub(super) static SKETCH: Record = Record {
 pub(super) static SKETCHED: Record = Record {
     title: "Sketch of every variant",
     about: "`sketch: (crown: \"heart.svg\")`.",
-    fields: &[CROWN, SIDE, DEPTH, VIEW, ELEVATION, SIZE, DETAIL],
+    fields: &[CROWN, SIDE, DEPTH, VIEW, ELEVATION, SIZE, DETAIL, METHOD],
 };
 
 /// The field of an entry that gives several variants.
@@ -174,6 +201,19 @@ pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     if fields.has("side") && depth == Some(SketchDepth::Revolved) {
         fields.fault("depth", "a revolved outline has no side of its own", "leave `side` or `depth` out");
     }
+    let method = fields.choice("method", |kind, _| {
+        Some(match kind {
+            "Paper" => SketchMethod::Paper,
+            "Cages" => SketchMethod::Cages,
+            "Baseline" => SketchMethod::Baseline,
+            "OneCage" => SketchMethod::OneCage,
+            _ => SketchMethod::Adaptive,
+        })
+    });
+    let grows = fields.has("depth") && depth == Some(SketchDepth::Grown);
+    if grows && method.is_some_and(|method| method != SketchMethod::Adaptive) {
+        fields.fault("depth", "only the method `Adaptive` lets depth grow", "leave `depth` or `method` out");
+    }
     let elevation = fields.number("elevation").to_radians();
     let upright = match depth {
         _ if fields.has("side") => Some(("a view from the side", "`side`")),
@@ -188,7 +228,7 @@ pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     if crown.is_empty() || (fields.has("side") && side.is_empty()) {
         return None;
     }
-    Some(SketchParams { field, crown, side, depth: depth?, view, elevation, size: size?, detail })
+    Some(SketchParams { field, crown, side, depth: depth?, view, elevation, size: size?, detail, method: method? })
 }
 
 /// The sketch of every variant of an entry; none where it asks for none.

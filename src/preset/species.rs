@@ -8,7 +8,8 @@ use super::guiding::{GUIDE, angle, degrees, guide, share};
 use super::look::path;
 use super::path::joined;
 use super::plan::{
-    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, GuideStart, Sampling, UpAxis, Volume,
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, GuideAxis, GuideStart, LeaderRule, Sampling,
+    UpAxis, Volume,
 };
 use super::reader::{Item, Reader};
 use super::report::Report;
@@ -84,7 +85,29 @@ pub(super) static SPECIES: Record = Record {
             name: "crookedness",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("0.3"),
-            about: "how much of the graph's crookedness stays: 0 for smooth curves, 1 for the paths as they are",
+            about: "how much of the graph's crookedness stays: 0 for smooth curves, 1 for the paths as they are, but for what \
+                    a leader holds back (`leader: Free`)",
+        },
+        Field {
+            name: "leader",
+            kind: Kind::Choice(&LEADER),
+            default: Default::Is("Held"),
+            about: "what becomes of a lone trunk that leads up to the top",
+        },
+        Field {
+            name: "length_cost",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.2"),
+            about: "what a unit of length costs a path beside how far it is off the growing direction, which the paper \
+                    alone counts: at 0 late twigs come straight from afar, however many branches they pass; from 0.3 on \
+                    they leave nearly at right angles",
+        },
+        Field {
+            name: "whim",
+            kind: Kind::Number { low: 0.0, high: 0.9, unit: "" },
+            default: Default::Is("0.15"),
+            about: "by which share nodes are dearer or cheaper by chance, anew in each iteration: at 0, as in the paper, all \
+                    plants of a species have one trunk, unless `graph_seed` tells them apart; more makes paths more crooked",
         },
         Field {
             name: "bole",
@@ -124,6 +147,12 @@ static ITERATION: Record = Record {
             kind: Kind::Choice(&GUIDE),
             default: Default::Is("Constant()"),
             about: "how the growing direction turns from node to node; positive is outwards and down",
+        },
+        Field {
+            name: "axis",
+            kind: Kind::Choice(&AXIS),
+            default: Default::Is("Vector"),
+            about: "about which axis it turns, square to up and to this",
         },
         Field {
             name: "start",
@@ -214,6 +243,13 @@ static SURFACE: Record = Record {
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
             default: Default::Is("1.0"),
             about: "only this share of them, those furthest from the root; the rest is the exclusion zone",
+        },
+        Field {
+            name: "irregular",
+            kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+            default: Default::Is("0.0"),
+            about: "by which share an edge counts for more or less by chance where edges are counted: the surface and the \
+                    exclusion zone get irregular by it, and branches longer",
         },
         count(Default::Required),
         SAMPLING,
@@ -317,6 +353,35 @@ static OUTLINE: Record = Record {
     ],
 };
 
+static LEADER: Choice = Choice {
+    title: "Leader",
+    kinds: &[
+        KindOf {
+            name: "Held",
+            form: Form::Plain,
+            about: "it is straightened up to its tip, and what leaves it is no longer than what is left of it above, the \
+                    shorter the steeper",
+        },
+        KindOf { name: "Free", form: Form::Plain, about: "nothing: it is a path as all others are" },
+    ],
+};
+
+static AXIS: Choice = Choice {
+    title: "Axis of turns",
+    kinds: &[
+        KindOf {
+            name: "Vector",
+            form: Form::Plain,
+            about: "the growing direction, or the edge where that is upright: curves keep to their plane",
+        },
+        KindOf {
+            name: "Edge",
+            form: Form::Plain,
+            about: "the edge that was taken (3.2.1): what follows a leaning branch spreads to its sides",
+        },
+    ],
+};
+
 static START: Choice = Choice {
     title: "Start",
     kinds: &[
@@ -389,6 +454,11 @@ fn grow_params(species: &Reader<'_, '_>) -> GrowParams {
         flare: species.number("flare"),
         flare_height: species.number("flare_height"),
         crookedness: species.number("crookedness"),
+        leader: species
+            .choice("leader", |kind, _| Some(if kind == "Free" { LeaderRule::Free } else { LeaderRule::Held }))
+            .unwrap_or(LeaderRule::Held),
+        length_cost: species.number("length_cost"),
+        whim: species.number("whim"),
         bole: species.number("bole"),
         slenderness: species.number("slenderness"),
         space: GrowSpace {
@@ -409,11 +479,13 @@ fn iteration(pass: &Reader<'_, '_>, width: f32) -> Option<GrowIteration> {
         _ => Some(Endpoints::Surface {
             k: fields.count("k"),
             t: fields.number("t"),
+            irregular: fields.number("irregular"),
             count: fields.count("count"),
             sampling: sampling(fields)?,
         }),
     });
     let guide = pass.choice("guide", guide);
+    let axis = pass.choice("axis", |kind, _| Some(if kind == "Edge" { GuideAxis::Edge } else { GuideAxis::Vector }));
     let start = pass.choice("start", |kind, fields| match kind {
         "Kept" => Some(GuideStart::Kept),
         _ => Some(GuideStart::ByHeight { low: angle(fields, "low"), high: angle(fields, "high") }),
@@ -423,7 +495,7 @@ fn iteration(pass: &Reader<'_, '_>, width: f32) -> Option<GrowIteration> {
         "Higher" => Some(EndpointRule::Higher),
         _ => Some(EndpointRule::Any),
     });
-    Some(GrowIteration { endpoints: endpoints?, guide: guide?, start: start?, keep: keep? })
+    Some(GrowIteration { endpoints: endpoints?, guide: guide?, axis: axis?, start: start?, keep: keep? })
 }
 
 fn sampling(fields: &Reader<'_, '_>) -> Option<Sampling> {

@@ -18,7 +18,7 @@ use super::part::Part;
 use super::prune;
 use super::region::{Fill, Region};
 use super::sketched::Sketched;
-use super::spine::Guided;
+use super::spine::{Guided, Handle, Spines};
 use super::stem::Leads;
 use super::svg::{Drawing, SketchError};
 use super::trim::{Field, trimmed};
@@ -42,14 +42,18 @@ pub struct Sketch<'d> {
     pub method: Method,
 }
 
-/// How lobes follow a sketch.
+/// How lobes follow a sketch. All but [`Adaptive`](Self::Adaptive) are the paper's: branches follow their tips alone and
+/// without bounds, depth stays, and neither drawn trunks nor stems' feet hold anything.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// By the multiscale cage tree whose cages adapt, spread over what is drawn, pruned outside of it.
+    /// By the multiscale cage tree whose cages adapt, at the rim by the outline itself, spread over what is drawn, pruned
+    /// outside of it, within bounds that keep branches natural.
     Adaptive,
-    /// By the cage tree whose cages adapt (5.4.1), and nothing else.
+    /// The paper's: by the cage tree whose cages adapt, pruned outside of what is drawn (5.2 to 5.4).
+    Paper,
+    /// The same without pruning (Fig. 8): by the cage tree whose cages adapt (5.4.1).
     AdaptiveCages,
-    /// By the cage tree alone: the paper's baseline (5.3).
+    /// By the cage tree alone: the paper's baseline (5.3, Fig. 6b).
     Baseline,
     /// By one cage, the crown's silhouette: what the paper compares with (Fig. 12).
     OneCage,
@@ -84,20 +88,20 @@ impl Sketcher {
         let mut lead = |drawing: &Drawing, placing: &Placing, chart: &Chart| {
             leads.add(drawing, placing, &chart.plane, chart.plane.seen(self.foot));
         };
-        if sketch.method == Method::Adaptive {
+        let adaptive = sketch.method == Method::Adaptive;
+        if adaptive {
             lead(sketch.front, &front.placing, &self.charts[0]);
         }
         let mut targets = vec![front];
         if let (Some(chart), Some(side)) = (self.charts.get(1), sketch.side) {
             let target = self.target(chart, side, size, Some(targets[0].region.bounds()), false)?;
-            if sketch.method == Method::Adaptive {
+            if adaptive {
                 lead(side, &target.placing, chart);
             }
             targets.push(target);
         }
-        let guided = Guided { leads, standing: sketch.method == Method::Adaptive };
+        let guided = Guided { leads, standing: adaptive, bounded: adaptive };
         let chart = &self.charts[0];
-        let adaptive = sketch.method == Method::Adaptive;
         let front = &targets[0];
         let changed = self.changed(chart, front);
         let vertices = self.moved(chart, &front.ring, sketch.method, changed);
@@ -119,7 +123,7 @@ impl Sketcher {
             }
             self.fill(chart, &front.region, &mut seen, &weights, &shares, Freedom::Plane);
         }
-        let depth = self.depth(chart, &front.region, targets.len());
+        let depth = self.depth(chart, &front.region, targets.len(), adaptive);
         let mut told: Vec<Vec3> = self
             .handles
             .iter()
@@ -128,11 +132,18 @@ impl Sketcher {
             .zip(&near)
             .map(|(((handle, is), was), near)| {
                 let way = chart.plane.lifted(handle.position, *is - *was) + depth(handle.position) * *near;
-                chart.plane.grounded(handle.position, way, self.floor())
+                if adaptive { chart.plane.grounded(handle.position, way, self.floor()) } else { way }
             })
             .collect();
-        let mut wilts = if adaptive { prune::pruned(self, chart, &vertices, &front.region, &near) } else { Vec::new() };
-        wilts.resize(self.plant.chains().len(), false);
+        let mut wilts = vec![false; self.plant.chains().len()];
+        // Of the paper's pruning there is no limit.
+        let most = if adaptive { prune::MOST } else { 1.0 };
+        let prunes = matches!(sketch.method, Method::Adaptive | Method::Paper);
+        // What would have wilted beyond that.
+        let mut spared = 0.0_f32;
+        if prunes {
+            spared = prune::pruned(self, chart, &vertices, &front.region, &near, most, &mut wilts);
+        }
         if let (Some(chart), Some(side)) = (self.charts.get(1), targets.get(1)) {
             let changed = self.changed(chart, side);
             let vertices = self.moved(chart, &side.ring, sketch.method, changed);
@@ -148,11 +159,12 @@ impl Sketcher {
                 let heights: Vec<f32> = seen.iter().map(|p| p.y).collect();
                 matched(chart, &side.ring, &mut seen);
                 seen.iter_mut().zip(heights).for_each(|(p, y)| p.y = y);
-                let everywhere = vec![1.0; seen.len()];
                 let shares = vec![changed; seen.len()];
                 self.fill(chart, &side.region, &mut seen, &weights, &shares, Freedom::Level);
-                let outside = prune::pruned(self, chart, &vertices, &side.region, &everywhere);
-                wilts.iter_mut().zip(outside).for_each(|(w, o)| *w |= o);
+            }
+            if prunes {
+                let everywhere = vec![1.0; seen.len()];
+                spared = spared.max(prune::pruned(self, chart, &vertices, &side.region, &everywhere, most, &mut wilts));
             }
             for ((told, handle), (is, was)) in told.iter_mut().zip(&self.handles).zip(seen.iter().zip(&chart.seen)) {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
@@ -163,10 +175,14 @@ impl Sketcher {
         if drawn.is_some() {
             leader::calm(self, chart, &mut told, &shares);
         }
-        let shift = self.spines.moved(&self.positions, &told, &guided);
+        let shift = if adaptive {
+            self.spines.moved(&self.positions, &told, &guided)
+        } else {
+            self.moved_by_tips(&told, &guided)
+        };
         let (shift, likeness) = match &drawn {
             Some(drawn) => {
-                prune::left_outside(self, chart, drawn, &shift, &near, &mut wilts);
+                spared = spared.max(prune::left_outside(self, chart, drawn, &shift, &near, &mut wilts));
                 trimmed((self, &guided), chart, drawn, &wilts, &mut told, &shares, shift)
             }
             None => (shift, None),
@@ -178,7 +194,7 @@ impl Sketcher {
         };
         let (targets, outlines) = targets.into_iter().zip(&self.charts).map(as_large).unzip();
         let (sketcher, along) = (self.clone(), Along::default());
-        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, likeness, scale, targets, outlines })
+        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, likeness, spared, scale, targets, outlines })
     }
 
     /// The crown that drawings of a view are fitted to.
@@ -246,8 +262,22 @@ impl Sketcher {
 
     /// The vertices of a view's cages under a root, which `changed` as much.
     fn moved(&self, chart: &Chart, root: &[Vec2], method: Method, changed: f32) -> Vec<Vec2> {
-        let adapts = matches!(method, Method::Adaptive | Method::AdaptiveCages) && changed > 0.0;
-        chart.cages.moved(root, adapts.then_some((changed, adapt::NEAR * self.size)))
+        let share = match method {
+            Method::Adaptive => changed,
+            // They adapt however little changes.
+            Method::Paper | Method::AdaptiveCages => 1.0,
+            Method::Baseline | Method::OneCage => 0.0,
+        };
+        chart.cages.moved(root, (share > 0.0).then_some((share, adapt::NEAR * self.size)))
+    }
+
+    /// How every point moves when branches follow what their tips are told and nothing else (5.3, step 3).
+    fn moved_by_tips(&self, told: &[Vec3], guided: &Guided) -> Vec<Vec3> {
+        let is_tip = |i: &usize| self.handles.get(i + 1).is_none_or(|next| next.chain != self.handles[*i].chain);
+        let tips: Vec<usize> = (0..self.handles.len()).filter(is_tip).collect();
+        let handles: Vec<Handle> = tips.iter().map(|&i| self.handles[i]).collect();
+        let told: Vec<Vec3> = tips.iter().map(|&i| told[i]).collect();
+        Spines::bind(&self.plant, &self.plant.pose(), &handles).moved(&self.positions, &told, guided)
     }
 
     /// How much each handle covers.
@@ -293,12 +323,12 @@ impl Sketcher {
     }
 
     /// How depth follows a single view: as much as the crown grows in it, unless it is kept.
-    fn depth(&self, chart: &Chart, target: &Region, views: usize) -> impl Fn(Vec3) -> Vec3 + use<> {
+    fn depth(&self, chart: &Chart, target: &Region, views: usize, may: bool) -> impl Fn(Vec3) -> Vec3 + use<> {
         let scale = (target.area() / chart.area.max(1e-12)).sqrt().clamp(0.2, 4.0);
         let middle = self.positions.iter().fold(Vec3::ZERO, |s, p| s + *p) / self.positions.len().max(1) as f32;
         // What gets higher by it stays on the ground.
         let from = middle.with_y(self.foot.y);
-        let (plane, grows) = (chart.plane, views == 1 && self.views.kind != ViewKind::FrontKept);
+        let (plane, grows) = (chart.plane, may && views == 1 && self.views.kind != ViewKind::FrontKept);
         move |p| match plane {
             ViewPlane::From { right, up } if grows => {
                 let away = right.cross(up);
@@ -309,8 +339,9 @@ impl Sketcher {
     }
 }
 
-/// Lobes beside the silhouette are matched with the sketch's outline itself, and not by way of the cages between: the
-/// vertices that lie at covered segments are the paper's constraints (5.4.1).
+/// Lobes beside the silhouette are matched with the sketch's outline itself, and not by way of the cages between. Past the
+/// paper, which has the vertices of cages that lie at covered segments as constraints (5.4.1) and no lobe that skips a
+/// cage: it gives up the hierarchy at the rim for a crown that follows the outline there.
 fn matched(chart: &Chart, ring: &[Vec2], seen: &mut [Vec2]) {
     let by_root = chart.handles_by_root(ring);
     for ((seen, by_root), rim) in seen.iter_mut().zip(by_root).zip(&chart.rim) {

@@ -15,8 +15,9 @@
 //!   wilt without what it bears, whose own lobes are inside or pruned by themselves; its own leaves are brought in
 //!   with its handles. Where it bears none, both lobes are one.
 //!
-//! Stems never wilt, and where a sketch would take most of a crown, nothing does: it is then far from the tree, and a
-//! bare pole is not what was meant.
+//! Stems never wilt. Past the paper, no more than [`MOST`] of a crown does, what is least inside first: of a sketch that is
+//! far from the tree, a crescent say, half a crown comes in that would have gone. While nothing wilted where more would
+//! have, a crescent that was thinned by a little had half as many chains again.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -25,25 +26,29 @@ use super::bound::{Chart, Sketcher};
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
 use super::trim::{Field, between};
+use crate::plant::{ChainId, Plant};
 
 /// Share of a cage's area inside the sketch below which it is pruned.
 const LEAST: f32 = 0.3;
 /// Share from which it counts as all inside.
 const WHOLE: f32 = 0.98;
 /// Most of a crown's foliage that may wilt.
-const MOST: f32 = 0.5;
+pub(super) const MOST: f32 = 0.5;
 /// Cells along the sketch for the quick test.
 const CELLS: usize = 96;
 
-/// Which chains wilt when the cages of a view have these vertices; `near` is how much the sketch acts about each handle, and
-/// where it doesn't at all, no branch wilts by itself.
+/// Has chains wilt whose cages lie outside when the cages of a view have these vertices; `near` is how much the sketch acts
+/// about each handle, and where it doesn't at all, no branch wilts by itself. `most` of a crown's foliage may wilt; gives back
+/// which share more of it would have.
 pub(super) fn pruned(
     sketcher: &Sketcher,
     chart: &Chart,
     vertices: &[Vec2],
     target: &Region,
     near: &[f32],
-) -> Vec<bool> {
+    most: f32,
+    wilts: &mut [bool],
+) -> f32 {
     let plant = &sketcher.plant;
     let count = chart.cages.len();
     let shares: Vec<f32> = shares(chart, vertices, target);
@@ -63,25 +68,70 @@ pub(super) fn pruned(
         };
     }
     let acts = acted_on(sketcher, near);
-    let mut wilts = vec![false; plant.chains().len()];
-    let (mut lost, mut all) = (0.0_f32, 0.0_f32);
+    let mut outside: Vec<Option<f32>> = vec![None; plant.chains().len()];
     for id in plant.chain_ids() {
-        wilts[id.index()] = match plant.chain(id).parent {
-            None => false,
-            Some(parent) => {
-                let own = chart.cages.outer(id);
-                // A small lobe shares its parent's cage, and that one's inner lobe says nothing of it.
-                let of_its_own = own != chart.cages.outer(parent);
-                wilts[parent.index()]
-                    || (of_its_own && acts[id.index()] && own != 0 && states[own as usize] == State::Pruned)
-            }
-        };
+        let Some(parent) = plant.chain(id).parent else { continue };
+        let own = chart.cages.outer(id);
+        // A small lobe shares its parent's cage, and that one's inner lobe says nothing of it.
+        let of_its_own = own != 0 && own != chart.cages.outer(parent);
+        if of_its_own && acts[id.index()] && states[own as usize] == State::Pruned {
+            outside[id.index()] = Some(shares[own as usize]);
+        }
     }
-    for handle in &sketcher.handles {
-        all += handle.weight;
-        lost += if wilts[handle.chain.index()] { handle.weight } else { 0.0 };
+    let mut foliage = vec![0.0_f32; plant.chains().len()];
+    sketcher.handles.iter().for_each(|handle| foliage[handle.chain.index()] += handle.weight);
+    worst_first(plant, &outside, &foliage, most, wilts)
+}
+
+/// Has those chains wilt that lie outside, each by how much of it is inside, with all that they bear: the worst first, as
+/// long as no more than `most` of the foliage is lost, that of chains that wilt already with it. Where all of a limb is
+/// too much, what it bears may go by itself. Gives back which share of all foliage stays by that.
+pub(super) fn worst_first(
+    plant: &Plant,
+    outside: &[Option<f32>],
+    foliage: &[f32],
+    most: f32,
+    wilts: &mut [bool],
+) -> f32 {
+    // What each chain has with all that it bears and that has not wilted.
+    let mut borne: Vec<f64> = foliage.iter().zip(&*wilts).map(|(f, w)| if *w { 0.0 } else { f64::from(*f) }).collect();
+    for id in plant.chain_ids().rev() {
+        if let Some(parent) = plant.chain(id).parent {
+            borne[parent.index()] += borne[id.index()];
+        }
     }
-    if lost > all * MOST { vec![false; wilts.len()] } else { wilts }
+    let all: f64 = foliage.iter().map(|f| f64::from(*f)).sum();
+    let lost: f64 = foliage.iter().zip(&*wilts).filter(|(_, w)| **w).map(|(f, _)| f64::from(*f)).sum();
+    let mut left = all * f64::from(most) * (1.0 + 1e-6) - lost;
+    let mut order: Vec<(f32, ChainId)> = plant.chain_ids().filter_map(|id| Some((outside[id.index()]?, id))).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let children = plant.children();
+    for (_, id) in order {
+        let goes = borne[id.index()];
+        if wilts[id.index()] || goes > left {
+            continue;
+        }
+        left -= goes;
+        let mut above = plant.chain(id).parent;
+        while let Some(parent) = above {
+            borne[parent.index()] -= goes;
+            above = plant.chain(parent).parent;
+        }
+        let mut next = vec![id];
+        while let Some(id) = next.pop() {
+            wilts[id.index()] = true;
+            borne[id.index()] = 0.0;
+            next.extend(&children[id.index()]);
+        }
+    }
+    let mut would = vec![false; wilts.len()];
+    let mut spared = 0.0;
+    for id in plant.chain_ids() {
+        let i = id.index();
+        would[i] = outside[i].is_some() || plant.chain(id).parent.is_some_and(|parent| would[parent.index()]);
+        spared += if would[i] && !wilts[i] { f64::from(foliage[i]) } else { 0.0 };
+    }
+    if all > 0.0 { (spared / all) as f32 } else { 0.0 }
 }
 
 /// For each chain whether the sketch acts about any of its handles.
@@ -94,7 +144,8 @@ fn acted_on(sketcher: &Sketcher, near: &[f32]) -> Vec<bool> {
 }
 
 /// Has those chains wilt, too, that their bounds keep outside ([`super::spine`]), judged by their leaves and those of what they
-/// bear when points move by `shift`: from limbs to twigs. No more than all may lose.
+/// bear when points move by `shift`: from limbs to twigs. No more than all may lose; gives back
+/// which share more of it would have.
 pub(super) fn left_outside(
     sketcher: &Sketcher,
     chart: &Chart,
@@ -102,10 +153,10 @@ pub(super) fn left_outside(
     shift: &[Vec3],
     near: &[f32],
     wilts: &mut [bool],
-) {
+) -> f32 {
     let Sketcher { plant, leaves, discs, reach, .. } = sketcher;
     if discs.is_empty() {
-        return;
+        return 0.0;
     }
     let acts = acted_on(sketcher, near);
     // Of each chain: leaves that are within, and all, by themselves and with what it bears and keeps.
@@ -124,18 +175,15 @@ pub(super) fn left_outside(
             *of = [of[0] + within, of[1] + all];
         }
     }
-    let mut left = wilts.to_vec();
-    for id in plant.chain_ids() {
-        let Some(parent) = plant.chain(id).parent else { continue };
+    let mut outside: Vec<Option<f32>> = vec![None; plant.chains().len()];
+    for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some() && acts[id.index()]) {
         let [within, all] = held[id.index()];
-        let is_outside = all > 0.0 && within < LEAST * all && acts[id.index()];
-        left[id.index()] |= left[parent.index()] || is_outside;
+        if all > 0.0 && within < LEAST * all {
+            outside[id.index()] = Some(within / all);
+        }
     }
-    let lost: f32 = left.iter().zip(&own).filter(|(left, _)| **left).map(|(_, own)| own[1]).sum();
-    let all: f32 = own.iter().map(|own| own[1]).sum();
-    if lost <= all * MOST {
-        wilts.copy_from_slice(&left);
-    }
+    let foliage: Vec<f32> = own.iter().map(|own| own[1]).collect();
+    worst_first(plant, &outside, &foliage, MOST, wilts)
 }
 
 /// For each cage the share of its area that the largest piece inside the sketch has.

@@ -29,6 +29,7 @@ pub struct Sketched {
     /// Where a drawn trunk leads the stem.
     pub(super) guided: Guided,
     pub(super) likeness: Option<f32>,
+    pub(super) spared: f32,
     /// How many times as large the whole tree gets about its foot, wood and leaves.
     pub(super) scale: f32,
     /// What is drawn, in the plane of each view, metres.
@@ -42,6 +43,13 @@ impl Sketched {
     #[must_use]
     pub fn wilting(&self) -> (usize, usize) {
         (self.wilts.iter().filter(|w| **w).count(), self.wilts.len())
+    }
+
+    /// Which share of the foliage lies outside of the sketch beyond the half that may wilt, and is drawn in by its limbs, 0..=1; 0
+    /// by other methods than [`Method::Adaptive`](super::Method::Adaptive).
+    #[must_use]
+    pub const fn spared(&self) -> f32 {
+        self.spared
     }
 
     /// What the crown's silhouette and the sketch from the front have in common over what either covers, 0..=1; none of crowns that are
@@ -134,7 +142,9 @@ impl Sketched {
         let Sketcher { plant, positions, spines, leaves, foot, .. } = &*self.sketcher;
         let place = |(i, p): (usize, &Vec3)| *p + moved(i);
         let mut places: Vec<Vec3> = positions.par_iter().enumerate().with_min_len(4096).map(place).collect();
-        self.keep_up(&mut places, t);
+        if self.guided.bounded {
+            self.keep_up(&mut places, t);
+        }
         let left = (1.0 - t).max(1e-4);
         let scale = 1.0 + (self.scale - 1.0) * t;
         let mut bears = vec![false; plant.chains().len()];

@@ -67,6 +67,8 @@ pub(super) struct Guided {
     pub(super) leads: Leads,
     /// Whether stems keep the direction that they have at the foot.
     pub(super) standing: bool,
+    /// Whether branches keep within their bounds, and above the ground: past the paper.
+    pub(super) bounded: bool,
 }
 
 /// All branches of a plant, bound to handles.
@@ -141,6 +143,9 @@ impl Spines {
     pub(super) fn moved(&self, positions: &[Vec3], handles: &[Vec3], guided: &Guided) -> Vec<Vec3> {
         let none = vec![f32::INFINITY; self.spines.len()];
         let free = self.passed(positions, handles, &none, guided);
+        if !guided.bounded {
+            return free;
+        }
         let turns: Vec<f32> = self.spines.iter().map(|s| s.turn(positions, &free)).collect();
         // Turns fall to what neighbours allow; neighbours' fall in turn.
         let mut bounds: Vec<f32> = turns.iter().map(|t| t.min(MOST_TURN)).collect();
@@ -207,10 +212,9 @@ impl Spines {
                 leads => leads.along((place + moved).y, moved, with(led, &led_by, place.y)),
             };
             own.iter_mut().zip(at).for_each(|(own, at)| *own += leads(*at, *own));
-            let share = SHARES
-                .into_iter()
-                .find(|&share| share == 0.0 || is_natural(at, &own, share, *bounds.get(s).unwrap_or(&0.0)));
-            let share = share.unwrap_or(0.0);
+            let bound = *bounds.get(s).unwrap_or(&0.0);
+            let may = |share: f32| !guided.bounded || share == 0.0 || is_natural(at, &own, share, bound);
+            let share = SHARES.into_iter().find(|&share| may(share)).unwrap_or(0.0);
             for (k, d) in own.iter().enumerate() {
                 let moved = base + *d * share;
                 shift[first + k] = moved + leads(at[k], moved);
@@ -338,7 +342,7 @@ mod tests {
     use crate::base::Seed;
     use crate::relate::random_plant::{Oddity, random_plant};
 
-    const FREE: Guided = Guided { leads: Leads::NONE, standing: false };
+    const FREE: Guided = Guided { leads: Leads::NONE, standing: false, bounded: true };
 
     fn bound(seed: u64) -> (Plant, Posed, Vec<Handle>, Spines) {
         let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);
@@ -377,6 +381,16 @@ mod tests {
         assert!(at[0] == Vec3::ZERO && at.windows(2).all(|pair| pair[1].y - pair[0].y > PRESSED - 1e-4), "{at:?}");
         // What does rise is where it is told.
         assert!((at[7].y - 8.0).abs() < 1e-4, "{at:?}");
+    }
+
+    #[test]
+    fn without_bounds_every_tip_goes_where_it_is_told() {
+        let (plant, posed, handles, spines) = bound(3);
+        let told: Vec<Vec3> = (0..handles.len() as u64).map(|i| Seed::new(3).at(i).direction() * 5.0).collect();
+        let shift = spines.moved(posed.positions(), &told, &Guided { bounded: false, ..FREE });
+        for (handle, told) in handles.iter().zip(&told) {
+            assert!(shift[plant.span(handle.chain).end - 1].distance(*told) < 1e-2);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Promises of sketching as a whole: on plants of any kind, with drawings of any kind.
 
 mod leader;
+mod methods;
 mod raised;
 
 use std::sync::Arc;

@@ -32,6 +32,15 @@ pub struct GrowParams {
     pub flare_height: f32,
     /// How much of the graph's crookedness stays, 0..=1: 0 for smooth curves, 1 for the paths as they are.
     pub crookedness: f32,
+    /// What becomes of a lone trunk that leads up to the top, and of what leaves it.
+    #[serde(skip_serializing_if = "is_held")]
+    pub leader: LeaderRule,
+    /// What a unit of length costs beside the paper's weight `d (1 - e·v)` (3.1.2), 0..=1; 0 is the paper's.
+    #[serde(skip_serializing_if = "is_usual_length")]
+    pub length_cost: f32,
+    /// By which share nodes are dearer or cheaper by chance in each iteration, 0..=0.9; 0 is the paper's.
+    #[serde(skip_serializing_if = "is_usual_whim")]
+    pub whim: f32,
     /// Clear bole, plant heights, 0..=1: below it no branch of a later iteration leaves, and paths of the first that
     /// part there are separate stems, those that bear little apart.
     pub bole: f32,
@@ -39,6 +48,32 @@ pub struct GrowParams {
     pub slenderness: f32,
     /// The graph, and what else is in the space that the plant grows in.
     pub space: GrowSpace,
+}
+
+/// The usual cost of a unit of length.
+pub(crate) const USUAL_LENGTH_COST: f32 = 0.2;
+/// The usual whim of nodes.
+pub(crate) const USUAL_WHIM: f32 = 0.15;
+
+fn is_held(leader: &LeaderRule) -> bool {
+    *leader == LeaderRule::Held
+}
+
+fn is_usual_length(cost: &f32) -> bool {
+    *cost == USUAL_LENGTH_COST
+}
+
+fn is_usual_whim(whim: &f32) -> bool {
+    *whim == USUAL_WHIM
+}
+
+/// What becomes of a lone trunk that leads up to the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum LeaderRule {
+    /// It is straightened up to its tip, and what leaves it is no longer than what is left of it above.
+    Held,
+    /// It is a path as all others are.
+    Free,
 }
 
 impl GrowParams {
@@ -145,10 +180,27 @@ pub struct GrowIteration {
     pub endpoints: Endpoints,
     /// How guiding vectors turn from node to node.
     pub guide: Guide,
+    /// The axis that they turn about.
+    #[serde(skip_serializing_if = "is_by_vector")]
+    pub axis: GuideAxis,
     /// Guiding vectors of the source nodes before the pass.
     pub start: GuideStart,
     /// Which endpoints are kept.
     pub keep: EndpointRule,
+}
+
+fn is_by_vector(axis: &GuideAxis) -> bool {
+    *axis == GuideAxis::Vector
+}
+
+/// The axis about which guiding vectors turn, perpendicular to up and to something else; of both that the paper names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum GuideAxis {
+    /// To the parent's vector (3.1.2), and to the traversed edge where that is upright: curves keep to their plane, and all
+    /// that follow a leaning node have one vector.
+    Vector,
+    /// To the traversed edge (3.2.1): what follows a node spreads to the sides that its edges lead to.
+    Edge,
 }
 
 /// Endpoint placement (3.2.2, 3.2.3).
@@ -169,11 +221,19 @@ pub enum Endpoints {
         k: u32,
         /// t of the paper, 0..=1: the share of the surface outside the exclusion zone.
         t: f32,
+        /// By which share edges count for more or less by chance where they are counted, 0..=1: how irregular the surface
+        /// and the exclusion zone are.
+        #[serde(skip_serializing_if = "is_regular")]
+        irregular: f32,
         /// How many.
         count: u32,
         /// How they are chosen.
         sampling: Sampling,
     },
+}
+
+fn is_regular(irregular: &f32) -> bool {
+    *irregular == 0.0
 }
 
 /// How many endpoints a volume gets (3.2.4).

@@ -23,6 +23,9 @@ pub struct SketchParams {
     pub size: SketchScale,
     /// How much detail is kept, 0..=1.
     pub detail: f32,
+    /// How lobes follow it.
+    #[serde(skip_serializing_if = "is_adaptive")]
+    pub method: SketchMethod,
 }
 
 impl SketchParams {
@@ -35,6 +38,25 @@ impl SketchParams {
 
 fn is_level(elevation: &f32) -> bool {
     *elevation == 0.0
+}
+
+fn is_adaptive(method: &SketchMethod) -> bool {
+    *method == SketchMethod::Adaptive
+}
+
+/// How lobes follow a sketch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum SketchMethod {
+    /// All that fills the sketch and keeps branches natural.
+    Adaptive,
+    /// Wang et al. 2018 to the letter: cages that adapt, and pruning (5.2 to 5.4).
+    Paper,
+    /// The same without pruning (5.4.1).
+    Cages,
+    /// The cage tree without cages that adapt: the paper's baseline (5.3).
+    Baseline,
+    /// One cage: what the paper compares with (Fig. 12).
+    OneCage,
 }
 
 /// What becomes of a crown's depth.

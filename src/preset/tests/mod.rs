@@ -139,6 +139,60 @@ fn a_point_is_one_endpoint() {
 }
 
 #[test]
+fn the_papers_own_growth_can_be_asked_for_and_what_is_left_out_leaves_no_mark() {
+    let with = |fields: &str, surface: &str, pass: &str| {
+        let text = OAK.replace("height: 12.0,", &format!("height: 12.0, {fields}"));
+        let text = text.replace("t: 0.6,", &format!("t: 0.6, {surface}")).replace("start: Kept,", pass);
+        species("oak.ron", &text)
+    };
+    let usual = with("", "", "").expect("loads");
+    let spelled = "leader: Held, length_cost: 0.2, whim: 0.15,";
+    assert_eq!(with(spelled, "irregular: 0.0,", "start: Kept, axis: Vector,"), Ok(usual.clone()));
+    let key = |params: &plan::GrowParams| serde_json::to_string(params).expect("it has a form");
+    for name in ["leader", "length_cost", "whim", "axis", "irregular"] {
+        assert!(!key(&usual).contains(name), "{name}");
+    }
+    let papers = with("leader: Free, length_cost: 0, whim: 0,", "irregular: 0.5,", "axis: Edge,").expect("loads");
+    assert_eq!((papers.leader, papers.length_cost, papers.whim), (plan::LeaderRule::Free, 0.0, 0.0));
+    assert_eq!(papers.iterations[1].axis, plan::GuideAxis::Edge);
+    assert!(matches!(papers.iterations[2].endpoints, plan::Endpoints::Surface { irregular: 0.5, .. }));
+    for name in ["leader", "length_cost", "whim", "axis", "irregular"] {
+        assert!(key(&papers).contains(name), "{name}");
+    }
+    for (wrong, names) in [
+        (with("whim: 1.0,", "", ""), "whim"),
+        (with("length_cost: -0.1,", "", ""), "length_cost"),
+        (with("leader: Loose,", "", ""), "leader"),
+        (with("", "irregular: 2.0,", ""), "irregular"),
+        (with("", "", "axis: Up,"), "axis"),
+    ] {
+        let errors = wrong.unwrap_err();
+        assert!(errors.len() == 1 && errors[0].to_string().contains(names), "{errors:?}");
+    }
+}
+
+#[test]
+fn a_sketch_is_drawn_by_the_method_that_is_told() {
+    let with = |more: &str| {
+        load_with_oak(&format!(
+            "(sources: {{\"oak\": Grow(species: \"species/oak.ron\")}}, \
+             variants: [Sketch(of: \"oak\", crown: \"heart.svg\"{more})])"
+        ))
+    };
+    let key = |plan: &Plan| serde_json::to_string(&plan.sketches[0]).expect("it has a form");
+    let usual = with("").expect("loads");
+    assert_eq!(key(&usual), key(&with(", method: Adaptive, depth: Grown").expect("loads")));
+    assert!(!key(&usual).contains("method"));
+    for method in ["Paper", "Cages", "Baseline", "OneCage"] {
+        let plan = with(&format!(", method: {method}")).expect("loads");
+        assert!(key(&plan).contains(&format!("\"method\":\"{method}\"")), "{}", key(&plan));
+        let error = with(&format!(", method: {method}, depth: Grown")).unwrap_err().remove(0).to_string();
+        assert!(error.contains("depth: only the method `Adaptive` lets depth grow"), "{error}");
+    }
+    assert!(with(", method: Papers").unwrap_err()[0].to_string().contains("method"));
+}
+
+#[test]
 fn a_point_off_the_axis_is_on_the_side_that_is_told() {
     let with =
         |more: &str| species("oak.ron", &OAK.replace("Point(height: 0.4)", &format!("Point(height: 0.4{more})")));

@@ -27,6 +27,8 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
     within("nodes", params.nodes as f32, 16.0, 4_000_000.0)?;
     within("width", params.width, 0.02, 20.0)?;
     within("crookedness", params.crookedness, 0.0, 1.0)?;
+    within("length_cost", params.length_cost, 0.0, 10.0)?;
+    within("whim", params.whim, 0.0, 0.95)?;
     within("bole", params.bole, 0.0, 1.0)?;
     within("slenderness", params.slenderness, 50.0, 10_000.0)?;
     within("tip_radius", params.tip_radius, 0.0, 10.0)?;
@@ -49,7 +51,10 @@ pub(super) fn check(params: &GrowParams) -> Result<(), GrowError> {
             at("endpoints.sampling.spacing", spacing, 0.001, 10.0)?;
         }
         match iteration.endpoints {
-            Endpoints::Surface { t, .. } => at("endpoints.t", t, 0.0, 1.0)?,
+            Endpoints::Surface { t, irregular, .. } => {
+                at("endpoints.t", t, 0.0, 1.0)?;
+                at("endpoints.irregular", irregular, 0.0, 1.0)?;
+            }
             Endpoints::Volume { ref shape, count, .. } => {
                 let (low, high, reach, hollow) = match *shape {
                     Volume::Point { height, out, turn } => {

@@ -1,5 +1,9 @@
 //! Where new branches end: in a volume early on (2015, 3.2.2), on a surface around the structure later (3.2.3).
 //!
+//! The surface may be irregular beyond what the graph makes it: edges then count by chance for more or less than one, both
+//! where a surface lies and which part of it is the exclusion zone (3.2.3: "graph distance with random weights").
+//! Ways to it are confined to where it lies and a hop further, past the paper: there they run free.
+//!
 //! Both first name candidates, from which `count` are chosen after the pass so that they keep their distance: graph
 //! nodes are a Poisson-disc distribution already, and choosing among them with a larger disc gives the paper's
 //! distribution in the volume without a second snapping step. Left to chance alone, endpoints clump and bald patches
@@ -71,17 +75,31 @@ fn places(
             let held = all.filter(|&node| volume::holds(shape, solid, nodes.at(node)));
             (held.filter(free).collect(), None)
         }
-        Endpoints::Surface { k, t, .. } => {
+        Endpoints::Surface { k, t, irregular, .. } => {
             // What is closed to paths bears none: ways from afar would run down beside a clear bole.
             let sources: Vec<u32> = sources.iter().filter(|source| !source.closed).map(|source| source.node).collect();
             let most = k.saturating_add(1);
-            let near = graph.hops(&sources, most);
+            let near = if irregular > 0.0 {
+                // Half a hop on either side; what is farther has no number.
+                let counted = graph.irregular_hops(&sources, most as f32 + 0.49, irregular, seed.child("near"));
+                counted.into_iter().map(|hops| hops.round() as u32).collect()
+            } else {
+                graph.hops(&sources, most)
+            };
             let ways = near.iter().map(|&hops| hops <= most).collect();
             let surface = (0..nodes.len() as u32).filter(|&n| near[n as usize] == k).filter(free);
             // Outermost first. Many nodes are equally many hops from the root; chance decides among them, since their
             // indices run from the ground up.
             let seed = seed.child("surface");
-            let far = |n: u32| std::cmp::Reverse(from_root[n as usize]);
+            let irregular_far = (irregular > 0.0 && t < 1.0)
+                .then(|| graph.irregular_hops(&[nodes.root], f32::INFINITY, irregular, seed.child("far")));
+            let far = |n: u32| {
+                std::cmp::Reverse(match &irregular_far {
+                    // Distances are never negative, so their bits have their order.
+                    Some(far) => far[n as usize].to_bits(),
+                    None => from_root[n as usize],
+                })
+            };
             let mut surface: Vec<_> = surface.map(|n| (far(n), seed.at(u64::from(n)).bits(), n)).collect();
             let kept = (surface.len() as f32 * t.clamp(0.0, 1.0)).ceil() as usize;
             if kept < surface.len() {
@@ -362,13 +380,42 @@ mod tests {
         let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
         let structure = Structure::new(&space.nodes);
         let surface = |t| {
-            let endpoints = Endpoints::Surface { k: 3, t, count: 9, sampling: Sampling::Poisson };
+            let endpoints = Endpoints::Surface { k: 3, t, irregular: 0.0, count: 9, sampling: Sampling::Poisson };
             candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1)).0
         };
         let all = surface(1.0);
         assert!(!all.is_empty() && all.iter().all(|&n| space.from_root[n as usize] == 3));
         assert_eq!(surface(0.5).len(), all.len().div_ceil(2));
         assert!(surface(0.0).is_empty());
+    }
+
+    #[test]
+    fn an_irregular_surface_is_one_of_its_own_in_each_plant_and_as_large_a_share_of_it_is_kept() {
+        let space = Space::new(Nodes::scatter(3000, 1.0, Seed::new(4)));
+        let structure = Structure::new(&space.nodes);
+        let surface = |irregular, t, seed| {
+            let endpoints = Endpoints::Surface { k: 4, t, irregular, count: 9, sampling: Sampling::Poisson };
+            let sources = open(&structure, &space);
+            let (mut found, ways) =
+                candidates(&endpoints, &Solids::new(), &space, (&structure, &sources), Seed::new(seed));
+            found.sort_unstable();
+            assert!(found.iter().all(|&n| ways.as_ref().unwrap()[n as usize]));
+            found
+        };
+        let spread = |found: &[u32]| {
+            let far = |n: &u32| space.nodes.at(*n).length();
+            let (low, high) = found.iter().map(far).fold((f32::MAX, 0.0_f32), |(l, h), r| (l.min(r), h.max(r)));
+            (high - low) / high
+        };
+        let (even, rough) = (surface(0.0, 1.0, 1), surface(0.8, 1.0, 1));
+        assert!(spread(&rough) > 1.1 * spread(&even), "{} {}", spread(&rough), spread(&even));
+        assert!(rough != surface(0.8, 1.0, 2) && even == surface(0.0, 1.0, 2));
+        // The exclusion zone is as large, and not where even counting has it.
+        let outer = surface(0.8, 0.5, 1);
+        assert_eq!(outer.len(), rough.len().div_ceil(2));
+        let even_far = |n: &u32| space.from_root[*n as usize];
+        let inner = rough.iter().filter(|n| !outer.contains(n));
+        assert!(inner.map(even_far).max() > outer.iter().map(even_far).min());
     }
 
     #[test]
@@ -383,7 +430,7 @@ mod tests {
             crate::source::grow::paths::Paths::find(&space.nodes, &space.graph, &sources, &[tip], &guide, Seed::new(1));
         structure.add(&paths, tip);
         let surface = |t| {
-            let endpoints = Endpoints::Surface { k: 2, t, count: 9, sampling: Sampling::Poisson };
+            let endpoints = Endpoints::Surface { k: 2, t, irregular: 0.0, count: 9, sampling: Sampling::Poisson };
             candidates(&endpoints, &Solids::new(), &space, (&structure, &open(&structure, &space)), Seed::new(1)).0
         };
         let (all, outer) = (surface(1.0), surface(0.3));
@@ -394,7 +441,7 @@ mod tests {
         // The closed part of the trunk lies hops below its bole, but is no place for a tip.
         let sources = structure.sources(&space.nodes, GuideStart::Kept, &guide, 0.45);
         let near = |k| {
-            let endpoints = Endpoints::Surface { k, t: 1.0, count: 9, sampling: Sampling::Poisson };
+            let endpoints = Endpoints::Surface { k, t: 1.0, irregular: 0.0, count: 9, sampling: Sampling::Poisson };
             candidates(&endpoints, &Solids::new(), &space, (&structure, &sources), Seed::new(1)).0
         };
         assert!(sources.iter().filter(|source| source.closed).count() > 3);

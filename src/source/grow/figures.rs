@@ -9,7 +9,7 @@ use super::{Solids, Space, extend};
 use crate::base::{Seed, math};
 use crate::preset::plan::{
     Count, EndpointRule, Endpoints, FieldAxis, FieldPart, FieldPrimitive, FieldRegion, GrowIteration, GrowParams,
-    Guide, GuideStart, Sampling, Volume,
+    Guide, GuideAxis, GuideStart, Sampling, Volume,
 };
 
 fn volume(shape: Volume, count: u32) -> Endpoints {
@@ -17,7 +17,7 @@ fn volume(shape: Volume, count: u32) -> Endpoints {
 }
 
 fn pass(endpoints: Endpoints, guide: Guide) -> GrowIteration {
-    GrowIteration { endpoints, guide, start: GuideStart::Kept, keep: EndpointRule::Any }
+    GrowIteration { endpoints, guide, axis: GuideAxis::Vector, start: GuideStart::Kept, keep: EndpointRule::Any }
 }
 
 fn piecewise(alpha1: f32, alpha2: f32, h0: u32) -> Guide {
@@ -231,7 +231,7 @@ fn figure_9_crowns_keep_to_their_volume() {
 #[test]
 fn figure_12_the_smaller_t_the_farther_out_the_twigs() {
     let height = |t| {
-        let surface = Endpoints::Surface { k: 2, t, count: 120, sampling: Sampling::Poisson };
+        let surface = Endpoints::Surface { k: 2, t, irregular: 0.0, count: 120, sampling: Sampling::Poisson };
         let tree = grown(&[trunk(), pass(crown(), piecewise(40.0, 0.0, 1)), pass(surface, piecewise(30.0, 0.0, 1))]);
         let tips = tree.tips();
         tips.iter().map(|&t| tree.at(t).length()).sum::<f32>() / tips.len() as f32
@@ -248,7 +248,7 @@ fn figure_13_only_lower_endpoints_hang() {
         GrowIteration {
             keep: EndpointRule::Lower,
             ..pass(
-                Endpoints::Surface { k: 3, t: 1.0, count: 80, sampling: Sampling::Poisson },
+                Endpoints::Surface { k: 3, t: 1.0, irregular: 0.0, count: 80, sampling: Sampling::Poisson },
                 piecewise(40.0, 20.0, 1),
             )
         },
@@ -260,7 +260,7 @@ fn figure_13_only_lower_endpoints_hang() {
 #[test]
 fn figure_14_endpoints_and_branch_tips_are_one_to_one() {
     for count in [40, 80, 160] {
-        let surface = Endpoints::Surface { k: 2, t: 1.0, count, sampling: Sampling::Poisson };
+        let surface = Endpoints::Surface { k: 2, t: 1.0, irregular: 0.0, count, sampling: Sampling::Poisson };
         let tree = grown(&[trunk(), pass(crown(), piecewise(40.0, 0.0, 1)), pass(surface, piecewise(30.0, 0.0, 1))]);
         let tips = tree.tips().len();
         // A path may pass through another's end: that one is no tip any more.
@@ -276,7 +276,7 @@ fn figure_16_crowns_and_branches_change_in_steps_with_their_parameters() {
         let radius = (0.6 / aspect).min(0.58);
         let shape = Volume::HalfEllipsoid { bottom: 0.3, top: 0.3 + radius * aspect, radius, hollow: 0.6 };
         let guide = Guide::Polar { theta: theta.to_radians() };
-        let twigs = Endpoints::Surface { k: 2, t: 0.7, count: 120, sampling: Sampling::Poisson };
+        let twigs = Endpoints::Surface { k: 2, t: 0.7, irregular: 0.0, count: 120, sampling: Sampling::Poisson };
         let trunk = pass(volume(Volume::Point { height: 0.3, out: 0.0, turn: None }, 1), straight());
         let tree = grown_among(12_000, &[trunk, pass(volume(shape, 50), guide.clone()), pass(twigs, guide)]);
         let tips = tree.tips();

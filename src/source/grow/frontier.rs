@@ -5,6 +5,9 @@
 //! the graphs here that is a third of what a radix heap takes and a fifth of a binary heap. Nodes of one bucket come in
 //! the reverse order of their adding, which only costs that are equal to the last bit can feel.
 //!
+//! Where edges may cost nothing no width is narrow enough. Then nodes are taken one by one, the least of the bucket, which
+//! is as exact, and slower.
+//!
 //! Limit: the ring has [`MOST`] buckets. What lies further ahead waits in the last of them and is put in its place
 //! when that comes, so the order holds whatever the costs; only time suffers.
 
@@ -20,12 +23,20 @@ pub(super) struct Frontier {
     /// Which bucket, counted from cost 0, is taken from.
     current: u64,
     held: usize,
+    /// Whether only the node of the least cost is taken.
+    one_by_one: bool,
 }
 
 impl Frontier {
     /// With buckets of that width, which must be positive.
     pub(super) fn new(width: f32) -> Self {
-        Self { ring: vec![Vec::new(); MOST], density: 1.0 / width.max(1e-9), current: 0, held: 0 }
+        Self { ring: vec![Vec::new(); MOST], density: 1.0 / width.max(1e-9), current: 0, held: 0, one_by_one: false }
+    }
+
+    /// The same from which each time only the node of the least cost is taken, of equals that of the lowest number: for
+    /// edges that may cost less than the width.
+    pub(super) fn one_by_one(width: f32) -> Self {
+        Self { one_by_one: true, ..Self::new(width) }
     }
 
     fn bucket(&self, cost: f32) -> u64 {
@@ -64,11 +75,28 @@ impl Frontier {
             if self.ring[place].is_empty() {
                 self.ring[place] = bucket;
             }
+            if self.one_by_one {
+                self.leave_one(nodes);
+            }
             if !nodes.is_empty() {
                 return true;
             }
         }
         false
+    }
+
+    /// Puts all but the least back.
+    fn leave_one(&mut self, nodes: &mut Vec<(f32, u32)>) {
+        let Some(least) = nodes.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { return };
+        let mut taken = false;
+        for (cost, node) in nodes.drain(..) {
+            if !taken && (cost, node) == least {
+                taken = true;
+            } else {
+                self.push(cost, node);
+            }
+        }
+        nodes.push(least);
     }
 }
 
@@ -120,6 +148,19 @@ mod tests {
             }
         }
         assert_eq!((added, taken), (2000, 2000));
+    }
+
+    #[test]
+    fn one_by_one_the_least_comes_first_however_wide_the_buckets() {
+        let mut frontier = Frontier::one_by_one(0.5);
+        (0..300_u32).for_each(|i| frontier.push(Seed::new(5).at(u64::from(i)).unit(), i));
+        let (mut nodes, mut last, mut taken) = (Vec::new(), 0.0, 0);
+        while frontier.take(&mut nodes) {
+            let [(cost, _)] = nodes[..] else { panic!("{nodes:?}") };
+            assert!(cost >= last, "{cost} after {last}");
+            (last, taken) = (cost, taken + 1);
+        }
+        assert_eq!(taken, 300);
     }
 
     #[test]

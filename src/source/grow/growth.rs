@@ -12,13 +12,14 @@ use std::borrow::Cow;
 use glam::Vec3;
 
 use super::endpoints;
-use super::paths::{Party, PathSource, Paths};
+use super::paths::{Costs, Party, PathSource, Paths};
 use super::refine::{Planned, Ways, refined};
 use super::solid::Solids;
 use super::space::{Graph, GraphParams, ObstacleMeshes, Patch, Space};
 use super::structure::Structure;
+use super::volume;
 use crate::base::Seed;
-use crate::preset::plan::{EndpointRule, GrowIteration, GrowParams, GrowSpace, Guide, Light};
+use crate::preset::plan::{EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideAxis, Light};
 
 /// By how much light of strength 1 bends a vector at a hop, of its own length.
 const BEND: f32 = 0.35;
@@ -91,6 +92,12 @@ pub(super) fn grow_all(
     solids: &Solids,
 ) -> Vec<Ways> {
     let views = run(patch, trees, taken, space.light, solids);
+    for tree in trees.iter_mut() {
+        let params = tree.params;
+        let cut =
+            (1..).zip(&params.iterations).filter_map(|(i, iteration)| cut_off(i, iteration, params.width, solids));
+        tree.notes.splice(0..0, cut);
+    }
     let detail = space.detail;
     if detail < FINER {
         return trees.iter().zip(&views).map(|(tree, view)| Ways::of(&tree.structure, &view.nodes)).collect();
@@ -111,6 +118,20 @@ pub(super) fn grow_all(
         })
         .collect();
     refined(patch, &plants, detail)
+}
+
+/// What is to be told of an iteration, by number from 1, whose volume reaches beyond the graph's region.
+fn cut_off(number: usize, iteration: &GrowIteration, width: f32, solids: &Solids) -> Option<String> {
+    let Endpoints::Volume { shape, .. } = &iteration.endpoints else { return None };
+    let (share, wide) = volume::beside(shape, solids, width)?;
+    // Rounded up, so that what is told is enough.
+    let wide = (wide * 100.0).ceil() / 100.0;
+    let name = volume::name(shape);
+    Some(format!(
+        "iteration {number}: {:.1} % of the {name} that is its `shape` lies outside of the graph's region, where no branch \
+         ends; all of it is inside from a `width` of {wide} on, which is {width}",
+        share * 100.0
+    ))
 }
 
 /// How high a plant reaches alone in a region of height 1, on a coarse graph.
@@ -189,6 +210,7 @@ struct Wish<'a> {
     ways: Option<Vec<bool>>,
     sources: Vec<PathSource>,
     seed: Seed,
+    costs: Costs,
 }
 
 /// One iteration of all plants; nodes that are `taken` belong to none, where there are such.
@@ -201,7 +223,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
     let mut wishes = Vec::with_capacity(trees.len());
     for t in 0..trees.len() {
         let (params, view) = (trees[t].params, &*views[t]);
-        let seed = trees[t].seed_of(i);
+        let (seed, costs) = (trees[t].seed_of(i), Costs::of(params));
         let Some(iteration) = params.iterations.get(i) else {
             let sources = trees[t].structure.members.iter().map(|m| closed(m.node)).collect();
             wishes.push(Wish {
@@ -212,6 +234,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
                 ways: None,
                 sources,
                 seed,
+                costs,
             });
             continue;
         };
@@ -238,7 +261,7 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
             EndpointRule::Any => endpoints::choose(&iteration.endpoints, &candidates, &view.nodes, wanted, seed),
             EndpointRule::Lower | EndpointRule::Higher => candidates,
         };
-        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed });
+        wishes.push(Wish { iteration: Some(iteration), rule, wanted, chosen, ways, sources, seed, costs });
     }
     let straight = Guide::Constant { alpha: 0.0 };
     let others: Vec<PathSource> = (0..).zip(taken).filter(|(_, taken)| **taken).map(|(node, _)| closed(node)).collect();
@@ -249,21 +272,27 @@ fn pass(trees: &mut [Tree<'_>], views: &[Cow<'_, Space>], taken: &[bool], i: usi
             nodes: &view.nodes,
             sources: &wish.sources,
             guide: wish.iteration.map_or(&straight, |iteration| &iteration.guide),
+            axis: wish.iteration.map_or(GuideAxis::Vector, |iteration| iteration.axis),
             light: bending(light),
             seed: wish.seed,
+            costs: wish.costs,
         })
         .collect();
+    // Whims are the first plant's, also where others stand in its way.
+    let whims = wishes.first().map_or(Seed::new(0), |wish| wish.seed);
     if !others.is_empty() {
         // The plants' own nodes come first, wherever others stand.
         let nodes = &views[0].nodes;
-        parties.insert(0, Party { nodes, sources: &others, guide: &straight, light: Vec3::ZERO, seed: Seed::new(0) });
+        let (light, seed, costs) = (Vec3::ZERO, Seed::new(0), parties.first().map_or(Costs::USUAL, |own| own.costs));
+        let axis = GuideAxis::Vector;
+        parties.insert(0, Party { nodes, sources: &others, guide: &straight, axis, light, seed, costs });
     }
     let targets: Vec<u32> = wishes.iter().flat_map(|wish| wish.chosen.iter().copied()).collect();
     if targets.is_empty() {
         trees.iter_mut().for_each(|tree| tree.structure.passes += 1);
         return;
     }
-    let paths = Paths::find_among(&views[0].graph, &parties, &targets, confined(&wishes).as_deref());
+    let paths = Paths::find_among(&views[0].graph, &parties, &targets, confined(&wishes).as_deref(), whims);
     for (t, wish) in wishes.into_iter().enumerate() {
         let (tree, view) = (&mut trees[t], &*views[t]);
         let Wish { iteration, rule, wanted, chosen, seed, .. } = wish;

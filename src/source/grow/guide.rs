@@ -3,7 +3,9 @@
 //! The paper names two axes of rotation: the cross product of up and the parent's vector (3.1.2), and the one
 //! perpendicular to up and the traversed edge (3.2.1). The first keeps a curve in its plane, the second decides where
 //! there is no plane yet: over a vertical vector the first is undefined, so the edge's heading takes its place, and over
-//! a vertical edge a random one. This is what makes branches leave a trunk on all sides.
+//! a vertical edge a random one. This is what makes branches leave a trunk on all sides. All that follow a leaning node
+//! have one vector by that; a species may ask for the second axis everywhere ([`GuideAxis::Edge`]), by which what follows
+//! a limb spreads to both of its sides, as far as the limb points up or down: a level vector along the axis stays.
 //!
 //! Three rules need no rotation chain of their own: a split chooses between two by where the branch leaves the
 //! structure, so a branch keeps its rule to the end (Fig. 17b); a field gives vectors by place (`field`); and a random
@@ -15,7 +17,7 @@ use glam::Vec3;
 
 use super::field;
 use crate::base::{Seed, math};
-use crate::preset::plan::{Guide, GuideStart};
+use crate::preset::plan::{Guide, GuideAxis, GuideStart};
 
 /// Below this sine of its angle to the vertical a vector has no heading.
 const UPRIGHT: f32 = 1e-3;
@@ -27,6 +29,8 @@ pub(super) struct Step {
     pub(super) vector: Vec3,
     /// Along the traversed edge, of any length.
     pub(super) edge: Vec3,
+    /// What decides about the axis.
+    pub(super) axis: GuideAxis,
     /// Place of the node that the step reaches, plant heights.
     pub(super) position: Vec3,
     /// Edges from the structure to the node that the step reaches, from 1.
@@ -49,13 +53,29 @@ impl Step {
             return field::vector(parts, self.position).unwrap_or(self.vector);
         }
         if self.lean != 0.0 {
-            self.vector = lean(self.vector, self.axis(seed), self.lean, math::sin_cos(self.lean));
+            self.vector = self.leaned(seed, self.lean, math::sin_cos(self.lean));
         }
         let angle = self.angle(guide, seed);
         if angle == 0.0 {
             return self.vector;
         }
-        lean(self.vector, self.axis(seed), angle, sines.of(angle))
+        self.leaned(seed, angle, sines.of(angle))
+    }
+
+    /// The vector turned by an angle about its axis.
+    fn leaned(&self, seed: Seed, angle: f32, sines: (f32, f32)) -> Vec3 {
+        let of_edge = || heading(self.edge.normalize_or(Vec3::Y));
+        let by_chance = || random(seed, self.node);
+        match self.axis {
+            GuideAxis::Vector => {
+                let heading = heading(self.vector).or_else(of_edge).unwrap_or_else(by_chance);
+                lean(self.vector, heading, angle, sines)
+            }
+            GuideAxis::Edge => {
+                let heading = of_edge().or_else(|| heading(self.vector)).unwrap_or_else(by_chance);
+                lean_beside(self.vector, heading, angle, sines)
+            }
+        }
     }
 
     /// By how much a vector turns on this step, radians.
@@ -74,12 +94,6 @@ impl Step {
             // `rule` has taken the first apart as far as it goes, and the second has no angle.
             Guide::Split { .. } | Guide::Field { .. } => 0.0,
         }
-    }
-
-    fn axis(self, seed: Seed) -> Vec3 {
-        heading(self.vector)
-            .or_else(|| heading(self.edge.normalize_or(Vec3::Y)))
-            .unwrap_or_else(|| random(seed, self.node))
     }
 }
 
@@ -179,6 +193,23 @@ fn lean(v: Vec3, heading: Vec3, angle: f32, (sin, cos): (f32, f32)) -> Vec3 {
     (heading * across + Vec3::Y * up).normalize_or(Vec3::Y)
 }
 
+/// The same for a vector that may lie aside of that plane: what of it does stays, and the rest turns, away from up and
+/// towards `heading`.
+fn lean_beside(v: Vec3, heading: Vec3, angle: f32, (sin, cos): (f32, f32)) -> Vec3 {
+    let (across, up) = (v.dot(heading), v.y);
+    let aside = v - heading * across - Vec3::Y * up;
+    let (to_across, to_up) = (across * cos + up * sin, up * cos - across * sin);
+    // From the side of `heading` it stops at up, and from either side at down.
+    let passes = if across >= 0.0 { to_across < 0.0 } else { angle < 0.0 && to_across > 0.0 };
+    let flat = if angle.abs() >= std::f32::consts::PI || passes {
+        let stop = if angle > 0.0 || across < 0.0 { Vec3::NEG_Y } else { Vec3::Y };
+        stop * (across * across + up * up).sqrt()
+    } else {
+        heading * to_across + Vec3::Y * to_up
+    };
+    (aside + flat).normalize_or(v)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,7 +219,17 @@ mod tests {
 
     fn step(vector: Vec3, edge: Vec3, hops: u32) -> Step {
         let edge = edge.normalize();
-        Step { vector, edge, position: Vec3::Y, hops, source: 4, source_height: 0.5, node: 9, lean: 0.0 }
+        Step {
+            vector,
+            edge,
+            axis: GuideAxis::Vector,
+            position: Vec3::Y,
+            hops,
+            source: 4,
+            source_height: 0.5,
+            node: 9,
+            lean: 0.0,
+        }
     }
 
     impl Step {
@@ -256,6 +297,34 @@ mod tests {
         let leaning = Vec3::new(0.6, 0.8, 0.0);
         assert!((step(leaning, Vec3::X, 1).by(&much, SEED) + Vec3::Y).length() < 1e-5);
         assert!((step(leaning, Vec3::X, 2).by(&much, SEED) - Vec3::Y).length() < 1e-5);
+    }
+
+    #[test]
+    fn what_follows_a_leaning_node_spreads_to_its_sides_about_the_edges_axis_only() {
+        let guide = piecewise(0.6, 0.0, 1);
+        // A limb that rises along x, and edges to its left, ahead and to its right.
+        let limb = Vec3::new(0.6, 0.8, 0.0);
+        let by = |axis, side: f32| Step { axis, ..step(limb, Vec3::new(1.0, 0.5, side), 1) }.by(&guide, SEED);
+        let [left, ahead, right] = [-1.0, 0.0, 1.0].map(|side| by(GuideAxis::Vector, side));
+        assert!(left == ahead && ahead == right && ahead.z == 0.0);
+        let [left, ahead, right] = [-1.0, 0.0, 1.0].map(|side| by(GuideAxis::Edge, side));
+        assert!((ahead - by(GuideAxis::Vector, 0.0)).length() < 1e-5);
+        assert!(left.z < -0.2 && right.z > 0.2 && (left.z + right.z).abs() < 1e-5, "{left} {right}");
+        // A rotation about the axis that is square to up and the edge: what lies along that stays.
+        let axis = Vec3::Y.cross(Vec3::new(1.0, 0.0, 1.0)).normalize();
+        assert!((right.dot(axis) - limb.dot(axis)).abs() < 1e-5);
+        let across = |v: Vec3| v - axis * v.dot(axis);
+        assert!((math::angle(across(limb), across(right)) - 0.6).abs() < 1e-4);
+        // Over upright vectors both are one, and a turn stops at up and down.
+        for side in [-1.0, 0.3] {
+            let of = |axis| Step { axis, ..step(Vec3::Y, Vec3::new(0.4, 1.0, side), 1) }.by(&guide, SEED);
+            assert!((of(GuideAxis::Edge) - of(GuideAxis::Vector)).length() < 1e-5);
+        }
+        for (turn, y) in [(-2.5, 1.0), (2.5, -1.0), (-9.0, 1.0), (9.0, -1.0)] {
+            let stopped =
+                Step { axis: GuideAxis::Edge, ..step(limb, Vec3::X, 1) }.by(&Guide::Constant { alpha: turn }, SEED);
+            assert!((stopped - Vec3::Y * y).length() < 1e-5, "{turn}: {stopped}");
+        }
     }
 
     #[test]

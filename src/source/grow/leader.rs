@@ -6,6 +6,8 @@
 //! real leader has apical dominance: what leaves it is no longer than what it has grown since, and the younger, the
 //! steeper.
 //!
+//! Species whose `leader` is free have none.
+//!
 //! Limits: a tree of several stems has none, nor one that a limb as strong as its trunk leaves below its top.
 
 use glam::Vec3;

@@ -388,5 +388,6 @@ fn heights(params: &GrowParams, solids: &Solids) -> Vec<f32> {
 
 /// Whether two plants reach equally high alone: of one species, whatever their size and seed.
 fn alike(a: &GrowParams, b: &GrowParams) -> bool {
-    (a.nodes, a.width, &a.iterations, a.bole) == (b.nodes, b.width, &b.iterations, b.bole)
+    let of = |p: &GrowParams| (p.nodes, p.width, p.bole, p.length_cost, p.whim);
+    of(a) == of(b) && a.iterations == b.iterations
 }

@@ -1,16 +1,16 @@
 //! Least-cost paths with guiding vectors that are set on the way (2015, 3.1.2): Dijkstra's algorithm in which
 //! finalizing a node fixes its guiding vector, and with it the weights `d (1 - e·v)` of the edges that leave it.
 //!
-//! One thing is added to the paper's weight: length costs a little ([`LENGTH`]). Where it costs nothing, a twig on the far
-//! side of the crown is a whip that comes straight from the foot of the trunk, however many branches it passes; at 0.3
-//! twigs leave nearly at right angles and curl.
+//! One thing is added to the paper's weight: length costs a little ([`Costs::length`]). Where it costs nothing, as in the
+//! paper, a twig on the far side of the crown is a whip that comes straight from the foot of the trunk, however many
+//! branches it passes; at 0.3 twigs leave nearly at right angles and curl.
 //!
 //! A weight depends on the path to its node, so this is no shortest-path problem of one fixed graph; but every weight is
 //! fixed before it is used and none is negative, so each node is finalized once and its path is a tree's. Equal costs
 //! come as the frontier has them.
 //!
 //! Plants that share a graph would share their ways too, the trunk first. So every pass has whims: a node is a little
-//! dearer or cheaper in it ([`WHIM`]) than in the next.
+//! dearer or cheaper in it ([`Costs::whim`]) than in the next. They have an address of their own, whoever takes part.
 //!
 //! Several plants grow in one pass. A node belongs to the plant that reaches it at the least cost, so each keeps to its
 //! own part of the space as crowns in a stand do, and no two ever share a node.
@@ -25,12 +25,29 @@ use super::guide::{self, Sines, Step};
 use super::nodes::Nodes;
 use super::yao::{Edges, NONE};
 use crate::base::Seed;
-use crate::preset::plan::Guide;
+use crate::preset::plan::{GrowParams, Guide, GuideAxis, USUAL_LENGTH_COST, USUAL_WHIM};
 
-/// What a unit of length costs on a path that follows its guiding vectors.
-const LENGTH: f32 = 0.2;
-/// By how much a node may be dearer or cheaper than what the paper says, as a share.
-const WHIM: f32 = 0.15;
+/// Costs by length below which buckets would be so narrow that nodes are better taken one by one.
+const NARROW: f32 = 0.02;
+
+/// What paths of a plant cost beside the paper's weight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Costs {
+    /// What a unit of length costs on a path that follows its guiding vectors; 0 in the paper.
+    pub(super) length: f32,
+    /// By how much a node may be dearer or cheaper than what the paper says, as a share; 0 in the paper.
+    pub(super) whim: f32,
+}
+
+impl Costs {
+    /// Where nothing else is told.
+    pub(super) const USUAL: Self = Self { length: USUAL_LENGTH_COST, whim: USUAL_WHIM };
+
+    /// Those of a species.
+    pub(super) fn of(params: &GrowParams) -> Self {
+        Self { length: params.length_cost, whim: params.whim }
+    }
+}
 
 /// A node of the structure so far, with the guiding vector it starts with.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +76,7 @@ pub(super) struct State {
 #[derive(Clone, Debug)]
 pub(super) struct Turning<'a> {
     pub(super) guide: &'a Guide,
+    axis: GuideAxis,
     /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
     pub(super) light: Vec3,
     /// Address of its randomness.
@@ -82,8 +100,8 @@ pub(super) struct Stepping {
 }
 
 impl<'a> Turning<'a> {
-    pub(super) fn new(guide: &'a Guide, light: Vec3, seed: Seed) -> Self {
-        Self { guide, light, seed, asks: guide::asks(guide), sines: Sines::new(guide) }
+    pub(super) fn new(guide: &'a Guide, axis: GuideAxis, light: Vec3, seed: Seed) -> Self {
+        Self { guide, axis, light, seed, asks: guide::asks(guide), sines: Sines::new(guide) }
     }
 
     /// The state after a step; where the node that is reached lies, and how high the path's source, is asked only by rules
@@ -108,6 +126,7 @@ impl<'a> Turning<'a> {
             let step = Step {
                 vector,
                 edge,
+                axis: self.axis,
                 position: place,
                 hops,
                 source: state.source,
@@ -131,7 +150,7 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// Where a node is and what the cost of a step to it is multiplied by.
+/// Where a node is and how dear, -1..=1, of what the whims of a plant allow.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(16))]
 struct Spot {
@@ -146,6 +165,7 @@ struct Arrival {
     cost: f32,
     at: Vec3,
     vector: Vec3,
+    costs: Costs,
 }
 
 /// One plant's part in a pass.
@@ -155,12 +175,15 @@ pub(super) struct Party<'a> {
     pub(super) nodes: &'a Nodes,
     /// The nodes of its structure; no two parties have one in common.
     pub(super) sources: &'a [PathSource],
-    /// How its guiding vectors turn.
+    /// How its guiding vectors turn, and about which axis.
     pub(super) guide: &'a Guide,
+    pub(super) axis: GuideAxis,
     /// Unit vector towards the light, times how strongly vectors bend to it at a hop.
     pub(super) light: Vec3,
     /// Address of its randomness.
     pub(super) seed: Seed,
+    /// What its paths cost.
+    pub(super) costs: Costs,
 }
 
 /// The least-cost paths of one pass. Costs are kept by themselves: every neighbour of every finalized node is asked for its
@@ -191,21 +214,28 @@ impl Paths {
         guide: &Guide,
         seed: Seed,
     ) -> Self {
-        let party = Party { nodes, sources, guide, light: Vec3::ZERO, seed };
-        Self::find_among(graph, &[party], targets, None)
+        let axis = GuideAxis::Vector;
+        let party = Party { nodes, sources, guide, axis, light: Vec3::ZERO, seed, costs: Costs::USUAL };
+        Self::find_among(graph, &[party], targets, None, seed)
     }
 
     /// Finds the paths from the sources of all parties to all targets, and stops when every target that can be reached
     /// is. A node belongs to the party that reaches it at the least cost, in lengths of the first. At most 255 parties.
-    /// Where `ways` are given, paths use those nodes only.
+    /// Where `ways` are given, paths use those nodes only. `whims` is the address of the pass's whims.
     ///
     /// Linear in the nodes finalized until then, and in how many buckets their costs spread over.
-    pub(super) fn find_among(graph: &Edges, parties: &[Party<'_>], targets: &[u32], ways: Option<&[bool]>) -> Self {
+    pub(super) fn find_among(
+        graph: &Edges,
+        parties: &[Party<'_>],
+        targets: &[u32],
+        ways: Option<&[bool]>,
+        whims: Seed,
+    ) -> Self {
         let count = graph.edges.len();
         let blank = State { source: NONE, hops: 0.0, vector: Vec3::Y };
         // One whim for all plants of a pass: they share no node.
-        let whims = parties.first().map_or(Seed::new(0), |first| first.seed).child("whim");
-        let whim = |i: usize| 1.0 + WHIM * (2.0 * whims.at(i as u64).unit() - 1.0);
+        let whims = whims.child("whim");
+        let whim = |i: usize| 2.0 * whims.at(i as u64).unit() - 1.0;
         let positions = parties.first().map_or(&[][..], |first| &first.nodes.positions);
         let spot = |(i, &at): (usize, &Vec3)| Spot { at, whim: whim(i) };
         let spots: Vec<Spot> = positions.par_iter().enumerate().with_min_len(4096).map(spot).collect();
@@ -216,7 +246,13 @@ impl Paths {
         };
         let mut paths = Self { costs, before: vec![NONE; count], marks: vec![0; count], states: vec![blank; count] };
         let Some(first) = parties.first() else { return paths };
-        let mut frontier = Frontier::new(first.nodes.disc * LENGTH * (1.0 - WHIM) * 0.999);
+        // What an edge costs at least, over its length.
+        let least = parties.iter().map(|party| party.costs.length * (1.0 - party.costs.whim)).fold(f32::MAX, f32::min);
+        let mut frontier = if least < NARROW {
+            Frontier::one_by_one(first.nodes.disc * NARROW)
+        } else {
+            Frontier::new(first.nodes.disc * least * 0.999)
+        };
         let mut leans = vec![0.0_f32; count];
         // Which party a source belongs to.
         let mut owners = vec![0_u8; count];
@@ -240,7 +276,7 @@ impl Paths {
             *mark |= WANTED;
         }
         let turnings: Vec<Turning<'_>> =
-            parties.iter().map(|party| Turning::new(party.guide, party.light, party.seed)).collect();
+            parties.iter().map(|party| Turning::new(party.guide, party.axis, party.light, party.seed)).collect();
         let alone = parties.len() == 1;
         // A bucket at a time, in sweeps over what does not depend on each other, so that the waits for memory overlap. Two of them
         // only read ahead, in loops so short that many reads are under way at once; where one branches, it is on what is likely.
@@ -258,11 +294,11 @@ impl Paths {
                     continue;
                 }
                 let (at, before) = (spots[node as usize].at, paths.before[node as usize]);
+                let state = paths.states[before as usize];
+                let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
                 let vector = if before == node {
-                    paths.states[node as usize].vector
+                    state.vector
                 } else {
-                    let state = paths.states[before as usize];
-                    let owner = if alone { 0 } else { usize::from(owners[state.source as usize]) };
                     let nodes = parties[owner].nodes;
                     let lean = if state.hops < 1.0 { leans[state.source as usize] } else { 0.0 };
                     let step = Stepping { edge: at - spots[before as usize].at, share: 1.0, lean, node };
@@ -277,7 +313,7 @@ impl Paths {
                         break;
                     }
                 }
-                arrivals.push(Arrival { node, cost, at, vector });
+                arrivals.push(Arrival { node, cost, at, vector, costs: parties[owner].costs });
             }
             // What is as cheap already stays so, since costs only fall; that is most of the neighbours.
             // Nothing branches here: a wrong guess, and half would be, ends the reading ahead.
@@ -294,9 +330,9 @@ impl Paths {
             }
             let mut cheaper = 0;
             for &(from, target) in &steps[..dearer] {
-                let (Arrival { node, cost, at: here, vector }, Spot { at, whim }) =
+                let (Arrival { node, cost, at: here, vector, costs }, Spot { at, whim }) =
                     (arrivals[from as usize], spots[target as usize]);
-                let cost = cost + weight(at - here, vector) * whim;
+                let cost = cost + weight(at - here, vector, costs.length) * (1.0 + costs.whim * whim);
                 offers[cheaper] = (cost, node, target);
                 cheaper += usize::from(cost < paths.costs[target as usize]);
             }
@@ -343,9 +379,9 @@ fn towards(from: Vec3, to: Vec3, share: f32) -> Vec3 {
     if share >= 1.0 { to } else { from.lerp(to, share).normalize_or(from) }
 }
 
-/// `d (1 + LENGTH - e·v)`, with rounding kept from going below zero.
-pub(super) fn weight(edge: Vec3, vector: Vec3) -> f32 {
-    (edge.length() * (1.0 + LENGTH) - edge.dot(vector)).max(0.0)
+/// `d (1 + length - e·v)`, with rounding kept from going below zero.
+pub(super) fn weight(edge: Vec3, vector: Vec3, length: f32) -> f32 {
+    (edge.length() * (1.0 + length) - edge.dot(vector)).max(0.0)
 }
 
 #[cfg(test)]
@@ -398,7 +434,7 @@ mod tests {
         let guide = Guide::Piecewise { alpha1: 30_f32.to_radians(), alpha2: 0.0, h0: 1 };
         let start = Vec3::new(1.0, 1.0, 0.0).normalize();
         for share in [0.3, 0.4, 0.55, 0.7, 1.0] {
-            let turning = Turning::new(&guide, Vec3::ZERO, Seed::new(1));
+            let turning = Turning::new(&guide, GuideAxis::Vector, Vec3::ZERO, Seed::new(1));
             let mut state = State { source: 0, hops: 0.0, vector: start };
             while state.hops < 1.5 {
                 let step = Stepping { edge: state.vector, share, lean: 0.0, node: 1 };
@@ -413,7 +449,7 @@ mod tests {
             region: crate::preset::plan::FieldRegion::Everywhere,
         };
         let field = Guide::Field { parts: vec![aside] };
-        let turning = Turning::new(&field, Vec3::ZERO, Seed::new(1));
+        let turning = Turning::new(&field, GuideAxis::Vector, Vec3::ZERO, Seed::new(1));
         let step = Stepping { edge: Vec3::Y, share: 0.4, lean: 0.0, node: 1 };
         let state = turning.after(State { source: 0, hops: 0.0, vector: Vec3::Y }, step, || Vec3::Y, || 0.0);
         assert!((state.vector - Vec3::X).length() < 1e-6, "{}", state.vector);
@@ -435,7 +471,23 @@ mod tests {
         let graph = Edges::yao(&nodes, &Obstacles::default());
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
         let source = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
-        let paths = Paths::find(&nodes, &graph, &source, &all, &STRAIGHT, Seed::new(1));
+        for costs in [Costs::USUAL, Costs { length: 0.0, whim: 0.0 }, Costs { length: 0.01, whim: 0.9 }] {
+            let party = Party {
+                nodes: &nodes,
+                sources: &source,
+                guide: &STRAIGHT,
+                axis: GuideAxis::Vector,
+                light: Vec3::ZERO,
+                seed: Seed::new(1),
+                costs,
+            };
+            let paths = Paths::find_among(&graph, &[party], &all, None, Seed::new(1));
+            assert_eq!(paths.into_costs(), bellman_and_ford(&nodes, &graph, costs), "{costs:?}");
+        }
+    }
+
+    /// Costs of all nodes from the root under upright vectors.
+    fn bellman_and_ford(nodes: &Nodes, graph: &Edges, of: Costs) -> Vec<f32> {
         let mut costs = vec![f32::INFINITY; nodes.len()];
         costs[nodes.root as usize] = 0.0;
         let mut changed = true;
@@ -443,8 +495,8 @@ mod tests {
             changed = false;
             for i in 0..nodes.len() as u32 {
                 for j in graph.leaving(i) {
-                    let whim = 1.0 + WHIM * (2.0 * Seed::new(1).child("whim").at(u64::from(j)).unit() - 1.0);
-                    let cost = costs[i as usize] + weight(nodes.at(j) - nodes.at(i), Vec3::Y) * whim;
+                    let whim = 1.0 + of.whim * (2.0 * Seed::new(1).child("whim").at(u64::from(j)).unit() - 1.0);
+                    let cost = costs[i as usize] + weight(nodes.at(j) - nodes.at(i), Vec3::Y, of.length) * whim;
                     if cost < costs[j as usize] {
                         costs[j as usize] = cost;
                         changed = true;
@@ -452,6 +504,32 @@ mod tests {
                 }
             }
         }
-        assert_eq!(paths.into_costs(), costs);
+        costs
+    }
+
+    #[test]
+    fn whims_are_those_of_the_pass_whoever_comes_first() {
+        // What stands in the way is a party of its own, and has a seed that never changes.
+        let nodes = Nodes::scatter(400, 0.8, Seed::new(6));
+        let graph = Edges::yao(&nodes, &Obstacles::default());
+        let all: Vec<u32> = (0..nodes.len() as u32).collect();
+        let node = nodes.nearest(Vec3::new(0.3, 0.5, 0.0));
+        let wall = [PathSource { node, vector: Vec3::Y, lean: 0.0, closed: true }];
+        let root = [PathSource { node: nodes.root, vector: Vec3::Y, lean: 0.0, closed: false }];
+        let party = |sources, seed| Party {
+            nodes: &nodes,
+            sources,
+            guide: &STRAIGHT,
+            axis: GuideAxis::Vector,
+            light: Vec3::ZERO,
+            seed: Seed::new(seed),
+            costs: Costs::USUAL,
+        };
+        let costs = |parties: &[Party<'_>], whims| {
+            Paths::find_among(&graph, parties, &all, None, Seed::new(whims)).into_costs()
+        };
+        let (first, last) = ([party(&wall[..], 0), party(&root[..], 1)], [party(&root[..], 1), party(&wall[..], 0)]);
+        assert_eq!(costs(&first, 1), costs(&last, 1));
+        assert_ne!(costs(&first, 1), costs(&first, 2));
     }
 }

@@ -65,7 +65,8 @@ fn axes_of_real_size_cross_nowhere_after_smoothing() {
     // As many twigs as a shipped species has, on a smaller graph, so that they are crowded.
     let mut params = small(2.0);
     params.nodes = 12_000;
-    params.iterations[2].endpoints = Endpoints::Surface { k: 2, t: 1.0, count: 900, sampling: Sampling::Poisson };
+    params.iterations[2].endpoints =
+        Endpoints::Surface { k: 2, t: 1.0, irregular: 0.0, count: 900, sampling: Sampling::Poisson };
     for seed in 1..4 {
         params.seed = seed;
         let (plant, notes) = grow(&params, Seed::new(7)).unwrap();
@@ -223,6 +224,37 @@ fn trees_of_a_stand_share_the_space_without_touching() {
     let (alone, beside) = (grown(&small(1.0)), grown(&pair(Company::LeftOut)));
     assert_eq!(beside.chains().iter().filter(|c| c.parent.is_none()).count(), 1);
     assert!(reach(&beside) < reach(&alone) * 0.8, "{} and {}", reach(&beside), reach(&alone));
+}
+
+#[test]
+fn the_seed_decides_the_way_of_a_trunk_that_grows_past_others() {
+    // It grows after the tree at whose foot it stands, towards one place: only whims tell its ways apart.
+    let trunk = |seed: u64| {
+        let mut params = small(1.0);
+        let mut shrub = GrowParams { seed, height: 1.0, whim: 0.6, ..small(1.0) };
+        shrub.iterations.truncate(1);
+        params.space.beside = vec![Beside { params: shrub, at: [0.35, 0.0] }];
+        params.space.company = Company::Kept;
+        let stand = grow(&params, Seed::new(7)).unwrap().0;
+        let second = stand.chain_ids().filter(|&id| stand.chain(id).parent.is_none()).nth(1).unwrap();
+        stand.points(second).to_vec()
+    };
+    let trunks: Vec<_> = (1..5).map(trunk).collect();
+    assert!(trunks.iter().skip(1).any(|other| *other != trunks[0]), "{trunks:?}");
+}
+
+#[test]
+fn a_volume_that_the_region_cuts_off_is_told_with_the_width_that_holds_it() {
+    let text = "(height: 8.0, nodes: 1500, width: 1.0, detail: 1.0, iterations: [\
+        (endpoints: Volume(shape: Point(height: 0.6))),\
+        (endpoints: Volume(shape: Box(bottom: 0.3, top: 0.9, width: 1.0, depth: 1.0), count: 30))])";
+    let told = |text: &str| {
+        let notes = grow(&species("s.ron", text).unwrap(), Seed::new(1)).unwrap().1;
+        notes.into_iter().find(|note| note.contains("outside of the graph's region"))
+    };
+    let note = told(text).unwrap_or_default();
+    assert!(note.starts_with("iteration 2: 21.") && note.contains("from a `width` of 1.42 on"), "{note}");
+    assert_eq!(told(&text.replacen("width: 1.0", "width: 1.42", 1)), None);
 }
 
 #[test]

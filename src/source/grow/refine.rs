@@ -140,7 +140,8 @@ fn runs<'a>(plants: &[Planned<'a>]) -> Vec<Run<'a>> {
             let generation = bearer.map_or(0, |b| runs[b as usize].generation + 1);
             holders[run.first as usize..end as usize].fill(Some(offset + i as u32));
             let pass = run.pass as usize;
-            let turning = Turning::new(&params.iterations[pass].guide, light, seeds[pass]);
+            let iteration = &params.iterations[pass];
+            let turning = Turning::new(&iteration.guide, iteration.axis, light, seeds[pass]);
             runs.push(Run { plant, turning, pass, from, members: run.first..end, bearer, generation });
         }
     }
@@ -267,6 +268,7 @@ impl Scale<'_> {
         let begin = State { source: fork, hops: 0.0, vector: Vec3::Y };
         let obstacles = self.region.obstacles();
         let barred = |a: Vec3, b: Vec3| !obstacles.is_empty() && obstacles.bar(a, b);
+        let weight = |edge: Vec3, vector: Vec3| weight(edge, vector, params.length_cost);
         let way = way::cheapest(&entries, spots, begin, self.disc, &after, &barred, &weight);
         let begin = way.entry;
         let (places, vectors) = way.nodes.into_iter().unzip();

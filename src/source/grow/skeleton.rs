@@ -14,7 +14,7 @@ use super::leader;
 use super::refine::Ways;
 use crate::base::math;
 use crate::plant::{Skeleton, SkeletonNode};
-use crate::preset::plan::GrowParams;
+use crate::preset::plan::{GrowParams, LeaderRule};
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -56,7 +56,10 @@ pub(super) fn skeleton(
     let fine = ways.fine;
     let paths = axes.places.clone();
     // Smoothed radii hide rivals.
-    let leader = leader::leader(&axes.places, &axes.parents, &axes.heavy, &axes.radii);
+    let leader = match params.leader {
+        LeaderRule::Held => leader::leader(&axes.places, &axes.parents, &axes.heavy, &axes.radii),
+        LeaderRule::Free => Vec::new(),
+    };
     axes.smooth(params.crookedness, fine, &leader);
     leader::hold_back(&mut axes.places, &axes.parents, &leader);
     axes.kept_clear(&paths, barred);

@@ -10,13 +10,13 @@ use serde::Serialize;
 
 use super::nodes::Nodes;
 use super::obstacle::Obstacles;
-use super::paths::{Party, PathSource, Paths};
+use super::paths::{Costs, Party, PathSource, Paths};
 use super::region::{Column, Region};
 use super::solid::Solids;
 use super::yao::Edges;
 use super::{GrowError, company};
 use crate::base::Seed;
-use crate::preset::plan::{GrowParams, Guide, Obstacle};
+use crate::preset::plan::{GrowParams, Guide, GuideAxis, Obstacle};
 
 /// Most nodes of a graph for several plants.
 const MOST_SHARED: f32 = 1_000_000.0;
@@ -236,10 +236,11 @@ impl Graph {
     pub fn costs_from_root(&self) -> Vec<f32> {
         let sources = [PathSource { node: self.root(), vector: Vec3::Y, lean: 0.0, closed: false }];
         let guide = Guide::Constant { alpha: 0.0 };
-        let (nodes, seed) = (&self.space().nodes, Seed::new(1));
-        let party = Party { nodes, sources: &sources, guide: &guide, light: Vec3::ZERO, seed };
+        let (nodes, seed, axis) = (&self.space().nodes, Seed::new(1), GuideAxis::Vector);
+        let party =
+            Party { nodes, sources: &sources, guide: &guide, axis, light: Vec3::ZERO, seed, costs: Costs::USUAL };
         let all: Vec<u32> = (0..nodes.len() as u32).collect();
-        Paths::find_among(&self.space().graph, &[party], &all, None).into_costs()
+        Paths::find_among(&self.space().graph, &[party], &all, None, seed).into_costs()
     }
 }
 

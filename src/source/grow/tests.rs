@@ -10,13 +10,14 @@ use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
 use crate::base::{Seed, math};
 use crate::plant::{Plant, PlantStats};
 use crate::preset::plan::{
-    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideStart, Light, Sampling, Volume,
+    Count, EndpointRule, Endpoints, GrowIteration, GrowParams, GrowSpace, Guide, GuideAxis, GuideStart, LeaderRule,
+    Light, Sampling, Volume,
 };
 use crate::preset::species;
 
 fn pass(endpoints: Endpoints, first: f32) -> GrowIteration {
     let guide = Guide::Piecewise { alpha1: first, alpha2: 0.0, h0: 1 };
-    GrowIteration { endpoints, guide, start: GuideStart::Kept, keep: EndpointRule::Any }
+    GrowIteration { endpoints, guide, axis: GuideAxis::Vector, start: GuideStart::Kept, keep: EndpointRule::Any }
 }
 
 fn volume(shape: Volume, count: u32) -> Endpoints {
@@ -24,7 +25,7 @@ fn volume(shape: Volume, count: u32) -> Endpoints {
 }
 
 fn surface(k: u32, t: f32, count: u32) -> Endpoints {
-    Endpoints::Surface { k, t, count, sampling: Sampling::Poisson }
+    Endpoints::Surface { k, t, irregular: 0.0, count, sampling: Sampling::Poisson }
 }
 
 fn point(height: f32) -> Endpoints {
@@ -44,6 +45,9 @@ pub(super) fn small() -> GrowParams {
         flare: 0.35,
         flare_height: 5.0,
         crookedness: 0.3,
+        leader: LeaderRule::Held,
+        length_cost: 0.2,
+        whim: 0.15,
         bole: 0.1,
         slenderness: 10_000.0,
         space: GrowSpace { detail: 1.0, ..GrowSpace::default() },
@@ -252,6 +256,74 @@ fn many_first_endpoints_make_stems_of_their_own() {
     let stems = plant.chains().iter().filter(|c| c.parent.is_none()).count();
     assert!((4..=10).contains(&stems), "{stems}");
     assert!(plant.chains().iter().all(|c| c.origin.y == 0.0 && c.origin.length() < 9.0 * 0.15));
+}
+
+#[test]
+fn children_of_a_limb_spread_to_its_sides_where_the_edge_decides_the_axis() {
+    // A trunk, a limb that rises along x, and twigs.
+    let sides = |axis: GuideAxis| {
+        let mut params = small();
+        let limb = Volume::Point { height: 0.75, out: 0.3, turn: Some(0.0) };
+        let twigs = GrowIteration { axis, ..pass(surface(2, 1.0, 120), 0.8) };
+        params.iterations = vec![pass(point(0.4), 0.0), pass(volume(limb, 1), 0.8), twigs];
+        let (structure, graph, ..) = structure(&params);
+        let first = structure.runs.iter().find(|run| run.pass == 2).unwrap().first as usize;
+        let before = |i: usize| structure.members[i].parent as usize;
+        let leaves_limb = |i: &usize| before(*i) < first && structure.members[before(*i)].vector.x > 0.3;
+        let firsts: Vec<usize> = (first..structure.members.len()).filter(leaves_limb).collect();
+        assert!(firsts.len() > 10, "{}", firsts.len());
+        let nodes = &graph.space().nodes;
+        // How far each leans to the side of the limb that its edge leads to.
+        let aside = |&i: &usize| {
+            let edge = nodes.at(structure.members[i].node) - nodes.at(structure.members[before(i)].node);
+            structure.members[i].vector.z * edge.z.signum()
+        };
+        firsts.iter().map(aside).sum::<f32>() / firsts.len() as f32
+    };
+    let (vector, edge) = (sides(GuideAxis::Vector), sides(GuideAxis::Edge));
+    assert!(edge > 0.08 && edge > vector + 0.05, "{edge} {vector}");
+}
+
+#[test]
+fn length_and_whims_cost_what_a_species_says() {
+    let length = |length_cost: f32, whim: f32| {
+        let plant = grown(&GrowParams { length_cost, whim, ..small() });
+        let posed = plant.pose();
+        let of = |id| posed.chain(&plant, id).windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f32>();
+        plant.chain_ids().map(of).sum::<f32>()
+    };
+    // Where length costs nothing branches run beside each other; where it costs much they leave nearby.
+    let (free, usual, dear) = (length(0.0, 0.15), length(0.2, 0.15), length(1.0, 0.15));
+    assert!(free > usual && usual > dear, "{free} {usual} {dear}");
+    // Without whims plants of a species share the way to the end of their trunks.
+    let trunk = |whim: f32, seed: u64| {
+        let mut params = GrowParams { seed, whim, ..small() };
+        params.iterations = vec![pass(point(0.9), 0.0)];
+        grown(&params).points(crate::plant::ChainId(0)).to_vec()
+    };
+    assert_eq!(trunk(0.0, 1), trunk(0.0, 2));
+    assert!((2..6).any(|seed| trunk(0.6, seed) != trunk(0.6, 1)));
+}
+
+#[test]
+fn a_free_leader_holds_nothing_back() {
+    // How long shoots are at most, over what is left of the trunk above them.
+    let longest = |leader: LeaderRule| {
+        let mut params = GrowParams { leader, crookedness: 1.0, ..small() };
+        params.iterations = vec![pass(point(0.95), 0.0), pass(surface(2, 1.0, 60), 1.2)];
+        let plant = grown(&params);
+        let posed = plant.pose();
+        let trunk = plant.chain_ids().find(|&id| plant.chain(id).parent.is_none()).unwrap();
+        let tip = *posed.chain(&plant, trunk).last().unwrap();
+        let shoots = plant.chain_ids().filter(|&id| plant.chain(id).parent == Some(trunk));
+        let share = |id| {
+            let points = posed.chain(&plant, id);
+            points.iter().map(|p| p.distance(points[0])).fold(0.0, f32::max) / tip.distance(points[0])
+        };
+        shoots.map(share).fold(0.0, f32::max)
+    };
+    let (held, free) = (longest(LeaderRule::Held), longest(LeaderRule::Free));
+    assert!(held < 1.1 && free > 1.3, "{held} {free}");
 }
 
 #[test]

@@ -70,6 +70,20 @@ pub(super) fn holds(shape: &Volume, solid: Option<Filed<'_>>, p: Vec3) -> bool {
     }
 }
 
+/// What a volume is called in a species file.
+pub(super) fn name(shape: &Volume) -> &'static str {
+    match shape {
+        Volume::Point { .. } => "Point",
+        Volume::Ellipsoid { .. } => "Ellipsoid",
+        Volume::HalfEllipsoid { .. } => "HalfEllipsoid",
+        Volume::Cone { .. } => "Cone",
+        Volume::Cylinder { .. } => "Cylinder",
+        Volume::Box { .. } => "Box",
+        Volume::Mesh { .. } => "Mesh",
+        Volume::Outline { .. } => "Outline",
+    }
+}
+
 /// The files that a volume names, and how they are to be read: one, or that from the front and that from the side.
 pub(super) fn files(shape: &Volume) -> Vec<ShapeFile> {
     let read = |file: &String, reading| ShapeFile { file: file.clone(), reading };
@@ -98,23 +112,54 @@ pub(super) fn measure(shape: &Volume, solids: &Solids, width: f32) -> f32 {
     let solid = solid(shape, solids);
     let (low, high) = extent(shape, solid);
     let (low, high) = (low.max(Vec3::new(-half.x, 0.0, -half.z)), high.min(Vec3::new(half.x, 1.0, half.z)));
+    let mut inside = 0_u32;
+    let edge = on_lattice(low, high, |p, _| {
+        inside += u32::from(p.x * p.x + p.z * p.z <= half.x * half.x && holds(shape, solid, p));
+    });
+    inside as f32 * edge.x * edge.y * edge.z
+}
+
+/// What of a volume lies beside the graph's region, which is `width` wide: which share of it, and how wide a region holds all
+/// of it. None where nothing does, or less than a thousandth.
+pub(super) fn beside(shape: &Volume, solids: &Solids, width: f32) -> Option<(f32, f32)> {
+    let solid = solid(shape, solids);
+    let (low, high) = extent(shape, solid);
+    let corner = low.abs().max(high.abs());
+    let radius = width * 0.5 + 1e-6;
+    if corner.x * corner.x + corner.z * corner.z <= radius * radius {
+        return None;
+    }
+    let (low, high) = (low.with_y(low.y.max(0.0)), high.with_y(high.y.min(1.0)));
+    let (mut inside, mut beyond, mut farthest) = (0_u32, 0_u32, 0.0_f32);
+    on_lattice(low, high, |p, edge| {
+        if holds(shape, solid, p) {
+            inside += 1;
+            beyond += u32::from(p.x * p.x + p.z * p.z > radius * radius);
+            let (x, z) = (p.x.abs() + edge.x * 0.5, p.z.abs() + edge.z * 0.5);
+            farthest = farthest.max((x * x + z * z).sqrt());
+        }
+    });
+    let share = beyond as f32 / inside.max(1) as f32;
+    (share >= 1e-3).then_some((share, farthest * 2.0))
+}
+
+/// Asks at the middles of a lattice's cells in a box; gives back the size of a cell, zero where the box is flat.
+fn on_lattice(low: Vec3, high: Vec3, mut at: impl FnMut(Vec3, Vec3)) -> Vec3 {
     let size = high - low;
     if !(size.min_element() > 0.0 && size.is_finite()) {
-        return 0.0;
+        return Vec3::ZERO;
     }
     let edge = size.max_element() / MEASURED;
     let cells = (size / edge).ceil().max(Vec3::ONE);
     let edge = size / cells;
-    let mut inside = 0_u32;
     for y in 0..cells.y as u32 {
         for z in 0..cells.z as u32 {
             for x in 0..cells.x as u32 {
-                let p = low + (Vec3::new(x as f32, y as f32, z as f32) + 0.5) * edge;
-                inside += u32::from(p.x * p.x + p.z * p.z <= half.x * half.x && holds(shape, solid, p));
+                at(low + (Vec3::new(x as f32, y as f32, z as f32) + 0.5) * edge, edge);
             }
         }
     }
-    inside as f32 * edge.x * edge.y * edge.z
+    edge
 }
 
 /// A box around a volume.
@@ -197,6 +242,23 @@ mod tests {
         // With one of its files it holds nothing.
         let lone = Solids::from([(file("front.svg"), read(front))]);
         assert!(solid(&shape, &lone).is_none());
+    }
+
+    #[test]
+    fn what_a_region_cuts_off_is_measured_with_the_width_that_holds_it() {
+        let of = |width, depth| Volume::Box { bottom: 0.1, top: 0.9, width, depth, hollow: 0.0 };
+        let (share, wide) = beside(&of(1.0, 1.0), &Solids::new(), 1.0).unwrap();
+        assert!((share - (1.0 - PI * 0.25)).abs() < 0.01 && (wide - 2.0_f32.sqrt()).abs() < 1e-3, "{share} {wide}");
+        assert_eq!(beside(&of(0.7, 0.7), &Solids::new(), 1.0), None);
+        assert_eq!(beside(&of(1.0, 1.0), &Solids::new(), 1.4143), None);
+        // A file's own reach counts, as large as it stands there: a strip of 2 by 1, revolved.
+        let text = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'><path d='M0 0 H8 V4 H0 Z'/></svg>";
+        let file = ShapeFile { file: "s.svg".to_owned(), reading: ShapeReading::Outline };
+        let solids = Solids::from([(file, Solid::read(text.as_bytes(), ShapeReading::Outline).unwrap())]);
+        let of = |top| Volume::Outline { file: "s.svg".to_owned(), side: None, bottom: 0.2, top };
+        let (share, wide) = beside(&of(0.7), &solids, 0.8).unwrap();
+        assert!((share - 0.36).abs() < 0.02 && (wide - 1.0).abs() < 0.03, "{share} {wide}");
+        assert_eq!(beside(&of(0.6), &solids, 0.81), None);
     }
 
     #[test]

@@ -7,11 +7,15 @@
 //! and so a node, unless the region ends there. Longer edges are found along its walls only, and least-cost paths take them:
 //! the fewer edges, the straighter a path. With 4 discs the trunk of a slim cypress ran up the side of its crown.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::nodes::Nodes;
 use super::obstacle::Obstacles;
+use crate::base::Seed;
 
 /// No edge in this octant.
 pub(super) const NONE: u32 = u32::MAX;
@@ -56,7 +60,6 @@ impl Edges {
     }
 
     /// The edges that leave a node.
-    #[cfg(test)]
     pub(super) fn leaving(&self, node: u32) -> impl Iterator<Item = u32> + use<> {
         self.edges[node as usize].into_iter().filter(|&target| target != NONE)
     }
@@ -85,6 +88,33 @@ impl Edges {
             }
             rim.clear();
             rim.extend_from_slice(&next[..found]);
+        }
+        hops
+    }
+
+    /// The same with edges that count for `irregular` more or less than one, 0..=1, each by chance; infinite where it is more
+    /// than `most`. A graph's shortest ways are the lucky ones: at 1 nodes are about half as far as by number.
+    pub(super) fn irregular_hops(&self, sources: &[u32], most: f32, irregular: f32, seed: Seed) -> Vec<f32> {
+        let mut hops = vec![f32::INFINITY; self.edges.len()];
+        let mut rim = BinaryHeap::new();
+        for &s in sources {
+            hops[s as usize] = 0.0;
+            rim.push(Reverse((0, s)));
+        }
+        while let Some(Reverse((bits, node))) = rim.pop() {
+            let here = f32::from_bits(bits);
+            if here > hops[node as usize] {
+                continue;
+            }
+            for target in self.leaving(node) {
+                let chance = seed.at(u64::from(node)).at(u64::from(target)).unit();
+                let to = here + 1.0 + irregular * (2.0 * chance - 1.0);
+                if to <= most && to < hops[target as usize] {
+                    hops[target as usize] = to;
+                    // Never negative, so bits have the order of numbers.
+                    rim.push(Reverse((to.to_bits(), target)));
+                }
+            }
         }
         hops
     }
@@ -190,7 +220,6 @@ fn link(nodes: &Nodes, node: u32) -> [u32; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Seed;
 
     #[test]
     fn edges_lead_to_the_nearest_node_in_each_octant() {
@@ -248,6 +277,29 @@ mod tests {
         let longest = far.map(|(i, to)| nodes.at(i).distance(nodes.at(to))).fold(0.0, f32::max);
         let wide = 1.0 + 3.0_f32.sqrt();
         assert!(longest <= nodes.disc * (wide + 0.05), "{longest} of {}", nodes.disc);
+    }
+
+    #[test]
+    fn irregular_hops_are_hops_more_or_less_and_without_chance_the_same() {
+        let nodes = Nodes::scatter(3000, 0.7, Seed::new(5));
+        let graph = Edges::yao(&nodes, &Obstacles::default());
+        let hops = graph.hops(&[nodes.root], 9);
+        let of = |irregular, seed| graph.irregular_hops(&[nodes.root], 9.5, irregular, Seed::new(seed));
+        for (even, counted) in hops.iter().zip(of(0.0, 1)) {
+            assert!(
+                if *even == u32::MAX { counted.is_infinite() } else { counted == *even as f32 },
+                "{even} {counted}"
+            );
+        }
+        let (some, much) = (of(0.3, 1), of(1.0, 1));
+        let mut levels = [0, 0];
+        for (even, (some, much)) in hops.iter().zip(some.iter().zip(&much)).filter(|(even, _)| (2..6).contains(*even)) {
+            assert!(*some >= *even as f32 * 0.7 - 1e-4 && *some <= *even as f32 * 1.3 + 1e-4, "{even} {some}");
+            levels[0] += usize::from(some.round() != *even as f32);
+            levels[1] += usize::from(much.round() != *even as f32);
+        }
+        assert!(levels[0] > 20 && levels[1] > levels[0], "{levels:?}");
+        assert!(of(0.3, 1) == some && of(0.3, 2) != some);
     }
 
     #[test]
