@@ -121,3 +121,32 @@ fn thresholds_of_patterns_change_what_lies_between_and_nothing_else() {
     assert!(usual[0] == wide[0] && usual[2] == wide[2], "the ends are the sources");
     assert!(usual[1] != wide[1]);
 }
+
+/// The pictures that the clip of a growing plant names, and whether the set holds them.
+fn worn_by_clip(engines: &str) -> Vec<(String, bool)> {
+    let preset = format!(
+        "(sources: {{\"a\": Import(file: \"three.plant\")}}, variants: [Grow(of: \"a\", frames: 2)], engines: [{engines}], \
+         foliage: (density: 0), bark: (resolution: 64), lods: [Full], atlas: (size: 256))"
+    );
+    let files = [("steps.ron", preset.into_bytes()), ("three.plant", fork(3))];
+    let made = make_set("steps.ron", files.map(|(name, bytes)| (name.to_owned(), bytes)).into()).unwrap();
+    let files: BTreeMap<String, Vec<u8>> = made.files.into_iter().map(|(name, bytes)| (name, bytes.to_vec())).collect();
+    let clip = &files["steps_clip_001.glb"];
+    let length = u32::from_le_bytes(clip[12..16].try_into().unwrap()) as usize;
+    let root: serde_json::Value = serde_json::from_slice(&clip[20..20 + length]).unwrap();
+    let images = root["images"].as_array().unwrap().iter().map(|image| image["uri"].as_str().unwrap().to_owned());
+    images.map(|uri| (uri.clone(), files.contains_key(&uri))).collect()
+}
+
+#[test]
+fn a_clip_wears_what_every_engine_of_the_set_reads() {
+    for (engines, ending) in [
+        ("Web(textures: Ktx2), Godot, Unreal", ".png"),
+        ("Web(textures: Ktx2), Unity(textures: Ktx2)", ".ktx2"),
+        ("Godot(textures: Webp), Web(textures: Ktx2)", ".webp"),
+        ("Unity(textures: Ktx2), Godot(textures: Webp)", ".png"),
+    ] {
+        let worn = worn_by_clip(engines);
+        assert!(!worn.is_empty() && worn.iter().all(|(uri, is_there)| uri.ends_with(ending) && *is_there), "{worn:?}");
+    }
+}

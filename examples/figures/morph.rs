@@ -111,6 +111,14 @@ fn whole() {
             leaves_at(&family, 0.5).len()
         );
         Figure::new("morph.leaf_path", f64::from(fine / coarse), "", how).goal("<= 0.6: no jump").print();
+        let found = family.leaf_matches().expect("they are paired");
+        let all = (found.lobes + found.pooled + found.alone) as f64;
+        let how = format!(
+            "of {all} leaves on the way those with a source and a target ({:.1} % in lobes of matched chains alone), {what}",
+            found.lobes as f64 / all * 100.0
+        );
+        let matched = (found.lobes + found.pooled) as f64 / all * 100.0;
+        Figure::new("morph.matched_leaves", matched, "%", how).goal(">= 80").print();
         let same = family.blend(&morph(&family, 0, 1, 0.0)) == a && family.blend(&morph(&family, 0, 1, 1.0)) == b;
         Figure::new(
             "morph.ends",

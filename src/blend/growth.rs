@@ -4,8 +4,8 @@
 //! A branch is born when its bearer has grown past the place where it leaves: at location `l` of a bearer that is born at
 //! `b`, at `b + l·(1 − b)·`[`PACE`]. From then on it grows to full size, fast at first and slower later
 //! (`1 − (1 − age)^`[`SLOWING`]), and is full-grown when the plant is. As degrees scale a chain whole, a young
-//! branch is a small one; it never outgrows its bearer. Leaves of a small branch are smaller than full-grown ones, though
-//! not in proportion.
+//! branch is a small one; it never outgrows its bearer. Leaves of a small branch come out one after the other and are smaller than
+//! full-grown ones, though not in proportion.
 //!
 //! Radii follow the rule of blends, by what a chain carries: but most of a sapling's crown is not born yet, and it would
 //! stand on a thread. So wood is at least as thick as elastic similarity has it (McMahon 1973): radius as length^1.5, against
@@ -13,7 +13,7 @@
 
 use crate::base::math;
 use crate::plant::{Leaf, Plant};
-use crate::relate::{self, Family, Weights};
+use crate::relate::{Family, Weights};
 
 /// Share of its life in which a chain reaches its full length, as far as births on it go. Short, so that leaders are not
 /// bare above a sapling's branches: at 0.12, a tree of a twentieth of its age was a bush below a hairline.
@@ -27,10 +27,11 @@ const STOUT: f32 = 1.5;
 const LEAFY: f32 = 0.4;
 
 /// The only source of a family at age `t`, 0..=1; at 1 it is the source itself. The stems stand from the start; a chain
-/// that is not born yet has the degree `unborn`, which for all but animations is 0.
+/// that is not born yet has the degree `unborn`, and a leaf that did not come out yet that share of its size, which for all
+/// but animations is 0; above 0 all ages have the same chains and leaves in the same order.
 #[must_use]
 pub fn grown(family: &Family, t: f32, unborn: f32) -> Plant {
-    let weights = growth(family, t, unborn);
+    let weights = growth(family, t, unborn).with_least_leaf(unborn);
     let (plant, kins) = family.blend_with_kins(&weights);
     let mut radii = plant.all_radii().to_vec();
     let source = &family.sources()[0];
@@ -41,14 +42,11 @@ pub fn grown(family: &Family, t: f32, unborn: f32) -> Plant {
             *radius = radius.max(full * share);
         }
     }
-    // Leaves of blends follow the area that their chain has grown to.
-    let larger = |leaf: &Leaf| match weights.degree(kins[leaf.chain.index()]).min(1.0) {
-        degree if degree > 0.0 => {
-            Leaf { size: leaf.size * (math::pow(degree, LEAFY) / relate::grown(degree)), ..*leaf }
-        }
-        _ => *leaf,
+    let smaller = |leaf: &Leaf| {
+        let degree = weights.degree(kins[leaf.chain.index()]).clamp(0.0, 1.0);
+        Leaf { size: leaf.size * math::pow(degree, LEAFY), ..*leaf }
     };
-    let leaves = plant.leaves().iter().map(larger).collect();
+    let leaves = plant.leaves().iter().map(smaller).collect();
     plant.with_radii(radii).with_leaves(leaves)
 }
 
@@ -107,6 +105,27 @@ mod tests {
                 (wood, chains) = (stats.wood_length, stats.chains);
             }
             assert!(grown(&family, 1.0, 0.0) == plant);
+        }
+    }
+
+    #[test]
+    fn leaves_of_all_ages_are_those_of_the_plant_in_its_order_and_none_is_longer_than_full_grown() {
+        let own = |leaf: &Leaf| (leaf.chain, leaf.location, leaf.orientation, leaf.slot, leaf.form);
+        for seed in 0..30 {
+            let plant = random_plant(Seed::new(seed), 60, Oddity::Tame);
+            let kin = |c: ChainId| Kin { parent: plant.chain(c).parent.map(|p| KinId(p.0)), members: vec![Some(c)] };
+            let kins: Vec<Kin> = plant.chain_ids().map(kin).collect();
+            let family = Family::new(vec![plant.clone()], &kins).unwrap();
+            for age in [1e-4, 0.02, 0.2, 0.5, 0.9, 1.0 - 1e-4] {
+                let key = grown(&family, age, 1e-4);
+                assert!(key.leaves().iter().map(own).eq(plant.leaves().iter().map(own)), "{seed} {age}");
+                let longer = |(young, full): (&Leaf, &Leaf)| young.size > full.size;
+                assert!(!key.leaves().iter().zip(plant.leaves()).any(longer), "{seed} {age}");
+                // A frame has those that came out, as large.
+                let frame = grown(&family, age, 0.0);
+                let size = |of: &Plant| of.leaves().iter().map(|leaf| leaf.size).sum::<f32>();
+                assert!((size(&frame) - size(&key)).abs() <= 1e-3 * size(&plant), "{seed} {age}");
+            }
         }
     }
 

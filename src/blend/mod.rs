@@ -17,6 +17,7 @@ pub use ground::grounded;
 pub use growth::grown;
 pub use height::within;
 pub use mix::{mix, scattered};
+pub(crate) use morph::support_at;
 pub use morph::{Pace, morph, support_over_morph};
 pub use part::{Chosen, chosen};
 pub use schedule::{Batch, State, sample};

@@ -147,11 +147,12 @@ pub fn support_over_morph(family: &Family, pace: &Pace, steps: u32) -> Vec<f32> 
     support_at(family, &shares)
 }
 
-/// The same at some shares of the way.
-fn support_at(family: &Family, shares: &[f32]) -> Vec<f32> {
+/// The same at some shares of the way. Trunks that fork are stems on the way, and are measured so at its ends, too.
+pub(crate) fn support_at(family: &Family, shares: &[f32]) -> Vec<f32> {
     shares
         .par_iter()
         .map(|&t| {
+            let t = if family.has_forks() { t.clamp(2.0 * END, 1.0 - 2.0 * END) } else { t };
             let (plant, kins) = family.blend_with_kins(&morph(family, 0, 1, t));
             let inside = t > END && t < 1.0 - END;
             let count = |chain: ChainId| {
@@ -160,7 +161,12 @@ fn support_at(family: &Family, shares: &[f32]) -> Vec<f32> {
                 let copies = |source: usize, share: f32| (family.sharers(kin, source).max(1) - 1) as f32 * share;
                 if inside { 1.0 / (1.0 + copies(0, 1.0 - t) + copies(1, t)) } else { 1.0 }
             };
-            trunk_support_by(&plant, &plant.pose(), &count)
+            let bole = |chain: ChainId| {
+                let kin = kins[chain.index()];
+                let at = |source: usize, share: f32| family.bole(kin, source) * share;
+                if inside { at(0, 1.0 - t) + at(1, t) } else { 0.0 }
+            };
+            trunk_support_by(&plant, &plant.pose(), &count, &bole)
         })
         .collect()
 }

@@ -4,13 +4,14 @@ use rayon::prelude::*;
 
 use super::morphs::{Made, Morphs, time};
 use super::stages::Pictures;
+use super::textures::clip_textures;
 use crate::bake::{Layout, mean_transmission};
 use crate::base::{Diagnostic, Seed};
 use crate::export::{self, ClipEntry, ClipIn, ClipLeaves, SetMaterials};
 use crate::mesh::{self, Key, KeyPlant};
 use crate::plant::{Plant, Posed, trunk_support};
 use crate::preset::Plan;
-use crate::preset::plan::{Clip as ClipParams, TextureFormat, Variant};
+use crate::preset::plan::{Clip as ClipParams, Variant};
 
 /// An animated file.
 #[derive(Clone, Debug)]
@@ -43,8 +44,7 @@ pub(super) fn clips(
         let budget = Budget { vertices: vertices as usize, leaves: leaves as usize };
         let parts = Parts::of(plan, made, budget, atlas).map_err(|error| wrong(&error))?;
         let times: Vec<f32> = (0..made.frames()).map(|k| time(k, made.frames()) * seconds).collect();
-        // A clip is of no engine: it takes what the first one does, which is `Generic` where that is asked for.
-        let textures = plan.engines.first().map_or(TextureFormat::Png, |profile| profile.textures);
+        let textures = clip_textures(plan);
         let materials = SetMaterials::of(&plan.name, textures)
             .letting_through(mean_transmission(&pictures.leaves))
             .drawn_by(plan.mesh.backs);
@@ -90,7 +90,7 @@ struct Parts {
 }
 
 impl Parts {
-    fn of(plan: &Plan, made: &Made, budget: Budget, atlas: &Layout) -> Result<Self, crate::bake::AtlasError> {
+    fn of(plan: &Plan, made: &Made, budget: Budget, atlas: &Layout) -> Result<Self, String> {
         let last = made.frames() - 1;
         let plants: Vec<(Plant, Posed)> = (0..=last)
             .into_par_iter()
@@ -104,7 +104,7 @@ impl Parts {
         let (mut wood, keys) = mesh::keyed_tubes(&plants, budget.vertices, plan.mesh.bark_tile);
         // An error only says that a mesh has no triangles to take tangents from.
         let _ = mesh::add_tangents(&mut wood);
-        let count = plants.iter().map(|p| p.plant.leaves().len()).min().unwrap_or(0);
+        let count = leaves_of_all(plants.iter().map(|p| p.plant))?;
         let (picked, scale) = mesh::picked_leaves(count, budget.leaves, Seed::new(plan.seed).child("clip"));
         let cards: Vec<Key> = plants.par_iter().map(|plant| mesh::card_key(plant, &picked, scale)).collect();
         let mut leaves = Vec::new();
@@ -114,7 +114,7 @@ impl Parts {
                 let tiles: Vec<u32> = picked.iter().map(tile).collect();
                 let mut mesh = mesh::card_mesh(plant, card, &tiles);
                 let _ = mesh::add_tangents(&mut mesh);
-                atlas.place(&mut mesh)?;
+                atlas.place(&mut mesh).map_err(|error| error.to_string())?;
                 let before = (k > 0).then(|| between(&cards[k - 1], card));
                 let after = cards.get(k + 1).map(|next| between(card, next));
                 let mut around = [before, after];
@@ -125,8 +125,22 @@ impl Parts {
                 leaves.push(ClipLeaves { mesh, around });
             }
         }
-        let support = plants.iter().map(|p| trunk_support(p.plant, p.posed)).collect();
+        let support =
+            made.support().unwrap_or_else(|| plants.iter().map(|p| trunk_support(p.plant, p.posed)).collect());
         Ok(Self { wood, keys, leaves, cards: picked.len(), support })
+    }
+}
+
+/// How many leaves each of some keys has: leaf `i` of one is leaf `i` of all.
+///
+/// # Errors
+///
+/// When they don't have equally many.
+fn leaves_of_all<'p>(mut keys: impl Iterator<Item = &'p Plant>) -> Result<usize, String> {
+    let first = keys.next().map_or(0, |plant| plant.leaves().len());
+    match keys.map(|plant| plant.leaves().len()).find(|count| *count != first) {
+        Some(other) => Err(format!("keys of one clip have {first} and {other} leaves; this is a fault of Treewright")),
+        None => Ok(first),
     }
 }
 

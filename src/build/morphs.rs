@@ -112,9 +112,14 @@ pub(super) fn morphs(plan: &Plan, drawn: &[Drawn], wardrobe: &mut Wardrobe) -> R
 /// leaves are shrunk before: that costs less than to shrink what is drawn, and what is drawn is as smooth.
 fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> (Vec<Maps>, Option<Note>) {
     let known = |slot: u16| usize::from(slot) < leaves.len();
-    let pairs: Vec<(u16, u16, u32)> = made
+    // Each with how far it has changed in each frame: as far as the leaves that wear it have moved.
+    let pairs: Vec<(u16, u16, Vec<f32>)> = made
         .iter()
-        .flat_map(|made| made.slots.pairs.iter().map(|&(a, b)| (a, b, made.frames)))
+        .flat_map(|made| {
+            let shares: Vec<f32> =
+                (1..=between(made.frames)).map(|frame| made.share(time(frame, made.frames))).collect();
+            made.slots.pairs.iter().map(move |&(a, b)| (a, b, shares.clone()))
+        })
         .filter(|&(a, b, _)| known(a) && known(b))
         .collect();
     let leaf = |slot: u16| &leaves[usize::from(slot)];
@@ -125,16 +130,15 @@ fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> 
             let [a, b] = [a, b].map(|slot| leaf(slot).size_within(atlas.inside(edge)));
             (a.0.max(b.0), a.1.max(b.1))
         };
-        let of = |&(a, b, frames): &(u16, u16, u32)| f64::from(between(frames)) * cell(size((a, b)), atlas.gutter);
-        pairs.iter().map(of).sum()
+        pairs.iter().map(|(a, b, shares)| shares.len() as f64 * cell(size((*a, *b)), atlas.gutter)).sum()
     };
     let room = f64::from(atlas.size) * f64::from(atlas.size) * SHARE;
     let edge = EDGES.into_iter().find(|&edge| area(edge) <= room).unwrap_or(EDGES[EDGES.len() - 1]);
     let shrunk: BTreeMap<u16, Cow<'_, Maps>> =
         worn.into_iter().map(|slot| (slot, leaf(slot).within(atlas.inside(edge)))).collect();
-    let of = |&(a, b, frames): &(u16, u16, u32)| -> Vec<Maps> {
-        let morph = LeafMorph::new(&shrunk[&a], &shrunk[&b]);
-        (1..=between(frames)).map(|frame| morph.at(time(frame, frames))).collect()
+    let of = |(a, b, shares): &(u16, u16, Vec<f32>)| -> Vec<Maps> {
+        let morph = LeafMorph::new(&shrunk[a], &shrunk[b]);
+        shares.iter().map(|share| morph.at(*share)).collect()
     };
     let drawn: Vec<Maps> = pairs.par_iter().flat_map_iter(of).collect();
     let mut next = leaves.len();
@@ -233,9 +237,17 @@ impl Made {
         self.at(time(frame, self.frames).clamp(INSIDE, 1.0 - INSIDE), INSIDE)
     }
 
+    /// How far a sequence has come at a time, both 0..=1.
+    fn share(&self, t: f32) -> f32 {
+        match &self.way {
+            Way::Blended { pace, .. } => pace.share(t),
+            Way::Sketched(_) | Way::Still(_) => t,
+        }
+    }
+
     fn at(&self, t: f32, unborn: f32) -> Plant {
-        let (family, pace) = match &self.way {
-            Way::Blended { family, pace } => (family, pace),
+        let family = match &self.way {
+            Way::Blended { family, .. } => family,
             Way::Sketched(sketched) if unborn > 0.0 => return sketched.key(t),
             Way::Sketched(sketched) => return sketched.at(t),
             Way::Still(plant) => return plant.clone(),
@@ -244,11 +256,22 @@ impl Made {
             MorphKind::Between(..) | MorphKind::Sketch { .. } => {
                 // The way too: where a pace nearly stands still at its end, a time inside of it is as good as the end, and the
                 // tree there has the chains of a source alone.
-                let share = pace.share(t);
+                let share = self.share(t);
                 let share = if unborn > 0.0 { share.clamp(INSIDE, 1.0 - INSIDE) } else { share };
                 family.blend(&blend::morph(family, 0, 1, share))
             }
             MorphKind::Growth { age, .. } => blend::grown(family, age + (1.0 - age) * t, unborn),
+        }
+    }
+
+    /// The trunk support in each frame, of a way between sources whose stems split and merge.
+    pub(super) fn support(&self) -> Option<Vec<f32>> {
+        match (&self.way, &self.kind) {
+            (Way::Blended { family, .. }, MorphKind::Between(..)) => {
+                let shares: Vec<f32> = (0..self.frames).map(|frame| self.share(time(frame, self.frames))).collect();
+                Some(blend::support_at(family, &shares))
+            }
+            _ => None,
         }
     }
 
@@ -337,6 +360,21 @@ mod tests {
         let (middle, end) = (chains(2), made.frame(4).chains().len());
         let counts: Vec<usize> = (0..5).map(|frame| chains(frame).len()).collect();
         assert!((0..5).all(|frame| chains(frame) == middle) && end != middle.len(), "{counts:?} {end}");
+    }
+
+    #[test]
+    fn pictures_between_two_leaves_change_as_far_as_what_wears_them() {
+        let leaf = |picture| leaf_maps(LeafShape::Oak, [0.1, 0.2, 0.05], 0.3, 64, picture, Seed::new(4));
+        let (leaves, atlas) = ([leaf(0), leaf(1)], AtlasParams { size: 1024, gutter: 8 });
+        let plant = || random_plant(Seed::new(1), 4, Oddity::Tame);
+        let (matching, patterns) = (MatchParams::default(), PatternParams::default());
+        let family = Box::new(relate::pattern_family(plant(), plant(), &matching, &patterns).unwrap());
+        let way = Way::Blended { family, pace: Pace::through(&[(0.0, 0.0), (0.75, 0.5), (1.0, 1.0)]) };
+        let mut made = [Made { way, ..sequence(3, vec![(0, 1)]) }];
+        let (drawn, _) = pictures_between(&mut made, &leaves, &atlas);
+        let ends = leaves.each_ref().map(|leaf| leaf.within(atlas.inside(EDGES[0])));
+        let morph = LeafMorph::new(&ends[0], &ends[1]);
+        assert!(drawn.len() == 1 && drawn[0].color == morph.at(0.75).color && drawn[0].color != morph.at(0.5).color);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The textures of a set in every format that its engines take, each kept by the texels it is made of.
 //!
 //! Engines that take the same format share its files. What nobody takes is not written: a set for `Web(textures: Ktx2)`
-//! alone has no PNG but its contact sheet.
+//! alone has no PNG but its contact sheet. Clips wear what all engines of the set read.
 
 use std::cell::OnceCell;
 
@@ -12,7 +12,7 @@ use crate::bake::{self, AlphaUse, Maps, PictureKind, Rect};
 use crate::base::{Diagnostic, Key};
 use crate::export::{self, ExportError, MapUse, MaterialTextures, PngKind, SetMaterials, TextureEntry};
 use crate::preset::Plan;
-use crate::preset::plan::TextureFormat;
+use crate::preset::plan::{Clip, TextureFormat};
 
 /// The stages that encode pictures, with their versions: the maps of a material seldom change all at once.
 const PNG: Stage = Stage("png", 3);
@@ -34,6 +34,8 @@ pub(super) fn texture_files(
     cache: &Cache,
 ) -> Result<Vec<Texture>, Vec<Diagnostic>> {
     let mut formats: Vec<TextureFormat> = plan.engines.iter().map(|profile| profile.textures).collect();
+    let is_played = plan.morphs.iter().any(|morph| matches!(morph.clip, Clip::Play { .. }));
+    formats.extend(is_played.then(|| clip_textures(plan)));
     formats.sort_unstable();
     formats.dedup();
     let leaf = pictures.is_some();
@@ -69,6 +71,17 @@ pub(super) fn texture_files(
         Ok(all.into_iter().map(entry).collect::<Vec<_>>())
     };
     Ok(formats.par_iter().map(of).collect::<Result<Vec<_>, Vec<Diagnostic>>>()?.into_iter().flatten().collect())
+}
+
+/// What clips wear. A clip is one file for all engines that are asked for: PNG where any of them takes that, or else the first
+/// format of theirs that all read. Where there is none, PNG, which is written beside the others.
+pub(super) fn clip_textures(plan: &Plan) -> TextureFormat {
+    let asked = || plan.engines.iter().map(|profile| profile.textures);
+    let read_by_all = |format: &TextureFormat| plan.engines.iter().all(|profile| profile.engine.reads(*format));
+    if asked().any(|format| format == TextureFormat::Png) {
+        return TextureFormat::Png;
+    }
+    asked().find(read_by_all).unwrap_or(TextureFormat::Png)
 }
 
 /// What a map's channels hold, where its name doesn't say.

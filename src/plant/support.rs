@@ -3,7 +3,8 @@
 //!
 //! A stem bears at its root all the wood and leaves of it and of its branches. Stems that lie in one another are one trunk as
 //! far as their cross-sections overlap: a stem bears, beside its own, the share of every other's load that the lens of
-//! both discs has of the smaller disc, as a mean over its clear bole, from the ground up to where branches begin. So a
+//! both discs has of the smaller disc, as a mean over its clear bole, from the ground up to where branches begin (of stems that
+//! share a bole, from where that forks). So a
 //! trunk that opens into several stems hands its load over as they part, and not at once because they count as several. The
 //! heaviest stem's load over the tree's whole weight is the figure: 1 for a single trunk.
 //!
@@ -32,25 +33,33 @@ const BOLE: u32 = 8;
 /// Linear in points and leaves, and quadratic in stems up to 256 of them, beyond which each bears its own.
 #[must_use]
 pub fn trunk_support(plant: &Plant, posed: &Posed) -> f32 {
-    trunk_support_by(plant, posed, &|_| 1.0)
+    trunk_support_by(plant, posed, &|_| 1.0, &|_| 0.0)
 }
 
 /// As [`trunk_support`], where `count` says how much of a chain's own wood and leaves there is: on the way of a split
-/// several copies of one chain lie in one another, which are together no more than that chain.
+/// several copies of one chain lie in one another, which are together no more than that chain. `bole` says up to which
+/// arc-length parameter a stem is one with others that part from it there: its clear bole begins above.
 #[must_use]
-pub fn trunk_support_by(plant: &Plant, posed: &Posed, count: &dyn Fn(ChainId) -> f32) -> f32 {
+pub fn trunk_support_by(
+    plant: &Plant,
+    posed: &Posed,
+    count: &dyn Fn(ChainId) -> f32,
+    bole: &dyn Fn(ChainId) -> f32,
+) -> f32 {
     let loads = Loads::of(plant, posed, count);
     if loads.whole.is_nan() || loads.whole <= 0.0 {
         return 0.0;
     }
     let stems: Vec<ChainId> = plant.chain_ids().filter(|&id| plant.chain(id).parent.is_none()).collect();
-    let bole = f64::from(loads.lowest());
+    let lowest = f64::from(loads.lowest());
     let mut heaviest = 0.0_f64;
     for &id in &stems {
         let own = posed.curve(plant, id);
+        let fork = f64::from(bole(id));
+        let clear = (lowest - fork).max(0.0);
         let places: Vec<(Vec3, Vec3, f32)> = (0..BOLE)
             .map(|k| {
-                let t = bole * (f64::from(k) + 0.5) / f64::from(BOLE);
+                let t = fork + clear * (f64::from(k) + 0.5) / f64::from(BOLE);
                 (own.point(t), posed.frame(id, t as f32).y, own.value(plant.radii(id), t))
             })
             .collect();
@@ -207,7 +216,7 @@ mod tests {
         builder.stem(Vec3::X, &[Vec3::ZERO, Vec3::Y], &[0.1, 0.1]);
         let plant = builder.finish().unwrap();
         assert!((trunk_support(&plant, &plant.pose()) - 0.75).abs() < 1e-6);
-        let half = trunk_support_by(&plant, &plant.pose(), &|id| if id.index() == 0 { 0.5 } else { 1.0 });
+        let half = trunk_support_by(&plant, &plant.pose(), &|id| if id.index() == 0 { 0.5 } else { 1.0 }, &|_| 0.0);
         assert!((half - 0.6).abs() < 1e-6);
     }
 

@@ -126,7 +126,7 @@ static CLIPS: Choice = Choice {
 
 static CLIP: Record = Record {
     title: "Clip",
-    about: "`SET_clip_001.glb`; its geometry is simpler than the frames'.",
+    about: "`SET_clip_001.glb`, one for all engines: its textures are those that all of them read, PNG where they share no format. Its geometry is simpler than the frames'.",
     fields: &[
         Field {
             name: "seconds",

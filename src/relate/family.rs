@@ -17,6 +17,7 @@ use super::Weights;
 use super::alignment::alignment;
 use super::burden::Burden;
 use super::elastic::Elastic;
+use super::forked::Forked;
 use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::size::Sizes;
@@ -170,6 +171,8 @@ pub struct Family {
     pub(super) leaf_sites: Vec<LeafSite>,
     /// The sources' own sizes, where `plants` were brought to one.
     pub(super) sizes: Option<Sizes>,
+    /// The sources as they came, where `plants` are views of them with stems for the limbs of main forks.
+    pub(super) forked: Option<Forked>,
 }
 
 impl Family {
@@ -211,6 +214,7 @@ impl Family {
             elastic: None,
             leaf_sites: leaf_sites(&plants, kins),
             sizes: None,
+            forked: None,
             plants,
             parameters,
             lengths,
@@ -228,7 +232,8 @@ impl Family {
     /// The sources.
     #[must_use]
     pub fn sources(&self) -> &[Plant] {
-        self.sizes.as_ref().map_or(&self.plants, |sizes| &sizes.sources)
+        let whole = self.forked.as_ref().map_or(&self.plants, |forked| &forked.sources);
+        self.sizes.as_ref().map_or(whole, |sizes| &sizes.sources)
     }
 
     /// How many kins.

@@ -68,6 +68,8 @@ pub struct Blender<'f> {
     pub(super) touched: Vec<bool>,
     /// Address of the times of growth units in the last blend.
     pub(super) unit_seed: u64,
+    /// Share of its size that a leaf has at least.
+    least_leaf: f32,
     /// Room for one sum: x, y, z of a chain.
     pub(super) sum: Vec<f32>,
     /// Room for the children of one kin: location, what the child carries, what the sources' child carries.
@@ -139,6 +141,7 @@ impl<'f> Blender<'f> {
             moved: vec![false; kins],
             touched: vec![false; kins],
             unit_seed: 0,
+            least_leaf: 0.0,
             sum: Vec::new(),
             events: Vec::new(),
             kins: Vec::with_capacity(kins),
@@ -190,6 +193,9 @@ impl<'f> Blender<'f> {
             self.fit_to_parents();
         }
         *plant = self.assemble(std::mem::take(plant)).scaled(self.size());
+        if let (Some(forked), Some(source)) = (&family.forked, self.whole_source()) {
+            plant.clone_from(&forked.sources[source]);
+        }
     }
 
     /// The kin of each chain of the tree made last.
@@ -217,6 +223,7 @@ impl<'f> Blender<'f> {
         let mut any = false;
         let other_times = family.units.is_some() && self.unit_seed != weights.units();
         self.unit_seed = weights.units();
+        self.least_leaf = weights.least_leaf();
         for k in 0..kins {
             let feed = self.fed(k, weights, &mut row);
             any |= feed != Feed::Nothing;
@@ -305,6 +312,15 @@ impl<'f> Blender<'f> {
         sole.map(|s| s as usize)
     }
 
+    /// The source that is there alone, whole and full-grown.
+    fn whole_source(&self) -> Option<usize> {
+        let source = self.sole_source()?;
+        let is_grown = |(feed, degree): (&Feed, &f32)| *feed == Feed::Nothing || *degree == 1.0;
+        let is_whole =
+            self.kins.len() == self.family.primary[source].len() && self.feeds.iter().zip(&self.degrees).all(is_grown);
+        is_whole.then_some(source)
+    }
+
     /// The plant of what was placed.
     fn assemble(&mut self, used: Plant) -> Plant {
         let family = self.family;
@@ -335,8 +351,8 @@ impl<'f> Blender<'f> {
         }
         // A source alone has its leaves in its own order.
         if let (Some(pairs), None) = (&family.leaf_pairs, sole) {
-            self.pair_up(pairs, &mut builder);
-            return builder.finish_trusted();
+            let travelling = self.pair_up(pairs, &mut builder);
+            return self.travel(builder.finish_trusted(), &travelling);
         }
         for site in &family.leaf_sites {
             let k = site.kin as usize;
@@ -344,7 +360,7 @@ impl<'f> Blender<'f> {
                 continue;
             }
             let leaf = family.plants[site.source as usize].leaves()[site.leaf as usize];
-            let out = emerged(self.grown[k], site.lot);
+            let out = emerged(self.grown[k], site.lot).max(self.least_leaf);
             if out <= 0.0 {
                 continue;
             }

@@ -5,12 +5,13 @@
 //! lengths and widths are metres, each mixed by itself.
 //! The most similar pair goes first; each leaf of the larger lobe that is left over goes with the leaf of the smaller
 //! that it resembles most. So one leaf splits into several, or several merge into one, and in a matched lobe no leaf
-//! is left alone as long as the other has leaves of the same picture. Leaves whose pictures don't go together, and those
-//! of lobes without a partner, grow and wilt in size: by the square root of their share, so that their area follows it
+//! is left alone as long as the other has leaves of the same picture. What is left over is pooled under the next matched chain
+//! (`leaf_pools.rs`). Leaves whose pictures don't go together, and those without a partner there, grow and wilt in size: by the square root of their share, so that their area follows it
 //! (by the share itself a crown would be half bare half way), and with their shoot while that is short.
 //!
-//! Each picture of one source goes with one of the other (the most often worn with the most often worn), or else there would
-//! be as many pictures between as pairs. A leaf between two wears slot `first + i` for pair `i` of
+//! Each picture of one source goes with one of the other (the most often worn with the most often worn), those that are left over of
+//! the more with one that has a partner, or else there would be as many pictures between as pairs. Leaves choose among all the
+//! partners of their picture. A leaf between two wears slot `first + i` for pair `i` of
 //! [`PairedSlots::pairs`]; where both sources wear the same slot it stays.
 //!
 //! Time: a lobe of a × b leaves takes a·b·log; a lobe of more than [`MOST_PAIRS`] pairs is first cut into stretches along
@@ -21,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Family;
 use super::family::NONE;
 use super::kernel::{Blender, Feed};
-use crate::base::math;
+use crate::base::{Rotation, math};
 use crate::plant::{ChainId, Leaf, PlantBuilder};
 
 /// Most pairs of leaves that are compared at once.
@@ -36,22 +37,32 @@ const SOON: f32 = 0.02;
 /// Weights of location, size, width and orientation.
 const WEIGHTS: [f32; 4] = [0.5, 0.15, 0.1, 0.25];
 
-/// Leaves of two sources that are one on a kin, or one alone.
+/// Leaves of two sources that are one, or one alone.
 #[derive(Clone, Copy, Debug)]
-struct LeafPair {
-    kin: u32,
+pub(super) struct LeafPair {
+    /// The kin of both, in whose shares the leaf goes from one to the other.
+    pub(super) kin: u32,
+    /// By source: the kin that the leaf stands on, the same or one below it (`leaf_pools.rs`).
+    pub(super) on: [u32; 2],
     /// By source: index of the leaf, or none.
-    leaves: [u32; 2],
+    pub(super) leaves: [u32; 2],
     /// By source: whether this is the one of several pairs that shows the leaf where its source is alone on the kin.
-    shows: [bool; 2],
+    pub(super) shows: [bool; 2],
     /// The slot between.
-    slot: u16,
+    pub(super) slot: u16,
+}
+
+impl LeafPair {
+    /// Whether it is of a leaf of each source.
+    pub(super) fn is_whole(&self) -> bool {
+        !self.leaves.contains(&NONE)
+    }
 }
 
 /// All pairs of a family, kin after kin.
 #[derive(Clone, Debug)]
 pub(super) struct LeafPairs {
-    pairs: Vec<LeafPair>,
+    pub(super) pairs: Vec<LeafPair>,
 }
 
 /// Which slots leaves in correspondence wear.
@@ -61,6 +72,20 @@ pub struct PairedSlots {
     pub pairs: Vec<(u16, u16)>,
     /// The first slot in between.
     pub first: u16,
+}
+
+impl PairedSlots {
+    /// The slot between two.
+    pub(super) fn between(&mut self, pair: (u16, u16)) -> u16 {
+        if pair.0 == pair.1 {
+            return pair.0;
+        }
+        let known = self.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
+            self.pairs.push(pair);
+            self.pairs.len() - 1
+        });
+        self.first.saturating_add(known as u16)
+    }
 }
 
 impl Family {
@@ -92,6 +117,7 @@ impl Family {
             let found = self.pair_lobes(k as u32, lobe(0), lobe(1), &partner, &mut slots);
             pairs.extend(found);
         }
+        self.pool_leaves(&mut pairs, &borne, &partner, &mut slots);
         self.leaf_pairs = Some(LeafPairs { pairs });
         (self, slots)
     }
@@ -106,24 +132,14 @@ impl Family {
     ) -> Vec<LeafPair> {
         let leaf = |s: usize, i: u32| &self.plants[s].leaves()[i as usize];
         let mut found: Vec<LeafPair> = Vec::new();
-        let mut between = |pair: (u16, u16)| {
-            if pair.0 == pair.1 {
-                return pair.0;
-            }
-            let known = slots.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
-                slots.pairs.push(pair);
-                slots.pairs.len() - 1
-            });
-            slots.first.saturating_add(known as u16)
-        };
         // A leaf that comes or goes takes part in the change of pictures, or a crown would be of two kinds.
         let mut alone = |s: usize, i: u32| {
             let mut leaves = [NONE; 2];
             leaves[s] = i;
             let own = leaf(s, i).slot;
             let pair = partner.iter().find(|pair| if s == 0 { pair.0 == own } else { pair.1 == own });
-            let slot = pair.map_or(own, |pair| between(*pair));
-            found.push(LeafPair { kin, leaves, shows: [true; 2], slot });
+            let slot = pair.map_or(own, |pair| slots.between(*pair));
+            found.push(LeafPair { kin, on: [kin; 2], leaves, shows: [true; 2], slot });
         };
         if a.is_empty() || b.is_empty() {
             a.iter().for_each(|&i| alone(0, i));
@@ -131,87 +147,95 @@ impl Family {
             return found;
         }
         // Only leaves whose pictures go together.
-        let of = |s: usize, leaves: &[u32], pair: &(u16, u16)| -> Vec<u32> {
-            let slot = if s == 0 { pair.0 } else { pair.1 };
-            leaves.iter().copied().filter(|&i| leaf(s, i).slot == slot).collect()
+        let of = |s: usize, leaves: &[u32], slots: &[u16]| -> Vec<u32> {
+            leaves.iter().copied().filter(|&i| slots.contains(&leaf(s, i).slot)).collect()
         };
         let (mut paired_a, mut paired_b) = (BTreeSet::new(), BTreeSet::new());
         let mut matched: Vec<(u32, u32, (u16, u16))> = Vec::new();
-        for pair in partner {
-            let (own, other) = (of(0, a, pair), of(1, b, pair));
-            if own.is_empty() || other.is_empty() {
-                continue;
-            }
-            let own: Vec<u32> = own.into_iter().filter(|i| !paired_a.contains(i)).collect();
-            let other: Vec<u32> = other.into_iter().filter(|i| !paired_b.contains(i)).collect();
-            for (i, j) in self.greedy(own, other) {
+        for [slots_a, slots_b] in together(partner) {
+            let (own, other) = (of(0, a, &slots_a), of(1, b, &slots_b));
+            let along = |s: usize, i: u32| leaf(s, i).location;
+            for (i, j) in greedy(own, other, &along, &|i, j| unlike(leaf(0, i), leaf(1, j)), true) {
                 paired_a.insert(i);
                 paired_b.insert(j);
-                matched.push((i, j, *pair));
+                matched.push((i, j, (leaf(0, i).slot, leaf(1, j).slot)));
             }
         }
         a.iter().filter(|i| !paired_a.contains(i)).for_each(|&i| alone(0, i));
         b.iter().filter(|j| !paired_b.contains(j)).for_each(|&j| alone(1, j));
         let (mut shown_a, mut shown_b) = (BTreeSet::new(), BTreeSet::new());
         for (i, j, pair) in matched {
-            let slot = between(pair);
-            found.push(LeafPair { kin, leaves: [i, j], shows: [shown_a.insert(i), shown_b.insert(j)], slot });
+            let slot = slots.between(pair);
+            let shows = [shown_a.insert(i), shown_b.insert(j)];
+            found.push(LeafPair { kin, on: [kin; 2], leaves: [i, j], shows, slot });
         }
         found
     }
+}
 
-    /// Pairs of leaves, of which every one of both sides is in one at least.
-    fn greedy(&self, mut a: Vec<u32>, mut b: Vec<u32>) -> Vec<(u32, u32)> {
-        if a.is_empty() || b.is_empty() {
-            return Vec::new();
+/// Pairs of leaves `a` of the first source and `b` of the second, of which every one of `a` is in one at least, and every one of
+/// `b` where `both` says so. `along` says where a leaf is, by source: those of more than [`MOST_PAIRS`] pairs are cut there.
+pub(super) fn greedy(
+    mut a: Vec<u32>,
+    mut b: Vec<u32>,
+    along: &dyn Fn(usize, u32) -> f32,
+    unlike: &dyn Fn(u32, u32) -> f32,
+    both: bool,
+) -> Vec<(u32, u32)> {
+    if a.is_empty() || b.is_empty() {
+        return Vec::new();
+    }
+    let sort = |s: usize, own: &mut [u32]| {
+        own.sort_by(|&i, &j| along(s, i).total_cmp(&along(s, j)).then(i.cmp(&j)));
+    };
+    sort(0, &mut a);
+    sort(1, &mut b);
+    let mut pairs = Vec::with_capacity(a.len().max(b.len()));
+    let mut stretches = vec![(&a[..], &b[..])];
+    while let Some((a, b)) = stretches.pop() {
+        if a.len() * b.len() > MOST_PAIRS && a.len().min(b.len()) > 1 {
+            let ((low_a, high_a), (low_b, high_b)) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
+            stretches.extend([(high_a, high_b), (low_a, low_b)]);
+            continue;
         }
-        let leaf = |s: usize, i: u32| &self.plants[s].leaves()[i as usize];
-        let along = |s: usize, own: &mut [u32]| {
-            own.sort_by(|&i, &j| leaf(s, i).location.total_cmp(&leaf(s, j).location).then(i.cmp(&j)));
-        };
-        along(0, &mut a);
-        along(1, &mut b);
-        let mut pairs = Vec::with_capacity(a.len().max(b.len()));
-        let mut stretches = vec![(&a[..], &b[..])];
-        while let Some((a, b)) = stretches.pop() {
-            if a.len() * b.len() > MOST_PAIRS && a.len().min(b.len()) > 1 {
-                let ((low_a, high_a), (low_b, high_b)) = (a.split_at(a.len() / 2), b.split_at(b.len() / 2));
-                stretches.extend([(high_a, high_b), (low_a, low_b)]);
-                continue;
-            }
-            let (na, nb) = (a.len(), b.len());
-            if na.min(nb) == 1 {
-                pairs.extend(a.iter().flat_map(|&i| b.iter().map(move |&j| (i, j))));
-                continue;
-            }
-            let mut costs: Vec<(f32, u32, u32)> = (0..na)
-                .flat_map(|i| (0..nb).map(move |j| (i, j)))
-                .map(|(i, j)| (unlike(leaf(0, a[i]), leaf(1, b[j])), i as u32, j as u32))
-                .collect();
-            costs.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-            let (mut taken_a, mut taken_b) = (vec![false; na], vec![false; nb]);
-            // One each, then whoever is left.
-            for one_each in [true, false] {
-                for &(_, i, j) in &costs {
-                    let (x, y) = (i as usize, j as usize);
-                    let free = if one_each { !taken_a[x] && !taken_b[y] } else { !taken_a[x] || !taken_b[y] };
-                    if free {
-                        (taken_a[x], taken_b[y]) = (true, true);
-                        pairs.push((a[x], b[y]));
-                    }
+        let (na, nb) = (a.len(), b.len());
+        if na.min(nb) == 1 && (both || nb == 1) {
+            pairs.extend(a.iter().flat_map(|&i| b.iter().map(move |&j| (i, j))));
+            continue;
+        }
+        let mut costs: Vec<(f32, u32, u32)> = (0..na)
+            .flat_map(|i| (0..nb).map(move |j| (i, j)))
+            .map(|(i, j)| (unlike(a[i], b[j]), i as u32, j as u32))
+            .collect();
+        costs.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let (mut taken_a, mut taken_b) = (vec![false; na], vec![false; nb]);
+        // One each, then whoever is left.
+        for one_each in [true, false] {
+            for &(_, i, j) in &costs {
+                let (x, y) = (i as usize, j as usize);
+                let free = if one_each { !taken_a[x] && !taken_b[y] } else { !taken_a[x] || both && !taken_b[y] };
+                if free {
+                    (taken_a[x], taken_b[y]) = (true, true);
+                    pairs.push((a[x], b[y]));
                 }
             }
         }
-        pairs
     }
+    pairs
 }
 
 /// How unlike two leaves are, 0..=1.
 fn unlike(a: &Leaf, b: &Leaf) -> f32 {
+    apart((a.location - b.location).abs(), (a, a.orientation), (b, b.orientation))
+}
+
+/// The same of leaves that are some way apart, 0..=1, with their orientations.
+pub(super) fn apart(way: f32, a: (&Leaf, Rotation), b: (&Leaf, Rotation)) -> f32 {
     let ratio = |x: f32, y: f32| if x.max(y) > 0.0 { (x - y).abs() / x.max(y) } else { 0.0 };
-    let dot = a.orientation.v.dot(b.orientation.v) + a.orientation.w * b.orientation.w;
+    let dot = a.1.v.dot(b.1.v) + a.1.w * b.1.w;
     let turn = math::acos(dot.abs().min(1.0)) * std::f32::consts::FRAC_2_PI;
-    (a.location - b.location).abs() * WEIGHTS[0]
+    let (a, b) = (a.0, b.0);
+    way * WEIGHTS[0]
         + ratio(a.size, b.size) * WEIGHTS[1]
         + ratio(a.size * a.form.width(), b.size * b.form.width()) * WEIGHTS[2]
         + turn * WEIGHTS[3]
@@ -235,43 +259,63 @@ fn partners(leaves: [&[Leaf]; 2]) -> Vec<(u16, u16)> {
     pairs
 }
 
+/// Slots of both sources any of which may go with any: where a slot has several partners, leaves choose among all of theirs.
+pub(super) fn together(partners: &[(u16, u16)]) -> Vec<[Vec<u16>; 2]> {
+    let mut all: Vec<[Vec<u16>; 2]> = Vec::new();
+    for &(a, b) in partners {
+        match all.iter_mut().find(|[of_a, of_b]| of_a.contains(&a) || of_b.contains(&b)) {
+            Some([of_a, of_b]) => {
+                (!of_a.contains(&a)).then(|| of_a.push(a));
+                (!of_b.contains(&b)).then(|| of_b.push(b));
+            }
+            None => all.push([vec![a], vec![b]]),
+        }
+    }
+    all
+}
+
 impl Blender<'_> {
-    /// Adds the leaves of the kins that are there.
-    pub(super) fn pair_up(&self, pairs: &LeafPairs, builder: &mut PlantBuilder) {
+    /// Adds the leaves of the kins that are there; of those that go from one kin to another it tells which they are and of which
+    /// pair.
+    pub(super) fn pair_up(&self, pairs: &LeafPairs, builder: &mut PlantBuilder) -> Vec<(usize, LeafPair)> {
         let family = self.family;
+        let (mut count, mut travelling) = (0, Vec::new());
+        let mut add = |leaf: Leaf| {
+            builder.leaf(leaf);
+            count += 1;
+            count - 1
+        };
         for pair in &pairs.pairs {
+            let stands = |s: usize| pair.leaves[s] != NONE && self.chains[pair.on[s] as usize] != NONE;
+            let leaf = |s: usize| &family.plants[s].leaves()[pair.leaves[s] as usize];
             let k = pair.kin as usize;
-            if self.chains[k] == NONE {
+            if stands(0) && stands(1) && self.feeds[k] == Feed::Several {
+                let between = between(leaf(0), leaf(1), self.share(k)[1], pair.slot);
+                let (chain, degree) = (ChainId(self.chains[pair.on[0] as usize]), self.grown[k]);
+                let (size, offset) = (between.size * grown(degree), between.offset * degree);
+                let index = add(Leaf { chain, size, offset, ..between });
+                if pair.on != [pair.kin; 2] {
+                    travelling.push((index, *pair));
+                }
                 continue;
             }
-            let shares = self.share(k);
-            let (chain, degree) = (ChainId(self.chains[k]), self.grown[k]);
-            let leaf = |s: usize| &family.plants[s].leaves()[pair.leaves[s] as usize];
-            let fed = self.feeds[k];
-            match pair.leaves {
-                [a, b] if a != NONE && b != NONE && fed == Feed::Several => {
-                    let between = between(leaf(0), leaf(1), shares[1], pair.slot);
-                    let (size, offset) = (between.size * grown(degree), between.offset * degree);
-                    builder.leaf(Leaf { chain, size, offset, ..between });
-                }
-                _ => {
-                    for (s, share) in shares.iter().enumerate().take(2) {
-                        let shows = pair.shows[s] || fed == Feed::Several;
-                        if pair.leaves[s] != NONE && *share > 0.0 && shows {
-                            let own = *leaf(s);
-                            let (size, offset) = (own.size * (share.sqrt() * grown(degree)), own.offset * degree);
-                            builder.leaf(Leaf { chain, size, offset, slot: pair.slot, ..own });
-                        }
-                    }
+            for s in (0..2).filter(|&s| stands(s)) {
+                let on = pair.on[s] as usize;
+                let (share, degree) = (self.share(on)[s], self.grown[on]);
+                if share > 0.0 && (pair.shows[s] || self.feeds[on] == Feed::Several) {
+                    let own = *leaf(s);
+                    let (size, offset) = (own.size * (share.sqrt() * grown(degree)), own.offset * degree);
+                    add(Leaf { chain: ChainId(self.chains[on]), size, offset, slot: pair.slot, ..own });
                 }
             }
         }
+        travelling
     }
 }
 
 /// How long leaves are on a chain that has grown so far, as a share: their area follows it, but on shoots that are hardly there
 /// they are no longer than those, or all leaves of a limb would stand in a ball.
-pub(crate) fn grown(degree: f32) -> f32 {
+fn grown(degree: f32) -> f32 {
     degree.sqrt().min(degree * SHOOT)
 }
 
@@ -287,7 +331,7 @@ pub(super) fn emerged(degree: f32, lot: f32) -> f32 {
 }
 
 /// The leaf at share `t` of the second.
-fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
+pub(super) fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
     let mix = |x: f32, y: f32| x * (1.0 - t) + y * t;
     Leaf {
         chain: a.chain,
@@ -303,7 +347,6 @@ fn between(a: &Leaf, b: &Leaf, t: f32, slot: u16) -> Leaf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Rotation;
     use crate::plant::LeafForm;
 
     fn leaf(size: f32, form: LeafForm) -> Leaf {
@@ -324,6 +367,31 @@ mod tests {
         assert_eq!(none.form, LeafForm::Flat(1.0));
         let square = between(&leaf(0.2, LeafForm::Square), &leaf(0.1, LeafForm::Square), 0.3, 0);
         assert_eq!(square.form, LeafForm::Square);
+    }
+
+    #[test]
+    fn leaves_of_a_slot_with_several_partners_go_with_all_of_them() {
+        let plant = |slots: &[u16]| {
+            let mut builder = crate::plant::PlantBuilder::new();
+            let stem = builder.stem(glam::Vec3::ZERO, &[glam::Vec3::ZERO, glam::Vec3::Y], &[0.1, 0.1]);
+            for (i, &slot) in slots.iter().enumerate() {
+                let location = (i as f32 + 0.5) / slots.len() as f32;
+                builder.leaf(Leaf { chain: stem, location, slot, ..leaf(0.1, LeafForm::Square) });
+            }
+            builder.finish().unwrap()
+        };
+        let (a, b) = (plant(&[0; 12]), plant(&[1, 2, 3, 1, 2, 3, 1, 2, 1]));
+        for (from, to) in [(a.clone(), b.clone()), (b, a)] {
+            let kin = crate::relate::Kin { parent: None, members: vec![Some(ChainId(0)); 2] };
+            let (family, slots) = Family::new(vec![from, to], &[kin]).unwrap().pair_leaves(9);
+            let pairs = &family.leaf_pairs.as_ref().unwrap().pairs;
+            assert!(pairs.iter().all(|pair| !pair.leaves.contains(&NONE)), "{pairs:?}");
+            assert_eq!((pairs.len(), slots.pairs.len()), (12, 3));
+            for pair in pairs {
+                let worn = [0, 1].map(|s| family.plants[s].leaves()[pair.leaves[s] as usize].slot);
+                assert_eq!(slots.pairs[usize::from(pair.slot - 9)], (worn[0], worn[1]));
+            }
+        }
     }
 
     #[test]

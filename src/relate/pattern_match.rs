@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::assignment::assign;
 use super::chain_traits::{ChainTraits, Measure};
+use super::forked::viewed;
 use super::fuzzy::MOST_CELLS;
 use super::pattern_tree::{PatternNode, PatternTree};
 use super::pruned::assign_pruned;
@@ -45,7 +46,8 @@ const MOST_PAIRS: usize = 1 << 20;
 /// Every how many directions of a lobe bound a distance.
 const STRIDE: usize = DIRECTIONS / 8;
 
-/// The family of two plants under [`match_patterns`]; `patterns` says which branches are one group.
+/// The family of two plants under [`match_patterns`]; `patterns` says which branches are one group. Limbs of main forks are stems on
+/// the way (`forked.rs`); its ends are the plants as they are.
 ///
 /// # Errors
 ///
@@ -60,9 +62,15 @@ pub fn pattern_family(
     if plants.iter().any(|plant| plant.chains().is_empty()) {
         return Err(FamilyError::Empty);
     }
+    let (plants, forked) = match viewed(&plants, patterns) {
+        Some((views, forked)) => (views, Some(forked)),
+        None => (plants, None),
+    };
     let trees: Vec<PatternTree> = plants.par_iter().map(|plant| PatternTree::of(plant, patterns)).collect();
     let kins = match_patterns(&trees[0], &trees[1], params);
-    Family::new(plants, &kins)
+    let mut family = Family::new(plants, &kins)?;
+    family.forked = forked;
+    Ok(family)
 }
 
 /// A chain of one side and those of the other that it is matched with.

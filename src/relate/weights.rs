@@ -23,6 +23,9 @@ pub struct Weights {
     /// Kins that are as their source has them, radii and all, whatever becomes of what they bear; empty where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     kept: Vec<bool>,
+    /// Share of its size that a leaf has at least; with 0 those that did not come out yet are left off.
+    #[serde(skip)]
+    least_leaf: f32,
 }
 
 /// How the shares of two members run along a kin (2017 CAVW, 6.1): `t` is the share of the later source, `s` the
@@ -49,6 +52,7 @@ impl Weights {
             units: 0,
             runs: Vec::new(),
             kept: Vec::new(),
+            least_leaf: 0.0,
         }
     }
 
@@ -103,6 +107,19 @@ impl Weights {
     /// Address of the times of growth units; 0 for all at once.
     pub(super) fn units(&self) -> u64 {
         self.units
+    }
+
+    /// The same weights, with every leaf of the chains that are there, of a share of its size at least: keys of an animation
+    /// have the same leaves.
+    #[must_use]
+    pub(crate) fn with_least_leaf(mut self, share: f32) -> Self {
+        self.least_leaf = share;
+        self
+    }
+
+    /// Share of its size that a leaf has at least.
+    pub(super) fn least_leaf(&self) -> f32 {
+        self.least_leaf
     }
 
     /// How many kins.
