@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::growth::{Tree, grow_all};
 use super::refine::Ways;
+use super::skeleton;
 use super::space::Space;
 use super::structure::Structure;
 use super::{Graph, GraphParams, GrowError, ObstacleMeshes, Solids, grow};
@@ -307,23 +308,24 @@ fn length_and_whims_cost_what_a_species_says() {
 
 #[test]
 fn a_free_leader_holds_nothing_back() {
-    // How long shoots are at most, over what is left of the trunk above them.
-    let longest = |leader: LeaderRule| {
-        let mut params = GrowParams { leader, crookedness: 1.0, ..small() };
-        params.iterations = vec![pass(point(0.95), 0.0), pass(surface(2, 1.0, 60), 1.2)];
-        let plant = grown(&params);
-        let posed = plant.pose();
-        let trunk = plant.chain_ids().find(|&id| plant.chain(id).parent.is_none()).unwrap();
-        let tip = *posed.chain(&plant, trunk).last().unwrap();
-        let shoots = plant.chain_ids().filter(|&id| plant.chain(id).parent == Some(trunk));
-        let share = |id| {
-            let points = posed.chain(&plant, id);
-            points.iter().map(|p| p.distance(points[0])).fold(0.0, f32::max) / tip.distance(points[0])
-        };
-        shoots.map(share).fold(0.0, f32::max)
+    // A trunk with level shoots, of which the uppermost is longer than what is left of the trunk above it.
+    let heights = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.92, 1.0];
+    let mut places: Vec<Vec3> = heights.map(|y| Vec3::Y * y).to_vec();
+    let mut parents: Vec<u32> = (0..11_u32).map(|k| k.saturating_sub(1)).collect();
+    for at in [3_usize, 6, 9] {
+        let first = places.len() as u32;
+        parents.extend([at as u32, first]);
+        places.extend([0.15, 0.3].map(|out| Vec3::new(out, heights[at], 0.0)));
+    }
+    let ways = Ways { places, parents, first: 1.0, fine: 1.0, finer: 0 };
+    let reach = |leader: LeaderRule| {
+        let params = GrowParams { leader, crookedness: 1.0, bole: 0.0, height: 1.0, ..small() };
+        let made = skeleton::skeleton(&ways, &params, None, &|_, _| false).unwrap();
+        let upper = made.nodes.iter().filter(|node| node.position.y > 0.85);
+        upper.map(|node| node.position.x).fold(0.0, f32::max)
     };
-    let (held, free) = (longest(LeaderRule::Held), longest(LeaderRule::Free));
-    assert!(held < 1.1 && free > 1.3, "{held} {free}");
+    let (held, free) = (reach(LeaderRule::Held), reach(LeaderRule::Free));
+    assert!(held < 0.1 && (free - 0.3).abs() < 1e-3, "{held} {free}");
 }
 
 #[test]
