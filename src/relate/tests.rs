@@ -325,7 +325,14 @@ fn the_order_of_the_sources_does_not_show_in_a_blend_of_three() {
     };
     let mut sets = vec![vec![pole(0.0), pole(130.0), pole(210.0)], vec![pole(0.0), pole(120.0), pole(240.0)]];
     sets.extend((0..6).map(|seed| (0..3).map(|i| random_plant(Seed::new(seed).at(i), 30, Oddity::Tame)).collect()));
-    let all = |shares: [f32; 3]| move |family: &Family| crate::blend::mix(family, &shares);
+    let all = |family: &Family, shares: [f32; 3]| {
+        let mut weights = Weights::new(family.kin_count(), 3);
+        for kin in family.kin_ids() {
+            let held = (0..3).filter(|&s| family.member(kin, s).is_some()).map(|s| shares[s]).sum::<f32>();
+            weights.set(kin, &shares, held / shares.iter().sum::<f32>());
+        }
+        weights
+    };
     let tips = |plant: &Plant| -> Vec<Vec3> {
         let pose = plant.pose();
         plant.chain_ids().map(|id| pose.curve(plant, id).point(1.0)).collect()
@@ -340,7 +347,7 @@ fn the_order_of_the_sources_does_not_show_in_a_blend_of_three() {
                     false => super::nway_family(plants, &EVEN),
                 };
                 let family = family.unwrap();
-                family.blend(&all(order.map(|s| shares[s]))(&family))
+                family.blend(&all(&family, order.map(|s| shares[s])))
             });
             let first = tips(&trees[0]);
             for tree in &trees[1..] {
