@@ -223,6 +223,42 @@ fn json_of_a_plant_has_the_documented_fields() {
 }
 
 #[test]
+fn distances_and_symmetry_are_measured_by_the_costs_that_are_given() {
+    let project = tiny::project();
+    let folder = project.path();
+    // A limb to the one side, and one to the other a little higher.
+    let chain = |parent: &str, at: f32, tip: &str| {
+        format!("Chain(parent: {parent}, location: {at}, origin: (0, 0, 0), points: [(0, 0, 0, 0.1), {tip}]),")
+    };
+    let plant = |limbs: &[(f32, f32)]| {
+        let limbs = limbs.iter().map(|(at, x)| chain("Some(0)", *at, &format!("({x}, 0.3, 0.2, 0.05)")));
+        let chains = chain("None", 0.0, "(0, 4, 0, 0.05)") + &limbs.collect::<String>();
+        format!("Plant(chains: [{chains}], leaves: [])")
+    };
+    let files = ["left.ron", "right.ron", "both.ron"];
+    for (file, limbs) in files.iter().zip([&[(0.5, -1.0)][..], &[(0.52, 1.0)], &[(0.5, -1.0), (0.55, 1.0)]]) {
+        fs::write(folder.join(file), plant(limbs)).unwrap();
+    }
+    let told = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&says(folder, &[&["distance"], &files[..2], more].concat())).unwrap()
+    };
+    // By more than that they do not go together.
+    let (usual, paper) = (told(&[]), told(&["--direction", "0", "--length", "0"]));
+    assert_ne!(told(&["--direction", "1"])["distances"], usual["distances"]);
+    assert_eq!(paper["matching"], serde_json::json!({ "epsilon": 0.1, "direction": 0.0, "length": 0.0 }));
+    assert_eq!(told(&["--epsilon", "0.1", "--length", "0.05"]), usual);
+    assert_ne!(told(&["--direction", "0", "--epsilon", "0.01"])["distances"], usual["distances"]);
+    let mirrored = |more: &[&str]| says(folder, &[&["inspect", files[2], "--symmetry", "--json"], more].concat());
+    assert_ne!(mirrored(&["--metric", "qed"]), mirrored(&[]));
+    assert_ne!(mirrored(&["--epsilon", "0.001"]), mirrored(&[]));
+    for wrong in [&["distance", files[0], files[1], "--length", "2"][..], &["inspect", files[2], "--direction", "0"]] {
+        assert_eq!(treewright(folder, wrong).status.code(), Some(2), "{wrong:?}");
+    }
+    let help = says(folder, &["distance", "--help"]) + &says(folder, &["inspect", "--help"]);
+    assert!(["--epsilon", "--direction", "--length"].iter().all(|name| help.matches(name).count() == 2), "{help}");
+}
+
+#[test]
 fn distances_are_told_as_json_and_csv_and_drawn() {
     let project = tiny::project();
     let folder = project.path();

@@ -16,23 +16,43 @@ const UNSEEN: f32 = 1e-3;
 /// What at least is left of a branch: one that leaves its bearer at the ground can't be made short enough.
 const LEAST: f32 = 0.15;
 
+/// How far some plants reach below the ground, metres; 0 where none does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Depths {
+    wood: f32,
+    leaves: f32,
+}
+
+impl Depths {
+    pub(super) fn of<'s>(plants: impl Iterator<Item = &'s Plant>) -> Self {
+        plants.fold(Self { wood: 0.0, leaves: 0.0 }, |least, plant| {
+            let posed = plant.pose();
+            Self { wood: least.wood.min(lowest_wood(&posed)), leaves: least.leaves.min(lowest_leaf(plant, &posed)) }
+        })
+    }
+}
+
 /// A blend of some plants whose wood and leaves reach no farther below the ground (y = 0) than those of any of them; as it is
 /// where they do not.
 #[must_use]
 pub fn grounded<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
-    let (mut blend, sources) = (blend, sources.into_iter());
-    let deepest = |of: &dyn Fn(&Plant) -> f32| sources.clone().map(of).fold(0.0, f32::min);
+    let sources = sources.into_iter();
+    held(blend, &|| Depths::of(sources.clone()))
+}
+
+/// As [`grounded`], by the depths of the sources.
+pub(super) fn held(mut blend: Plant, depths: &dyn Fn() -> Depths) -> Plant {
     let posed = blend.pose();
     let hair = posed.positions().iter().fold(0.0_f32, |top, p| top.max(p.y)) * UNSEEN;
     let (wood, leaves) = (lowest_wood(&posed), lowest_leaf(&blend, &posed));
     if wood < -hair {
-        let ground = deepest(&|source| lowest_wood(&source.pose()));
+        let ground = depths().wood;
         if wood < ground - hair {
             blend = shortened(&blend, ground);
         }
     }
     if leaves < -hair {
-        let ground = deepest(&|source| lowest_leaf(source, &source.pose())) - hair;
+        let ground = depths().leaves - hair;
         let posed = blend.pose();
         let low: Vec<bool> = blend.leaves().iter().map(|leaf| tip(&blend, &posed, leaf) < ground).collect();
         blend = blend.keep_leaves(|i, leaf| (!low[i]).then_some(*leaf));

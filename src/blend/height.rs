@@ -7,7 +7,7 @@
 //! metres stood a tree of 11.7. Such a tree is as much shorter or longer in all of its branches. They stay as thick: they are as their sources have them, and
 //! so do leaves.
 
-use super::grounded;
+use super::ground::{Depths, held};
 use crate::plant::Plant;
 
 /// A blend of some plants that reaches no farther below the ground than any of them and is as high as lies between them; as it is
@@ -15,12 +15,35 @@ use crate::plant::Plant;
 #[must_use]
 pub fn within<'s, S: IntoIterator<Item = &'s Plant, IntoIter: Clone>>(blend: Plant, sources: S) -> Plant {
     let sources = sources.into_iter();
-    between(grounded(blend, sources.clone()), sources)
+    let heights = Bounds::heights(sources.clone());
+    between(held(blend, &|| Depths::of(sources.clone())), heights)
 }
 
-fn between<'s>(blend: Plant, sources: impl Iterator<Item = &'s Plant>) -> Plant {
-    let ends = (f32::MAX, 0.0_f32);
-    let (least, most) = sources.map(Plant::height).fold(ends, |(l, m), height| (l.min(height), m.max(height)));
+/// What some plants bound their blends by, known for many of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    depths: Depths,
+    /// Of the lowest and of the highest.
+    heights: (f32, f32),
+}
+
+impl Bounds {
+    /// Those of some plants.
+    pub(crate) fn of(sources: &[Plant]) -> Self {
+        Self { depths: Depths::of(sources.iter()), heights: Self::heights(sources.iter()) }
+    }
+
+    fn heights<'s>(sources: impl Iterator<Item = &'s Plant>) -> (f32, f32) {
+        sources.map(Plant::height).fold((f32::MAX, 0.0_f32), |(l, m), height| (l.min(height), m.max(height)))
+    }
+
+    /// As [`within`].
+    pub(crate) fn hold(&self, blend: Plant) -> Plant {
+        between(held(blend, &|| self.depths), self.heights)
+    }
+}
+
+fn between(blend: Plant, (least, most): (f32, f32)) -> Plant {
     let height = blend.height();
     if !(least > 0.0 && height > 0.0) || (least..=most).contains(&height) {
         return blend;
@@ -53,5 +76,6 @@ mod tests {
         for height in [4.0, 5.0, 6.0] {
             assert!(within(pole(height), &sources) == pole(height));
         }
+        assert!(Bounds::of(&sources).hold(pole(9.0)) == made && Bounds::of(&sources).hold(pole(5.0)) == pole(5.0));
     }
 }

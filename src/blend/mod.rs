@@ -15,6 +15,7 @@ mod tests;
 
 pub use ground::grounded;
 pub use growth::grown;
+pub(crate) use height::Bounds;
 pub use height::within;
 pub use mix::{mix, scattered};
 pub(crate) use morph::support_at;

@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use super::cache::{Cache, Entry, Stage};
 use super::morphs::{self, Morphs};
-use super::selections::{self, Selected};
+use super::selections::Selected;
 use super::shapes::{self, Shapes};
 use super::trees::content;
 use crate::base::{Diagnostic, Key, Seed};
-use crate::blend::{self, Chosen, State, Tasks};
-use crate::plant::Plant;
+use crate::blend::{self, Bounds, Chosen, State, Tasks};
+use crate::plant::{ChainId, Plant, rule_radii};
 use crate::preset::Plan;
-use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, ShapeKind, StemRule, Variant};
+use crate::preset::plan::{BlendParams, BlendScale, BlendTree, PartRegion, RadiusRule, ShapeKind, StemRule, Variant};
 use crate::relate::{self, Family, FamilyError, Weights};
 use crate::select;
 
@@ -182,6 +182,16 @@ pub(super) fn blend_of<'b>(plan: &Plan, variant: &Variant, blends: &'b Blends) -
     blend_at(plan, variant, blends, None)
 }
 
+/// How a blend is made, and its family; none for what is no blend.
+pub(super) fn params_of<'b>(
+    plan: &'b Plan,
+    variant: &Variant,
+    blends: &'b Blends,
+) -> Option<(&'b BlendParams, &'b Family)> {
+    let Variant::Blend { blend, .. } = variant else { return None };
+    Some((&plan.blends[*blend], &blends.families[blends.made[*blend].family]))
+}
+
 /// As [`blend_of`], where the state that the variant is may be known already.
 pub(super) fn blend_at<'b>(
     plan: &Plan,
@@ -207,7 +217,31 @@ pub(super) fn blend_at<'b>(
             made.chosen.hold(family, blend::scattered(family, shares, *scatter, seed))
         }
     };
-    Some((family, blend::whole_stems(family, weights)))
+    let weights = match params.stems {
+        StemRule::Grow => weights,
+        StemRule::Apart | StemRule::Merge => blend::whole_stems(family, weights),
+    };
+    Some((family, weights))
+}
+
+/// A blend as it is delivered but for branches that run into others: as thick as its rule says, and within its sources' bounds.
+pub(super) fn finished(params: &BlendParams, bounds: &Bounds, plant: Plant) -> Plant {
+    let plant = match params.radii {
+        RadiusRule::Corrected => plant,
+        RadiusRule::Ruled => {
+            let radii = rule_radii(&plant);
+            plant.with_radii(radii)
+        }
+    };
+    bounds.hold(plant)
+}
+
+/// A tree of a blend without some branches, bare; none for what is no blend. What runs into others is found in the tree that it is in the end.
+pub(super) fn delivered(plan: &Plan, variant: &Variant, blends: &Blends, gone: &[ChainId]) -> Option<Plant> {
+    let Variant::Blend { blend, .. } = variant else { return None };
+    let (family, weights) = blend_of(plan, variant, blends)?;
+    let plant = finished(&plan.blends[*blend], &Bounds::of(family.sources()), family.blend(&weights));
+    Some(select::without(&plant, gone))
 }
 
 /// One variant, bare.
@@ -221,10 +255,7 @@ pub(super) fn variant(
 ) -> Plant {
     let made = match variant {
         Variant::Source(index) => Some(sources[*index].clone()),
-        Variant::Blend { .. } => blend_of(plan, variant, blends).map(|(family, weights)| {
-            let cleared = select::without(&family.blend(&weights), selected.gone(variant));
-            blend::within(cleared, family.sources())
-        }),
+        Variant::Blend { .. } => delivered(plan, variant, blends, selected.gone(variant)),
         Variant::Shape { shape, shares } => {
             let of = plan.shapes[*shape].of.iter().filter_map(|&source| sources.get(source));
             // What is symmetric leans less than its source, and is as high as that makes it.
@@ -232,7 +263,9 @@ pub(super) fn variant(
             let bound = |plant| if is_mirrored { blend::grounded(plant, of) } else { blend::within(plant, of) };
             blends.shapes.plant(*shape, shares).map(bound)
         }
-        Variant::Selected { .. } => selected.get(variant).and_then(|kept| selections::plant(plan, kept, blends)),
+        Variant::Selected { .. } => {
+            selected.get(variant).and_then(|kept| delivered(plan, &kept.recipe, blends, &kept.gone))
+        }
         Variant::Frame { morph, frame } => morphs.made.get(*morph).map(|made| made.frame(*frame)),
         // It is shaped when it has leaves.
         Variant::Sketched { of, .. } => return self::variant(plan, of, sources, blends, selected, morphs),
@@ -289,6 +322,9 @@ pub(super) fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree
         if params.stems != StemRule::Apart {
             fields.insert("stems".to_owned(), serde_json::json!(params.stems));
         }
+        if params.radii != RadiusRule::Corrected {
+            fields.insert("radii".to_owned(), serde_json::json!(params.radii));
+        }
         if params.scale != BlendScale::Chain {
             fields.insert("scale".to_owned(), serde_json::json!(params.scale));
         }
@@ -302,8 +338,11 @@ pub(super) fn blend_identity(plan: &Plan, params: &BlendParams, tree: &BlendTree
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::PlantStats;
+    use crate::build::selections;
+    use crate::plant::{PlantBuilder, PlantStats};
     use crate::relate::random_plant::{Oddity, random_plant};
+
+    use glam::Vec3;
 
     const OAK: &str = "(height: 12.0, iterations: [(endpoints: Surface(k: 4, count: 300))])";
 
@@ -322,8 +361,11 @@ mod tests {
     }
 
     fn made(plan: &Plan) -> Vec<Plant> {
-        let plants = plants();
-        let blends = blends(plan, &plants, &Cache::default()).unwrap();
+        made_of(plants(), plan)
+    }
+
+    fn made_of(plants: Vec<Plant>, plan: &Plan) -> Vec<Plant> {
+        let blends = self::blends(plan, &plants, &Cache::default()).unwrap();
         let selected = selections::selected(plan, &blends).unwrap();
         plan.variants.iter().map(|tree| variant(plan, tree, &plants, &blends, &selected, &Morphs::default())).collect()
     }
@@ -393,5 +435,64 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_judged_is_the_tree_that_is_delivered() {
+        // Stems that go off to both sides: between them one is upright, half as high again as both, and made as much smaller. Its two
+        // limbs then run into each other, which they do in no source and not before.
+        let umbrella = |way: f32| {
+            let mut builder = PlantBuilder::new();
+            let [fork, end] = [Vec3::Y * 2.0, Vec3::new(way * 5.0, 4.0, 0.0)];
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, fork, fork.midpoint(end), end], &[0.3, 0.25, 0.2, 0.15]);
+            for (at, radius) in [(0.7, 0.12), (0.75, 0.11)] {
+                builder.branch(stem, at, &[Vec3::ZERO, Vec3::Z, Vec3::Z * 2.0], &[radius, radius, radius]);
+            }
+            builder.finish().unwrap()
+        };
+        let of = || vec![umbrella(1.0), umbrella(-1.0), umbrella(1.0)];
+        let mix = |filter: &str| plan(&format!("Mix(of: {{\"a\": 1, \"b\": 1}}, filter: {filter})"));
+        let (kept, cleared) = (made_of(of(), &mix("None")).remove(0), made_of(of(), &mix("Plausible()")).remove(0));
+        assert!((kept.height() - umbrella(1.0).height()).abs() < 1e-3, "{}", kept.height());
+        assert_eq!((kept.chains().len(), cleared.chains().len()), (3, 2));
+    }
+
+    #[test]
+    fn stems_that_grow_are_there_from_the_first_and_radii_by_the_rule_follow_it() {
+        let stems = |count: usize| {
+            let mut builder = PlantBuilder::new();
+            for i in 0..count {
+                let foot = Vec3::X * (2.0 * i as f32);
+                let stem = builder.stem(foot, &[Vec3::ZERO, Vec3::Y * 3.0, Vec3::Y * 6.0], &[0.2, 0.15, 0.1]);
+                builder.branch(stem, 0.5, &[Vec3::ZERO, Vec3::X], &[0.05, 0.04]);
+            }
+            builder.finish().unwrap()
+        };
+        let of = || vec![stems(3), stems(1), stems(1)];
+        let text = |more: &str| format!("Mix(of: {{\"a\": 0.2, \"b\": 0.8}}{more})");
+        let tree = |more: &str| made_of(of(), &plan(&text(more))).remove(0);
+        let count = |tree: &Plant| tree.chains().iter().filter(|chain| chain.parent.is_none()).count();
+        let (apart, grown) = (tree(""), tree(", stems: Grow"));
+        assert_eq!((count(&apart), count(&grown)), (1, 3));
+        let lengths: Vec<f32> = grown
+            .chain_ids()
+            .filter(|id| grown.chain(*id).parent.is_none())
+            .map(|id| grown.points(id)[grown.points(id).len() - 1].length())
+            .collect();
+        assert!(lengths.iter().filter(|length| (**length - 1.2).abs() < 0.01).count() == 2, "{lengths:?}");
+        let ruled = tree(", radii: Ruled");
+        assert!(ruled.all_radii() == rule_radii(&ruled) && ruled.all_points() == apart.all_points());
+        let (tip, limb) = (0.1_f32, 0.04_f32);
+        let carried = |r: f32| crate::base::math::pow(r, 2.5);
+        let base = crate::base::math::pow(carried(tip) + carried(limb), 0.4);
+        assert!((ruled.all_radii()[0] - base).abs() < 1e-4, "{:?}", ruled.all_radii());
+        // Blends of two and samples have both, too, and what is not asked for is not told.
+        let plan = plan(
+            "Blend(of: [\"a\", \"b\"], count: 1, stems: Grow, radii: Ruled), Blend(of: [\"a\", \"b\"], count: 1),
+             Explore(of: [\"a\", \"b\"], count: 1, stems: Grow, radii: Ruled)",
+        );
+        let told = |i: usize| identity(&plan, &plan.variants[i], &Selected::default()).0;
+        assert!(told(0)["radii"] == "Ruled" && told(0)["stems"] == "Grow" && told(2)["radii"] == "Ruled");
+        assert!(told(1)["radii"].is_null() && told(1)["stems"].is_null());
     }
 }

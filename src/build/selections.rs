@@ -1,11 +1,12 @@
-//! What trees are cleared of, and which of them selections keep: candidates are blended bare, filtered, scored and picked. Candidates are forgotten
-//! once measured; those that are kept are blended again, which costs a millisecond.
+//! What trees are cleared of, and which of them selections keep: candidates are blended bare, as high and thick as they are delivered,
+//! filtered, scored and picked. Candidates are forgotten once measured; those that are kept are blended again, which costs a
+//! millisecond.
 
 use rayon::prelude::*;
 
 use super::blends::{self, Blends};
 use crate::base::{Diagnostic, Note, counted};
-use crate::blend::within;
+use crate::blend::Bounds;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
 use crate::preset::plan::{FilterParams, Pick, Selection, Variant};
@@ -80,7 +81,7 @@ fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<Chain
     let trees: Vec<Variant> = plan.variants.iter().map(unsketched).filter(is_of_blend).cloned().collect();
     let first = trees.first().and_then(|tree| blends::blend_of(plan, tree, made));
     let (Some(filter), Some((family, _))) = (&params.filter, first) else { return Default::default() };
-    let habits = Habits::of(family, filter);
+    let (habits, bounds) = (Habits::of(family, filter), Bounds::of(family.sources()));
     let states = blends::states(plan, &trees, made);
     let found: Vec<Vec<Collision>> = trees
         .par_iter()
@@ -90,6 +91,7 @@ fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<Chain
             |(blender, plant), (tree, state)| {
                 let Some((_, weights)) = blends::blend_at(plan, tree, made, state.as_ref()) else { return Vec::new() };
                 blender.blend_into(&weights, plant);
+                *plant = blends::finished(params, &bounds, std::mem::take(plant));
                 select::collisions(plant, &Posed::of_bearers(plant), blender.kins(), &habits, filter)
             },
         )
@@ -131,8 +133,9 @@ fn removed<'c>(trees: impl Iterator<Item = &'c [Collision]>) -> Option<String> {
 type Outcome = (Vec<Kept>, Vec<Note>);
 
 fn one(plan: &Plan, selection: &Selection, made: &Blends) -> Result<Outcome, Diagnostic> {
-    let first = selection.candidates.first().and_then(|recipe| blends::blend_of(plan, recipe, made));
-    let Some((family, _)) = first else { return Ok((Vec::new(), Vec::new())) };
+    let first = selection.candidates.first().and_then(|recipe| blends::params_of(plan, recipe, made));
+    let Some((params, family)) = first else { return Ok((Vec::new(), Vec::new())) };
+    let bounds = Bounds::of(family.sources());
     let sources = Sources::of(family, &selection.filter);
     let states = blends::states(plan, &selection.candidates, made);
     // All of one blend, so of one family.
@@ -145,6 +148,7 @@ fn one(plan: &Plan, selection: &Selection, made: &Blends) -> Result<Outcome, Dia
             |(blender, plant), (recipe, state)| {
                 let (_, weights) = blends::blend_at(plan, recipe, made, state.as_ref())?;
                 blender.blend_into(&weights, plant);
+                *plant = blends::finished(params, &bounds, std::mem::take(plant));
                 Some(select::examine(plant, blender.kins(), &sources, &selection.filter))
             },
         )
@@ -235,12 +239,6 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
         said.push(format!("the sources' own branches run into each other {} times, and stay", counts.join(" and ")));
     }
     said.into_iter().map(|message| Note { about: selection.field.clone(), message }).collect()
-}
-
-/// A kept tree, bare.
-pub(super) fn plant(plan: &Plan, kept: &Kept, made: &Blends) -> Option<Plant> {
-    let (family, weights) = blends::blend_of(plan, &kept.recipe, made)?;
-    Some(within(select::without(&family.blend(&weights), &kept.gone), family.sources()))
 }
 
 #[cfg(test)]

@@ -3,11 +3,13 @@
 use rayon::prelude::*;
 
 use crate::base::Diagnostic;
-use crate::blend::shape::{Metric, Reflection, SmallBranches, nearest_facing, weighted_mean};
+use crate::blend::shape::{
+    Metric, Reflection, SmallBranches, TreeGeodesic, TreePoint, frechet_mean, nearest_facing, weighted_mean,
+};
 use crate::plant::Plant;
 use crate::preset::Plan;
-use crate::preset::plan::{ChainPath, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
-use crate::relate::{Family, FamilyError, elastic_family, turned};
+use crate::preset::plan::{ChainPath, Facing, MatchParams, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
+use crate::relate::{Family, FamilyError, canonical_order, elastic_family, nway_family, turned};
 use crate::select;
 
 /// The shape spaces of a plan, each once.
@@ -23,6 +25,8 @@ pub(super) struct Shapes {
 enum Space {
     /// Several sources.
     Sources(Box<Family>, Option<SmallBranches>),
+    /// Several sources as points of tree-shape space.
+    Orthants(Box<Orthants>),
     /// A source and its reflection.
     Mirror(Box<Reflection>),
 }
@@ -64,31 +68,89 @@ fn space(params: &ShapeParams, sources: &[Plant]) -> Result<Space, FamilyError> 
             Ok(Space::Mirror(Box::new(reflection)))
         }
         ShapeKind::Sources { facing, turn } => {
-            let small = match params.small {
-                SmallRule::Kept => None,
-                SmallRule::Removed { alpha } => Some(SmallBranches::of(plants.iter().copied(), alpha)),
-            };
-            let mut all: Vec<Plant> = plants.into_iter().cloned().collect();
-            let metric = match params.elastic.path {
-                ChainPath::Elastic => Metric::Elastic,
-                ChainPath::Straight => Metric::Qed,
-            };
-            if !all.iter().any(|p| p.chains().is_empty()) {
-                let first = all[0].clone().without_leaves();
-                for plant in all.iter_mut().skip(1) {
-                    let angle = match facing {
-                        Facing::Fixed => 0.0,
-                        Facing::Free => {
-                            nearest_facing(&first, &plant.clone().without_leaves(), metric, &params.elastic)?.1
-                        }
-                    };
-                    if angle + turn != 0.0 {
-                        *plant = turned(plant, angle + turn);
-                    }
-                }
-            }
+            let small = small(params, &plants);
+            let all = faced(params, &plants, facing, turn)?;
             Ok(Space::Sources(Box::new(elastic_family(all, &params.elastic)?), small))
         }
+        ShapeKind::Orthants { facing, turn } => {
+            let small = small(params, &plants);
+            let all = faced(params, &plants, facing, turn)?;
+            Ok(Space::Orthants(Box::new(Orthants::of(all, small)?)))
+        }
+    }
+}
+
+fn small(params: &ShapeParams, plants: &[&Plant]) -> Option<SmallBranches> {
+    match params.small {
+        SmallRule::Kept => None,
+        SmallRule::Removed { alpha } => Some(SmallBranches::of(plants.iter().copied(), alpha)),
+    }
+}
+
+/// The sources, those behind the first turned.
+fn faced(params: &ShapeParams, plants: &[&Plant], facing: Facing, turn: f32) -> Result<Vec<Plant>, FamilyError> {
+    let mut all: Vec<Plant> = plants.iter().map(|plant| (*plant).clone()).collect();
+    if all.iter().any(|p| p.chains().is_empty()) {
+        return Ok(all);
+    }
+    let metric = match params.elastic.path {
+        ChainPath::Elastic => Metric::Elastic,
+        ChainPath::Straight => Metric::Qed,
+    };
+    let first = all[0].clone().without_leaves();
+    for plant in all.iter_mut().skip(1) {
+        let angle = match facing {
+            Facing::Fixed => 0.0,
+            Facing::Free => nearest_facing(&first, &plant.clone().without_leaves(), metric, &params.elastic)?.1,
+        };
+        if angle + turn != 0.0 {
+            *plant = turned(plant, angle + turn);
+        }
+    }
+    Ok(all)
+}
+
+/// Plants as points of tree-shape space, in the correspondence of blends: in whatever order branches leave.
+#[derive(Debug)]
+struct Orthants {
+    plants: Vec<Plant>,
+    points: Vec<TreePoint>,
+    /// The order in which means walk, whatever the sources' is.
+    order: Vec<usize>,
+    small: Option<SmallBranches>,
+}
+
+impl Orthants {
+    /// Times that a mean walks round its sources.
+    const ROUNDS: usize = 16;
+
+    fn of(plants: Vec<Plant>, small: Option<SmallBranches>) -> Result<Self, FamilyError> {
+        let order = canonical_order(&plants);
+        let family = nway_family(plants, &MatchParams::default())?;
+        let points = (0..family.sources().len()).map(|s| TreePoint::of(&family, s)).collect();
+        Ok(Self { plants: family.sources().to_vec(), points, order, small })
+    }
+
+    fn plant(&self, shares: &[f32]) -> Option<Plant> {
+        let share = |s: &usize| shares.get(*s).copied().unwrap_or(0.0);
+        let there: Vec<usize> = self.order.iter().copied().filter(|s| share(s) > 0.0).collect();
+        let point = match there[..] {
+            [] => return self.plants.first().cloned(),
+            [s] => return self.plants.get(s).cloned(),
+            [a, b] => {
+                TreeGeodesic::new(&self.points[a], &self.points[b]).at(f64::from(share(&b) / (share(&a) + share(&b))))
+            }
+            _ => {
+                let points: Vec<TreePoint> = there.iter().map(|&s| self.points[s].clone()).collect();
+                let weights: Vec<f64> = there.iter().map(|s| f64::from(share(s))).collect();
+                frechet_mean(&points, &weights, Self::ROUNDS)?
+            }
+        };
+        let plant = point.plant().ok()?;
+        Some(match &self.small {
+            Some(small) => select::without(&plant, &small.in_plant(&plant)),
+            None => plant,
+        })
     }
 }
 
@@ -109,6 +171,7 @@ impl Shapes {
     /// A tree, bare; none for a space that the plan does not have.
     pub(super) fn plant(&self, shape: usize, shares: &[f32]) -> Option<Plant> {
         Some(match self.spaces.get(*self.of.get(shape)?)? {
+            Space::Orthants(space) => space.plant(shares).or_else(|| space.plants.first().cloned())?,
             Space::Mirror(reflection) => reflection.symmetrized(shares.get(1).copied().unwrap_or(0.0) * 2.0),
             Space::Sources(family, small) => {
                 let plant = family.blend(&weighted_mean(family, shares));
@@ -166,13 +229,15 @@ mod tests {
             "Geodesic(from: \"a\", to: \"b\", steps: 3),
              Geodesic(from: \"a\", to: \"b\", steps: 2, path: Straight),
              Geodesic(from: \"a\", to: \"c\", steps: 1, facing: Free, small: Kept),
+             Geodesic(from: \"a\", to: \"b\", steps: 2, path: Straightened),
+             Mean(of: [\"a\", \"b\", \"c\"], path: Straightened),
              Mean(of: [\"a\", \"b\", \"c\"]),
              Mean(of: [\"a\", \"b\", \"c\"], weights: {\"b\": 3}),
              Symmetrize(of: \"a\"),
              Symmetrize(of: \"a\", amount: 0.5, plane: At(20)),
              Between(of: [\"c\", \"b\", \"a\"], count: 3),",
         );
-        assert_eq!(trees.len(), 13);
+        assert_eq!(trees.len(), 16);
         for (i, tree) in trees.iter().enumerate() {
             assert_eq!(PlantStats::of(tree).topology_continuity, 1.0, "{i}");
             assert!(trees[..i].iter().all(|other| other != tree), "{i}");

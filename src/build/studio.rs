@@ -19,7 +19,7 @@ use crate::blend;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
 use crate::preset::plan::{
-    BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, StemRule, Variant, Wear,
+    BlendParams, BlendScale, BlendTree, FilterParams, MatchParams, OnlyParams, RadiusRule, StemRule, Variant, Wear,
 };
 use crate::relate::{self, Family};
 use crate::select::{self, Habits};
@@ -179,15 +179,17 @@ impl Studio {
             matching: MATCHING,
             stems: StemRule::Apart,
             scale: BlendScale::Chain,
+            radii: RadiusRule::Corrected,
             only: OnlyParams::default(),
             filter: Some(FilterParams::CLEARED),
         };
         let tree = BlendTree::Point { shares: shares.clone(), scatter: 0.0, draw: 0 };
         let seed = self.seed(&blends::blend_identity(&self.plan, &params, &tree));
         let (plant, kins) = family.blend_with_kins(&blend::whole_stems(family, blend::mix(family, &shares)));
+        let plant = blend::within(plant, family.sources());
         let found = select::collisions(&plant, &Posed::of_bearers(&plant), &kins, habits, &FilterParams::CLEARED);
         let gone: Vec<ChainId> = found.iter().map(|collision| collision.goes).collect();
-        let bare = blend::within(select::without(&plant, &gone), family.sources());
+        let bare = select::without(&plant, &gone);
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::report::Failure;
 use crate::build::{CacheOptions, Limits, Shard};
+use crate::preset::plan::ElasticParams;
 
 /// Turns a few source trees and a preset into a set of engine-ready tree variants.
 #[derive(Debug, Parser)]
@@ -305,6 +306,8 @@ pub(super) struct DistanceArguments {
     /// Scales plants to one size first.
     #[arg(long)]
     pub(super) relative: bool,
+    #[command(flatten)]
+    pub(super) elastic: ElasticArguments,
     /// How the matrix is printed.
     #[arg(long, value_enum, default_value_t = DistanceFormat::Json)]
     pub(super) format: DistanceFormat,
@@ -316,6 +319,45 @@ pub(super) struct DistanceArguments {
     pub(super) seed: u64,
 }
 
+/// Which branches are taken for the same, as `matching` of a preset's `Geodesic` says. Wang et al. (2018) have 0.1, 0 and 0.
+#[derive(Debug, Args)]
+pub(super) struct ElasticArguments {
+    /// How far apart two branches may leave and still match, as a share of their parent: 0.001 to 1, 0.1 unless told.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    epsilon: Option<f64>,
+    /// What opposite directions of two branches count against that: 0 to 1, 0.1 unless told; the paper has 0.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    direction: Option<f64>,
+    /// What a branch of no length counts against a long one, likewise: 0.05 unless told; the paper has 0.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    length: Option<f64>,
+}
+
+impl ElasticArguments {
+    /// Whether any of them was given.
+    pub(super) const fn is_told(&self) -> bool {
+        self.epsilon.is_some() || self.direction.is_some() || self.length.is_some()
+    }
+
+    /// What they say.
+    pub(super) fn params(&self) -> ElasticParams {
+        let usual = ElasticParams::default();
+        let told = |given: Option<f64>, usual: f32| given.map_or(usual, |given| given as f32);
+        ElasticParams {
+            epsilon: told(self.epsilon, usual.epsilon).max(0.001),
+            direction: told(self.direction, usual.direction),
+            length: told(self.length, usual.length),
+            ..usual
+        }
+    }
+}
+
+/// A share of something.
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "it is a number from 0 to 1".to_owned())
+}
+
 /// A distance of plants.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum DistanceMetric {
@@ -323,6 +365,15 @@ pub(super) enum DistanceMetric {
     Qed,
     /// Its L1 variant, the tree edit distance, metres.
     Edit,
+    /// The elastic metric, in which bending costs no length, metres.
+    Elastic,
+}
+
+/// A distance of a plant and its reflection.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum SymmetryMetric {
+    /// Quotient Euclidean distance of tree-shape space, as in the paper, metres.
+    Qed,
     /// The elastic metric, in which bending costs no length, metres.
     Elastic,
 }
@@ -361,6 +412,11 @@ pub(super) struct InspectArguments {
     /// Also tells how far the plant is from symmetric, and across which vertical plane.
     #[arg(long)]
     pub(super) symmetry: bool,
+    /// What the way to the reflection is measured by.
+    #[arg(long, value_enum, default_value_t = SymmetryMetric::Elastic, requires = "symmetry")]
+    pub(super) metric: SymmetryMetric,
+    #[command(flatten)]
+    pub(super) elastic: ElasticArguments,
     /// A second plant: tells what the trunk bears while the first turns into it.
     #[arg(long, value_name = "FILE")]
     pub(super) morph_to: Option<PathBuf>,

@@ -37,7 +37,8 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
     let unit = if arguments.relative { "of the size" } else { "m" };
     let facing = if arguments.turn { Facing::Free } else { Facing::Fixed };
     let size = if arguments.relative { Size::Relative } else { Size::AsIs };
-    let matrix = distance_matrix(&plants, &Comparison { facing, size, ..Comparison::by(metric) })
+    let elastic = arguments.elastic.params();
+    let matrix = distance_matrix(&plants, &Comparison { metric, facing, size, elastic })
         .map_err(|error| Failure::Other(format!("can't compare these plants: {error}")))?;
     let merges = linkage(&matrix);
     if let Some(path) = &arguments.dendrogram {
@@ -50,12 +51,20 @@ pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
                 merges.iter().map(|m| serde_json::json!({ "of": m.of, "distance": m.distance })).collect();
             let told = serde_json::json!({
                 "metric": format!("{metric:?}").to_lowercase(), "unit": unit, "turned": arguments.turn, "relative": arguments.relative,
+                "matching": {
+                    "epsilon": shown(elastic.epsilon), "direction": shown(elastic.direction), "length": shown(elastic.length),
+                },
                 "names": names, "distances": matrix, "merges": merges,
             });
             serde_json::to_string_pretty(&told).map_err(|e| Failure::Other(e.to_string()))? + "\n"
         }
         DistanceFormat::Csv => csv(&names, &matrix),
     })
+}
+
+/// A cost as it was given.
+fn shown(cost: f32) -> f64 {
+    (f64::from(cost) * 1e6).round() / 1e6
 }
 
 /// The matrix with a line and a column of names (RFC 4180).

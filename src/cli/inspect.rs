@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::args::InspectArguments;
+use super::args::{InspectArguments, SymmetryMetric};
 use super::over::{Kind, write_over};
 use super::report::{Failure, print};
 use crate::bake::{PictureInfo, picture_info};
@@ -19,7 +19,7 @@ use crate::blend::{self, Pace};
 use crate::build::World;
 use crate::export::{self, Curve};
 use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
-use crate::preset::plan::{ElasticParams, ImportParams, MatchParams, PatternParams};
+use crate::preset::plan::{ChainPath, ElasticParams, ImportParams, MatchParams, PatternParams};
 use crate::preset::{self, place, species};
 use crate::relate;
 use crate::source::glb::{GlbInfo, read_glb};
@@ -87,9 +87,19 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
         write_over(path, dump(plant).as_bytes(), Kind::Dump, std::slice::from_ref(&arguments.file))?;
     }
+    if arguments.elastic.is_told() && !arguments.symmetry {
+        return Err(Failure::Usage(
+            "--epsilon, --direction and --length say how --symmetry measures: give that, too".to_owned(),
+        ));
+    }
     if arguments.symmetry {
+        let path = match arguments.metric {
+            SymmetryMetric::Qed => ChainPath::Straight,
+            SymmetryMetric::Elastic => ChainPath::Elastic,
+        };
+        let elastic = ElasticParams { path, ..arguments.elastic.params() };
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to mirror", inspected.kind)))?;
-        inspected.symmetry = Some(symmetry(plant).map_err(one)?);
+        inspected.symmetry = Some(symmetry(plant, &elastic).map_err(one)?);
     }
     if let Some(path) = &arguments.morph_to {
         let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
@@ -134,12 +144,12 @@ struct MorphSupport {
 struct Symmetry {
     /// Where the vertical plane of least asymmetry runs to, degrees from the front (+z) towards +x.
     plane: f32,
-    /// Elastic distance of the plant and its reflection, metres.
+    /// Distance of the plant and its reflection, metres.
     asymmetry: f64,
 }
 
-fn symmetry(plant: &Plant) -> Result<Symmetry, String> {
-    let found = Reflection::best(plant, &ElasticParams::default()).map_err(|error| error.to_string())?;
+fn symmetry(plant: &Plant, params: &ElasticParams) -> Result<Symmetry, String> {
+    let found = Reflection::best(plant, params).map_err(|error| error.to_string())?;
     Ok(Symmetry { plane: found.azimuth().to_degrees().rem_euclid(180.0), asymmetry: found.asymmetry() })
 }
 

@@ -23,7 +23,7 @@ fn counts(location: f32, parameter: f64) -> bool {
 }
 
 /// The radius that the rule gives at every point of a plant, from the tips to the base, metres; in the order of
-/// [`Plant::all_points`]. At a tip it is the plant's own radius.
+/// [`Plant::all_points`]. At a tip it is the plant's own radius; of a chain that ends in a point, the last that is above zero.
 ///
 /// A child counts for every point of its parent at or below the child's location. Linear in points, and n log n in the
 /// children of one chain.
@@ -40,7 +40,7 @@ pub fn rule_radii(plant: &Plant) -> Vec<f32> {
         children.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
         let span = plant.span(id);
         let radii = plant.radii(id);
-        let tip = f64::from(radii[radii.len() - 1]);
+        let tip = f64::from(radii.iter().rev().copied().find(|radius| *radius > 0.0).unwrap_or(0.0));
         let (mut sum, mut radius) = (carried(tip), tip);
         let mut next = 0;
         for i in span.rev() {

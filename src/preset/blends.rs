@@ -9,14 +9,12 @@
 //! Parts of sources: chains have no names in files, so a preset names them. A part is a branch by its number in the
 //! source's plant (as `inspect` counts), with all that it bears, or what stands between two heights on one side.
 
+use super::blend_rules::{RADII_FIELD, SCALE_FIELD, STEMS_FIELD, STEMS_OF_MANY_FIELD, radii, scale, stems};
 use super::decided::{KEEP_FIELD, REJECT_FIELD, decided};
 use super::pick::{
     CANDIDATES_FIELD, FILTER_FIELD, MENDED_FIELD, PICK_FIELD, SCORES_FIELD, Wanted, cleared, clusters, mended, wanted,
 };
-use super::plan::{
-    BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Part, PartRegion, Source,
-    StemRule,
-};
+use super::plan::{BlendParams, BlendScale, BlendTree, Decided, MatchParams, OnlyParams, Part, PartRegion, Source};
 use super::reader::{Reader, clip, many};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::set::BY_DEFAULTS;
@@ -110,18 +108,9 @@ pub(super) static BLEND: Record = Record {
         },
         SEED,
         MATCHED,
-        Field {
-            name: "stems",
-            kind: Kind::Choice(&STEMS),
-            default: Default::Is("Apart"),
-            about: "what becomes of stems that only one of the two has",
-        },
-        Field {
-            name: "scale",
-            kind: Kind::Choice(&SCALE),
-            default: Default::Is("Chain"),
-            about: "what is put in correspondence along two matched branches",
-        },
+        STEMS_FIELD,
+        SCALE_FIELD,
+        RADII_FIELD,
         ONLY_SOME,
         PICK_FIELD,
         CANDIDATES_FIELD,
@@ -153,6 +142,8 @@ pub(super) static MIX: Record = Record {
         SCATTER,
         SEED,
         MATCHED,
+        STEMS_OF_MANY_FIELD,
+        RADII_FIELD,
         ONLY_SOME,
         MENDED_FIELD,
         KEEP_FIELD,
@@ -176,6 +167,8 @@ pub(super) static EXPLORE: Record = Record {
         SCATTER,
         SEED,
         MATCHED,
+        STEMS_OF_MANY_FIELD,
+        RADII_FIELD,
         ONLY_SOME,
         PICK_FIELD,
         CANDIDATES_FIELD,
@@ -184,26 +177,6 @@ pub(super) static EXPLORE: Record = Record {
         KEEP_FIELD,
         REJECT_FIELD,
         SKETCH_FIELD,
-    ],
-};
-
-static STEMS: Choice = Choice {
-    title: "Stems",
-    kinds: &[
-        KindOf { name: "Apart", form: Form::Plain, about: "they grow and wilt" },
-        KindOf { name: "Merge", form: Form::Plain, about: "they split from the other's stems and merge with them" },
-    ],
-};
-
-static SCALE: Choice = Choice {
-    title: "Scale",
-    kinds: &[
-        KindOf { name: "Chain", form: Form::Plain, about: "branches as a whole, by their length" },
-        KindOf {
-            name: "GrowthUnit",
-            form: Form::Plain,
-            about: "the stretches between matched side branches, each at a time of its own",
-        },
     ],
 };
 
@@ -385,15 +358,13 @@ pub(super) fn blend(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sourc
         let message = format!("{batches} of {trees} are more than {MOST_IN_POOL}");
         fields.fault("trees", message, "lower one of the two");
     }
-    let stems = fields.choice("stems", |kind, _| Some(if kind == "Merge" { StemRule::Merge } else { StemRule::Apart }));
-    let scale = fields
-        .choice("scale", |kind, _| Some(if kind == "GrowthUnit" { BlendScale::GrowthUnit } else { BlendScale::Chain }));
+    let (stems, scale, radii) = (stems(fields), scale(fields), radii(fields));
     let only = only(fields);
     let matching = fields.group("matching", matching)?;
     let of = of?;
     check_parts(fields, &only, &of, sources);
     let filter = if wanted.is_some() { None } else { cleared(fields) };
-    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, only, filter };
+    let blend = BlendParams { entry, of, matching, stems: stems?, scale: scale?, radii: radii?, only, filter };
     let at = |place: f32| (low + (high - low) * place).clamp(0.0, 1.0);
     let batch = |i: u64| (seed << 32) | (i % batches.max(1));
     let trees = if pooled {
@@ -497,16 +468,19 @@ pub(super) fn mix(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sources
     }
     let only = only(fields);
     let filter = mended(fields);
+    let (stems, radii) = (stems(fields), radii(fields));
     let matching = fields.group("matching", matching)?;
     if !sound || of.len() < 2 {
         return None;
     }
     check_parts(fields, &only, &of, sources);
+    let blend =
+        BlendParams { entry, of, matching, stems: stems?, scale: BlendScale::Chain, radii: radii?, only, filter };
     let shares: Vec<f32> = shares.iter().map(|share| share / sum).collect();
     let tree = |i| BlendTree::Point { shares: shares.clone(), scatter, draw: (seed << 32) | i };
     let trees = (0..decided.reach(count)).map(tree).collect();
     let numbers = decided.numbers(count);
-    let mut made = taken(n_way(entry, of, matching, only, filter), trees, numbers, decided, None, count);
+    let mut made = taken(blend, trees, numbers, decided, None, count);
     if scatter == 0.0 {
         made.numbers.clear();
     }
@@ -519,6 +493,7 @@ pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sou
     let wanted = wanted(fields, fields.integer("count"), of.as_deref().unwrap_or_default(), names);
     let (count, scatter, seed) = (fields.integer("count"), fields.number("scatter"), fields.integer("seed"));
     let only = only(fields);
+    let (stems, radii) = (stems(fields), radii(fields));
     let matching = fields.group("matching", matching)?;
     let of = of?;
     check_parts(fields, &only, &of, sources);
@@ -532,17 +507,9 @@ pub(super) fn explore(entry: usize, fields: &Reader<'_, '_>, names: &[&str], sou
     let trees = (0..candidates(wanted.as_ref(), &decided, count)).map(tree).collect();
     let numbers = decided.numbers(count);
     let filter = if wanted.is_some() { None } else { cleared(fields) };
-    Some(taken(n_way(entry, of, matching, only, filter), trees, numbers, decided, wanted, count))
-}
-
-fn n_way(
-    entry: usize,
-    of: Vec<usize>,
-    matching: MatchParams,
-    only: OnlyParams,
-    filter: Option<FilterParams>,
-) -> BlendParams {
-    BlendParams { entry, of, matching, stems: StemRule::Apart, scale: BlendScale::Chain, only, filter }
+    let blend =
+        BlendParams { entry, of, matching, stems: stems?, scale: BlendScale::Chain, radii: radii?, only, filter };
+    Some(taken(blend, trees, numbers, decided, wanted, count))
 }
 
 /// The sources of a list, each once.

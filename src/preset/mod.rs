@@ -6,6 +6,7 @@
 //! and nothing else.
 
 mod asked;
+mod blend_rules;
 mod blends;
 mod decided;
 mod edit;

@@ -24,7 +24,7 @@ pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, Shape
 pub use sketches::{SketchDepth, SketchMethod, SketchParams, SketchScale};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, PatternParams, Pick,
-    ScoreParams, Selection, StemRule, Variant,
+    RadiusRule, ScoreParams, Selection, StemRule, Variant,
 };
 
 /// A preset, resolved: everything that a build needs but the bytes of the files it names.

@@ -16,12 +16,13 @@ use serde::{Deserialize, Serialize};
 use super::Weights;
 use super::alignment::alignment;
 use super::burden::Burden;
-use super::elastic::Elastic;
+use super::elastic::{Elastic, canonical_order};
 use super::forked::Forked;
 use super::leaf_pairs::LeafPairs;
 use super::resample::{Polyline, resample};
 use super::size::Sizes;
 use super::topology_tree::branching_vector;
+use super::turns::reference;
 use super::units::Units;
 use crate::base::{Rotation, Seed, math};
 use crate::plant::{ChainId, Curve, Plant, value_at};
@@ -99,7 +100,7 @@ pub(super) struct Member {
     pub(super) chain: u32,
     /// Location on the parent.
     pub(super) location: f32,
-    /// Turns the kin's branching vector (its first member's) to this member's.
+    /// Turns the kin's branching vector (that of its member of reference) to this member's.
     pub(super) turn: Rotation,
     /// Half the angle of that turn, radians.
     pub(super) half_angle: f32,
@@ -138,6 +139,8 @@ pub(super) struct LeafSite {
 pub struct Family {
     /// The sources, brought to one size where [`Family::at_one_size`] says so.
     pub(super) plants: Vec<Plant>,
+    /// The sources in the order in which sums over more than two of them run; of two as they are.
+    pub(super) order: Vec<u32>,
     /// Arc-length parameters of all points of each source.
     pub(super) parameters: Vec<Vec<f64>>,
     /// How long each chain of each source is.
@@ -202,7 +205,12 @@ impl Family {
         let parameters = curves.iter().map(|of| of.iter().flat_map(Curve::parameters).collect()).collect();
         let lengths = curves.iter().map(|of| of.iter().map(Curve::length).collect()).collect();
         drop(curves);
+        let order = match plants.len() {
+            0..=2 => (0..plants.len() as u32).collect(),
+            _ => canonical_order(&plants).into_iter().map(|s| s as u32).collect(),
+        };
         let mut family = Self {
+            order,
             blocks: Vec::with_capacity(kins.len()),
             members: Vec::with_capacity(kins.len() * plants.len()),
             shapes: Vec::new(),
@@ -338,7 +346,9 @@ impl Family {
     /// Fills `members`.
     fn prepare(&mut self, kins: &[Kin]) {
         for kin in kins {
-            let mut reference: Option<Vec3> = None;
+            let of = |&s: &u32| Some(branching_vector(self.plants[s as usize].points(kin.members[s as usize]?)));
+            let vectors: Vec<Vec3> = self.order.iter().filter_map(of).collect();
+            let reference = vectors.get(reference(&vectors)).copied().unwrap_or(Vec3::Y);
             for (s, member) in kin.members.iter().enumerate() {
                 let Some(id) = *member else {
                     self.members.push(Member {
@@ -355,15 +365,15 @@ impl Family {
                 };
                 let plant = &self.plants[s];
                 let direction = branching_vector(plant.points(id));
-                let turn = match reference {
-                    None => Rotation::IDENTITY,
+                let turn = if direction == reference {
+                    Rotation::IDENTITY
+                } else {
                     // The shorter arc, as slerp takes it.
-                    Some(reference) => match alignment(reference, direction) {
+                    match alignment(reference, direction) {
                         turn if turn.w < 0.0 => Rotation { v: -turn.v, w: -turn.w },
                         turn => turn,
-                    },
+                    }
                 };
-                reference = reference.or(Some(direction));
                 self.members.push(Member {
                     chain: id.0,
                     location: plant.chain(id).location,

@@ -29,6 +29,7 @@ mod size;
 #[cfg(test)]
 mod tests;
 mod topology_tree;
+mod turns;
 mod units;
 mod weights;
 

@@ -10,9 +10,10 @@
 //! same assignment, and where the parents are kin by transitivity only their children are matched as well, which the paper's
 //! order leaves to chance.
 //!
-//! Limits: of up to 8 sources all paths are looked at, `(N−1)!` a chain at worst; of more those that a search of [`STEPS`]
-//! from each chain finds, the nearest chains first. Time grows with `N²` assignments.
+//! Limits: of up to 8 sources all paths that could be the cheapest are looked at, `(N−1)!` a chain at worst; of more those that a
+//! search of [`STEPS`] from each chain finds, the nearest chains first. Time grows with `N²` assignments.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
@@ -122,25 +123,10 @@ fn join_siblings(trees: &[&TopologyTree], siblings: &[&[ChainId]], params: &Matc
         let s = source_of(node);
         (s, siblings[s][node as usize - first[s]])
     };
-    let steps = STEPS[usize::from(bearing.len() > WHOLE)];
     for length in (2..=bearing.len()).rev() {
-        let mut paths: Vec<(f32, Vec<u32>)> = Vec::new();
-        let graph = Graph { edges: &edges, taken: &taken, sources };
-        for start in (0..count as u32).filter(|&node| !taken[node as usize]) {
-            if graph.reached(start, &source_of) < length {
-                continue;
-            }
-            let mut walk = Walk { graph, length, left: steps, found: &mut paths };
-            walk.from(&mut vec![start], &mut vec![source_of(start)], 0.0);
-        }
-        paths.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
-        for (_, path) in paths {
-            if path.iter().any(|&node| taken[node as usize]) {
-                continue;
-            }
+        for path in paths(&edges, &mut taken, sources, length, &source_of) {
             let mut members = vec![None; sources];
             for node in path {
-                taken[node as usize] = true;
                 let (s, chain) = chain_of(node);
                 members[s] = Some(chain);
             }
@@ -154,6 +140,56 @@ fn join_siblings(trees: &[&TopologyTree], siblings: &[&[ChainId]], params: &Matc
         groups.push(members);
     }
     groups
+}
+
+/// The paths of one length, each the cheapest that none before it has taken a chain of; they are taken.
+///
+/// Of each start only its cheapest path is kept, and sought anew when one of its chains was taken meanwhile: of eight sources of 200
+/// siblings there are some hundred megabytes of paths.
+fn paths(
+    edges: &[Option<(u32, f32)>],
+    taken: &mut [bool],
+    sources: usize,
+    length: usize,
+    source_of: &impl Fn(u32) -> usize,
+) -> Vec<Vec<u32>> {
+    let before = taken.to_vec();
+    let graph = Graph { edges, taken: &before, sources };
+    let bearing = (0..taken.len() as u32).map(source_of).collect::<BTreeSet<_>>().len();
+    let is_whole = bearing <= WHOLE;
+    let can: Vec<bool> = (0..taken.len() as u32)
+        .map(|node| !before[node as usize] && graph.reached(node, source_of) >= length)
+        .collect();
+    let cheapest = |start: u32, now: &[bool]| -> Option<Path> {
+        if now[start as usize] || !can[start as usize] {
+            return None;
+        }
+        let left = STEPS[usize::from(!is_whole)];
+        let mut walk = Walk { graph, length, left, now, is_whole, best: None };
+        walk.from(&mut vec![start], &mut vec![source_of(start)], 0.0);
+        walk.best
+    };
+    let mut best: Vec<Option<Path>> = (0..taken.len() as u32).map(|start| cheapest(start, taken)).collect();
+    let mut found = Vec::new();
+    loop {
+        let there = best.iter().enumerate().filter_map(|(start, path)| Some((start, path.as_ref()?)));
+        let Some((start, path)) = there.min_by(|a, b| order(a.1, b.1)) else { return found };
+        let is_free = path.1.iter().all(|&node| !taken[node as usize]);
+        if is_free && let Some((_, path)) = best[start].take() {
+            path.iter().for_each(|&node| taken[node as usize] = true);
+            found.push(path);
+        } else {
+            best[start] = cheapest(start as u32, taken);
+        }
+    }
+}
+
+/// What a path costs, and its nodes.
+type Path = (f32, Vec<u32>);
+
+/// The cheapest first.
+fn order(a: &Path, b: &Path) -> Ordering {
+    a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1))
 }
 
 /// Which chains of which sources were matched.
@@ -184,21 +220,29 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// Looks for the paths of one length.
+/// Looks for the cheapest path of one length.
 struct Walk<'a> {
+    /// As it was before any path of this length was taken, so that a search takes the same steps each time.
     graph: Graph<'a>,
     length: usize,
     /// Steps that may still be taken.
     left: usize,
-    found: &'a mut Vec<(f32, Vec<u32>)>,
+    /// What is taken by now.
+    now: &'a [bool],
+    /// Whether the steps suffice for all paths; then those are left out that can't be the cheapest.
+    is_whole: bool,
+    best: Option<Path>,
 }
 
 impl Walk<'_> {
     /// Goes on from the end of a path, to the nearest chain first; each path is found from one of its ends only.
     fn from(&mut self, path: &mut Vec<u32>, visited: &mut Vec<usize>, cost: f32) {
         if path.len() == self.length {
-            if visited[0] < visited[visited.len() - 1] {
-                self.found.push((cost, path.clone()));
+            if visited[0] < visited[visited.len() - 1] && path.iter().all(|&node| !self.now[node as usize]) {
+                let found = (cost, path.clone());
+                if self.best.as_ref().is_none_or(|best| order(&found, best).is_lt()) {
+                    self.best = Some(found);
+                }
             }
             return;
         }
@@ -206,6 +250,11 @@ impl Walk<'_> {
         ways.retain(|(s, ..)| !visited.contains(s));
         ways.sort_by(|a, b| a.2.total_cmp(&b.2));
         for (s, next, edge) in ways {
+            // No edge costs less than nothing, but for rounding.
+            let is_dear = self.best.as_ref().is_some_and(|best| cost + edge > best.0 + 1e-4);
+            if self.is_whole && (self.now[next as usize] || is_dear) {
+                continue;
+            }
             if self.left == 0 {
                 return;
             }
@@ -287,5 +336,74 @@ mod tests {
         assert!(whole >= 1 && whole <= *stems.iter().min().unwrap());
         // Two pairs of the least source's stems that meet in a third make a path of three.
         assert!(kins.iter().any(|k| k.members.iter().flatten().count() == 3));
+    }
+
+    /// As the paper has it: all paths of a length, in the order of their costs.
+    fn all_paths(
+        edges: &[Option<(u32, f32)>],
+        taken: &mut [bool],
+        sources: usize,
+        length: usize,
+        source_of: &impl Fn(u32) -> usize,
+    ) -> Vec<Vec<u32>> {
+        let mut all: Vec<Path> = Vec::new();
+        let mut open: Vec<Path> = (0..taken.len() as u32).map(|start| (0.0, vec![start])).collect();
+        while let Some((cost, path)) = open.pop() {
+            let (first, last) = (path[0], path[path.len() - 1]);
+            if path.len() == length {
+                if source_of(first) < source_of(last) {
+                    all.push((cost, path));
+                }
+                continue;
+            }
+            for (s, edge) in edges[last as usize * sources..][..sources].iter().enumerate() {
+                if let Some((next, more)) = *edge
+                    && path.iter().all(|&node| source_of(node) != s)
+                {
+                    open.push((cost + more, [&path[..], &[next]].concat()));
+                }
+            }
+        }
+        all.retain(|path| path.1.iter().all(|&node| !taken[node as usize]));
+        all.sort_by(order);
+        let mut found = Vec::new();
+        for (_, path) in all {
+            if path.iter().all(|&node| !taken[node as usize]) {
+                path.iter().for_each(|&node| taken[node as usize] = true);
+                found.push(path);
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn the_cheapest_paths_one_by_one_are_those_of_all_paths_in_order() {
+        for seed in 0..40 {
+            let seed = Seed::new(seed);
+            let (sources, each) = (3 + seed.child("sources").index(4), 1 + seed.child("each").index(6));
+            let count = sources * each;
+            // Assignments of every pair of sources, some of them missing, some costs the same.
+            let mut edges: Vec<Option<(u32, f32)>> = vec![None; count * sources];
+            for p in 0..sources {
+                for q in p + 1..sources {
+                    let draw = seed.at((p * sources + q) as u64);
+                    let turn = draw.index(each);
+                    for i in 0..each {
+                        let (a, b) = (p * each + i, q * each + (i + turn) % each);
+                        let cost = (draw.at(i as u64).unit() * 5.0).round() / 5.0;
+                        if draw.child("there").at(i as u64).unit() < 0.8 {
+                            edges[a * sources + q] = Some((b as u32, cost));
+                            edges[b * sources + p] = Some((a as u32, cost));
+                        }
+                    }
+                }
+            }
+            let source_of = |node: u32| node as usize / each;
+            let (mut own, mut other) = (vec![false; count], vec![false; count]);
+            for length in (2..=sources).rev() {
+                let found = paths(&edges, &mut own, sources, length, &source_of);
+                assert_eq!(found, all_paths(&edges, &mut other, sources, length, &source_of), "{length}");
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Where the kernel puts a kin: shape, linear radii and location (2017 TVCG, 4.3).
 //!
-//! Branching vectors are turned by successive slerps, each weighted by its share of what came before: for two members
-//! it is the paper's quaternion interpolation, and a share that goes to zero drops out without a jump.
+//! Branching vectors are turned by the mean of the members' turns (`turns.rs`), for two members the paper's quaternion
+//! interpolation.
 //!
 //! Where members bend different ways their mean is shorter than they are (by 1 to 3 % as a rule, by a third at worst), so
 //! it is stretched until its tip is as far from its base as theirs are on average, at most 1.5 times.
@@ -10,9 +10,9 @@
 
 use glam::Vec3;
 
-use super::family::{Member, NONE};
+use super::family::NONE;
 use super::kernel::{Blender, Feed};
-use crate::base::{Rotation, math};
+use super::turns::turn_of;
 use crate::plant::ChainId;
 
 /// How far a chain may be stretched to reach as far as its members do on average.
@@ -77,7 +77,7 @@ impl Blender<'_> {
             true => Vec::new(),
             false => (0..sources).map(|s| self.sharer(k, s)).collect(),
         };
-        let turn = turn_of(row, shares);
+        let turn = turn_of(row, shares, &family.order);
         let (start, len) = (family.blocks[k].0 as usize * 4, family.blocks[k].1 as usize);
         self.len[k] = len as u32;
         self.sum.clear();
@@ -139,22 +139,4 @@ pub(super) fn measure(points: &[Vec3], out: &mut [f64]) {
     } else {
         out.iter_mut().enumerate().for_each(|(i, t)| *t = i as f64 / last);
     }
-}
-
-/// The members' turns averaged by their shares.
-pub(super) fn turn_of(row: &[Member], shares: &[f32]) -> Rotation {
-    let mut turns = row.iter().zip(shares).filter(|(_, share)| **share > 0.0);
-    let Some((first, &share)) = turns.next() else { return Rotation::IDENTITY };
-    let (mut mean, mut sum) = (first.turn, share);
-    for (i, (member, &share)) in turns.enumerate() {
-        sum += share;
-        // From no turn at all, the arc is known.
-        mean = if i == 0 && first.half_angle == 0.0 && member.half_angle > 1e-3 {
-            let (sin, cos) = math::sin_cos(member.half_angle * (share / sum));
-            Rotation { v: member.turn.v * (sin / member.turn.v.length()), w: cos }
-        } else {
-            mean.slerp(member.turn, share / sum)
-        };
-    }
-    mean
 }

@@ -14,7 +14,8 @@ use glam::Vec3;
 
 use super::family::NONE;
 use super::kernel::{Blender, Feed};
-use super::place::{measure, stretch, turn_of};
+use super::place::{measure, stretch};
+use super::turns::turn_of;
 use super::weights::Run;
 use crate::plant::ChainId;
 
@@ -65,7 +66,7 @@ impl Blender<'_> {
             let w = point_weight(run, family.slots[start + j], t);
             (shares[a], shares[b]) = (1.0 - w, w);
             let at = |block: &[f32]| Vec3::new(block[j], block[len + j], block[2 * len + j]);
-            let turn = turn_of(row, &shares);
+            let turn = turn_of(row, &shares, &family.order);
             let radius = own[3 * len + j] * thick(a, j, 1.0 - w) + other[3 * len + j] * thick(b, j, w);
             (turn.rotate(at(own) * (1.0 - w) + at(other) * w), radius, w)
         };

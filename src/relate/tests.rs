@@ -313,3 +313,56 @@ fn each_chain_of_a_blend_is_told_its_kin() {
             .all(|(id, &kin)| { family.parent(kin) == plant.chain(id).parent.map(|p| kins[p.index()]) })
     );
 }
+
+#[test]
+fn the_order_of_the_sources_does_not_show_in_a_blend_of_three() {
+    let pole = |azimuth: f32| {
+        let mut builder = PlantBuilder::new();
+        let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y * 4.0], &[0.1, 0.05]);
+        let way = Rotation::about(Vec3::Y, azimuth.to_radians()).rotate(Vec3::new(1.0, 0.3, 0.0));
+        builder.branch(stem, 0.5, &[Vec3::ZERO, way, way * 2.0], &[0.04, 0.03, 0.02]);
+        builder.finish().unwrap()
+    };
+    let mut sets = vec![vec![pole(0.0), pole(130.0), pole(210.0)], vec![pole(0.0), pole(120.0), pole(240.0)]];
+    sets.extend((0..6).map(|seed| (0..3).map(|i| random_plant(Seed::new(seed).at(i), 30, Oddity::Tame)).collect()));
+    let all = |family: &Family, shares: [f32; 3]| {
+        let mut weights = Weights::new(family.kin_count(), 3);
+        for kin in family.kin_ids() {
+            let held = (0..3).filter(|&s| family.member(kin, s).is_some()).map(|s| shares[s]).sum::<f32>();
+            weights.set(kin, &shares, held / shares.iter().sum::<f32>());
+        }
+        weights
+    };
+    let tips = |plant: &Plant| -> Vec<Vec3> {
+        let pose = plant.pose();
+        plant.chain_ids().map(|id| pose.curve(plant, id).point(1.0)).collect()
+    };
+    for (i, plants) in sets.iter().enumerate() {
+        let shares = [[1.0, 1.0, 1.0], [0.5, 0.15, 0.35]][i % 2];
+        for elastic in [false, true] {
+            let trees = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]].map(|order| {
+                let plants: Vec<Plant> = order.iter().map(|&s| plants[s].clone()).collect();
+                let family = match elastic {
+                    true => super::elastic_family(plants, &crate::preset::plan::ElasticParams::default()),
+                    false => super::nway_family(plants, &EVEN),
+                };
+                let family = family.unwrap();
+                family.blend(&all(&family, order.map(|s| shares[s])))
+            });
+            let first = tips(&trees[0]);
+            for tree in &trees[1..] {
+                let found = tips(tree);
+                assert_eq!(found.len(), first.len());
+                for tip in &first {
+                    let near = found.iter().map(|p| p.distance(*tip)).fold(f32::INFINITY, f32::min);
+                    assert!(near < 2e-3, "{i} {elastic}: {near}");
+                }
+            }
+            if i == 0 {
+                let tip = first.iter().find(|p| Vec3::new(p.x, 0.0, p.z).length() > 0.3).unwrap();
+                let azimuth = crate::base::math::atan2(-tip.z, tip.x).to_degrees();
+                assert!((azimuth - 340.0 / 3.0).abs() < 0.1, "{azimuth}");
+            }
+        }
+    }
+}

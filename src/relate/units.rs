@@ -15,7 +15,8 @@ use glam::Vec3;
 
 use super::family::{Family, Line, NONE};
 use super::kernel::{Blender, Feed};
-use super::place::{measure, turn_of};
+use super::place::measure;
+use super::turns::turn_of;
 use crate::base::Seed;
 
 /// Least distance of two boundaries, as a share of the chain.
@@ -206,7 +207,7 @@ impl Blender<'_> {
         let block = &family.shapes[start * 4..start * 4 + 8 * len];
         let (own, other) = block.split_at(4 * len);
         let at = |shape: &[f32], i: usize| Vec3::new(shape[i], shape[len + i], shape[2 * len + i]);
-        let turn = turn_of(row, self.share(k));
+        let turn = turn_of(row, self.share(k), &family.order);
         let first = self.first[k] as usize;
         let (mut sum, mut reach) = (Vec3::ZERO, 0.0_f32);
         let mut line = vec![Vec3::ZERO; len];

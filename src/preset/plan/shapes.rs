@@ -72,6 +72,13 @@ pub enum ShapeKind {
         #[serde(skip_serializing_if = "is_zero")]
         turn: f32,
     },
+    /// Several sources in the correspondence of blends, whose branches keep no order: ways lead through trees of other topologies.
+    Orthants {
+        /// Whether those behind the first are turned.
+        facing: Facing,
+        /// By how much more they are, radians from the front (+z) towards +x.
+        turn: f32,
+    },
     /// One source and its reflection.
     Mirror {
         /// Across which plane.

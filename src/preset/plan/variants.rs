@@ -80,6 +80,9 @@ pub struct BlendParams {
     pub stems: StemRule,
     /// What is put in correspondence.
     pub scale: BlendScale,
+    /// How thick chains are; not written where it is as usual, so that such plans keep their keys.
+    #[serde(skip_serializing_if = "RadiusRule::is_usual")]
+    pub radii: RadiusRule,
     /// Which chains take part.
     pub only: OnlyParams,
     /// What is removed of trees that no selection filters; `botany` says nothing here. None leaves them as they are.
@@ -89,10 +92,29 @@ pub struct BlendParams {
 /// What becomes of the stems that one source has more than the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum StemRule {
-    /// They grow and wilt like all chains without a partner.
+    /// They grow and wilt like all chains without a partner, and show while they have come far enough.
     Apart,
     /// They split from stems of the other, and merge with them.
     Merge,
+    /// They grow and wilt like all chains without a partner.
+    Grow,
+}
+
+/// How thick chains of a blend are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum RadiusRule {
+    /// Linear between the sources, corrected by the allometric rule where chains have not grown.
+    Corrected,
+    /// By the allometric rule from the tips on (2017 TVCG, Eq. 3).
+    Ruled,
+}
+
+impl RadiusRule {
+    /// Whether it is the one of presets that say nothing.
+    #[must_use]
+    pub fn is_usual(&self) -> bool {
+        *self == Self::Corrected
+    }
 }
 
 /// What is put in correspondence along matched chains.

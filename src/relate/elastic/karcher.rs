@@ -1,8 +1,8 @@
 //! The Karcher mean of some curves and how each runs along it (2018 TOG, Eq. 3).
 //!
 //! Gradient descent as in Srivastava et al. 2011: all curves are registered to the mean, the mean becomes the average of
-//! their turned and reparameterized functions, brought back to unit norm; the first curve is the first guess.
-//! Two rounds: a third moves registrations by less than a sample on grown trees.
+//! their turned and reparameterized functions, brought back to unit norm; the first curve is the first guess. Rounds end when the
+//! curves agree with their mean no better than before, by [`LEAST_GAIN`] each.
 
 use glam::DVec3;
 
@@ -11,8 +11,10 @@ use super::monotone::Monotone;
 use super::register::{Registration, register};
 use super::rotation::turned;
 
-/// Rounds of descent.
-const ROUNDS: usize = 2;
+/// Most rounds of descent.
+const ROUNDS: usize = 12;
+/// Rounds end when one gains less than this a curve, as in [`register`].
+const LEAST_GAIN: f64 = 1e-4;
 
 /// For each curve the map from the mean's parameter to its own.
 pub(super) fn registered_to_mean(curves: &[ElasticCurve]) -> Vec<Monotone> {
@@ -26,9 +28,22 @@ fn mean(curves: &[ElasticCurve]) -> (ElasticCurve, Vec<Registration>) {
     let mut found: Vec<Registration> = curves.iter().map(|c| register(&mean, c)).collect();
     // Straight curves and equal ones need no descent.
     let bent = found.iter().any(|r| r.gamma.len() > 2);
+    let agreed = |found: &[Registration]| found.iter().map(|r| r.agreement).sum::<f64>() / curves.len() as f64;
+    // The first curve agrees with itself wholly, which says nothing.
+    let mut last = f64::NEG_INFINITY;
     for _ in 0..if bent { ROUNDS } else { 0 } {
-        mean = average(curves, &found);
-        found = curves.iter().map(|c| register(&mean, c)).collect();
+        let next = average(curves, &found);
+        let registered: Vec<Registration> = curves.iter().map(|c| register(&next, c)).collect();
+        let agreement = agreed(&registered);
+        // A step back is none that descent takes; registration may, since its paths are a lattice's.
+        if agreement <= last {
+            break;
+        }
+        (mean, found) = (next, registered);
+        if agreement - last < LEAST_GAIN {
+            break;
+        }
+        last = agreement;
     }
     (mean, found)
 }
@@ -87,5 +102,27 @@ mod tests {
         }
         let straight = ElasticCurve::new(&[Vec3::ZERO, Vec3::Y]);
         assert!(registered_to_mean(&vec![straight; 3]).iter().all(|m| m.knots() == [(0.0, 0.0), (1.0, 1.0)]));
+    }
+
+    #[test]
+    fn another_round_from_the_mean_would_gain_nothing() {
+        for i in 0..10 {
+            let curve = |k: u64| {
+                let seed = Seed::new(i).child("far").at(k);
+                let mut points = vec![Vec3::ZERO];
+                for j in 0..14 {
+                    let bend = Vec3::new(crate::base::math::sin(j as f32 * 0.6 + 3.0 * seed.unit()), 1.0, 0.0);
+                    points.push(points[j] + bend + seed.at(j as u64).direction() * 0.4);
+                }
+                ElasticCurve::new(&points)
+            };
+            let curves: Vec<ElasticCurve> = (0..5).map(curve).collect();
+            let (_, found) = mean(&curves);
+            let next = average(&curves, &found);
+            let agreed: f64 = found.iter().map(|r| r.agreement).sum();
+            let then: f64 = curves.iter().map(|c| register(&next, c).agreement).sum();
+            // A round may gain a little more than the one before.
+            assert!(then - agreed < 15.0 * LEAST_GAIN, "{i}: {agreed} {then}");
+        }
     }
 }
