@@ -19,7 +19,7 @@ use crate::relate::{self, Family, FamilyError, Weights};
 use crate::select;
 
 /// Sources in correspondence; kept in memory only.
-const FAMILY: Stage = Stage("family", 5);
+const FAMILY: Stage = Stage("family", 6);
 
 /// What the blended variants of a plan are made from.
 #[derive(Debug)]

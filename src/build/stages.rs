@@ -19,10 +19,10 @@ use crate::preset::{self, Plan};
 use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 12);
+const GROW: Stage = Stage("grow", 13);
 const GRAPH: Stage = Stage("graph", 3);
 const IMPORT: Stage = Stage("import", 21);
-const LIKE: Stage = Stage("like", 13);
+const LIKE: Stage = Stage("like", 14);
 const PICTURES: Stage = Stage("pictures", 13);
 const DRAWING: Stage = Stage("drawing", 4);
 const BARK: Stage = Stage("bark", 1);
