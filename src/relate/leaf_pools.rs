@@ -5,7 +5,8 @@
 //! In the spirit of Rule 3 what is left over is pooled under the next matched pair of chains above it, and matched there greedily.
 //! The similarity is that of leaves in a lobe, with their distance on the straightened chain, in its lengths, for the one along it.
 //! Where one tree has leaves left over and the other none, each of them joins the leaf that it resembles most of all that the
-//! other has there. No leaf goes farther than [`REACH`] lengths of the chain; what is too far from all comes and goes with its twig.
+//! other has there. No leaf goes farther than [`REACH`] lengths of the chain; what is too far from all there is pooled again under the
+//! next matched chain down, and at last comes and goes with its twig.
 //!
 //! On the way such a leaf goes along the wood: it stays on its own twig, which wilts, then goes down that, along the matched chain
 //! and up the twig of the other tree, which grows, and stays there. Each has a time of its own for it ([`GOES`], [`LASTS`]), and all have
@@ -101,43 +102,22 @@ impl Family {
         let mut shown: BTreeSet<(usize, Stand)> =
             pairs.iter().filter(|pair| pair.is_whole()).flat_map(stands).collect();
         let mut found = Vec::new();
-        for (kin, pool) in pools {
-            let all = |s: usize| self.borne_under(kin, s, &borne[s]);
-            let all = [pool[1].is_empty().then(|| all(1)), pool[0].is_empty().then(|| all(0))];
-            let sides = match (&all[0], &all[1]) {
-                (Some(others), _) => [&pool[0], others],
-                (None, Some(others)) => [others, &pool[1]],
-                (None, None) => [&pool[0], &pool[1]],
-            };
-            let seen: [Vec<Seen>; 2] =
-                [0, 1].map(|s| sides[s].iter().map(|stand| self.seen(kin, s, stand.0, &posed[s])).collect());
-            let leaf = |s: usize, i: u32| &self.plants[s].leaves()[sides[s][i as usize].0 as usize];
-            let far = |i: u32, j: u32| seen[0][i as usize].place.distance(seen[1][j as usize].place);
-            for stars in together(partner) {
-                let [a, b] = [0, 1].map(|s| {
-                    let own = 0..sides[s].len() as u32;
-                    own.filter(|&i| stars[s].contains(&leaf(s, i).slot)).collect::<Vec<u32>>()
-                });
-                let along = |s: usize, i: u32| seen[s][i as usize].place.y;
-                let cost = |i: u32, j: u32| {
-                    let turned = |s: usize, i: u32| (leaf(s, i), seen[s][i as usize].orientation);
-                    apart(far(i, j).min(1.0), turned(0, i), turned(1, j))
-                };
-                let one_to_one: Vec<(u32, u32)> = match (&all[0], &all[1]) {
-                    // The second side is the one that has none left over, or the first.
-                    (None, Some(_)) => {
-                        let turned = greedy(b, a, &|s, i| along(1 - s, i), &|j, i| cost(i, j), false);
-                        turned.into_iter().map(|(j, i)| (i, j)).collect()
-                    }
-                    (others, _) => greedy(a, b, &along, &cost, others.is_none()),
-                };
-                for (i, j) in one_to_one.into_iter().filter(|&(i, j)| far(i, j) <= REACH) {
-                    let stands = [sides[0][i as usize], sides[1][j as usize]];
-                    let slot = slots.between((leaf(0, i).slot, leaf(1, j).slot));
-                    let shows = [0, 1].map(|s| shown.insert((s, stands[s])));
-                    let (on, leaves) = (stands.map(|stand| stand.1), stands.map(|stand| stand.0));
-                    found.push(LeafPair { kin, on, leaves, shows, slot });
+        // From the twigs down: kins come after those that they grow on.
+        while let Some((kin, pool)) = pools.pop_last() {
+            let pairs = self.pooled(kin, &pool, borne, partner, &posed);
+            let down = Some(self.parents[kin as usize]).filter(|k| *k != NONE).and_then(matched);
+            for s in 0..2 {
+                let paired: BTreeSet<Stand> = pairs.iter().map(|pair| pair[s]).collect();
+                if let (Some(down), true) = (down, pool[s].iter().any(|stand| !paired.contains(stand))) {
+                    let left = pool[s].iter().filter(|stand| !paired.contains(stand));
+                    pools.entry(down).or_default()[s].extend(left);
                 }
+            }
+            for stands in pairs {
+                let [a, b] = [0, 1].map(|s| self.plants[s].leaves()[stands[s].0 as usize].slot);
+                let shows = [0, 1].map(|s| shown.insert((s, stands[s])));
+                let (on, leaves) = (stands.map(|stand| stand.1), stands.map(|stand| stand.0));
+                found.push(LeafPair { kin, on, leaves, shows, slot: slots.between((a, b)) });
             }
         }
         let taken: BTreeSet<(usize, Stand)> = found.iter().flat_map(stands).collect();
@@ -146,6 +126,81 @@ impl Family {
             pair.is_whole() || !taken.contains(&(s, (pair.leaves[s], pair.kin)))
         });
         pairs.append(&mut found);
+    }
+
+    /// Pairs of leaves under a matched kin, by source: of what is left over there, with each other or with any that the other has.
+    fn pooled(
+        &self,
+        kin: u32,
+        pool: &[Vec<Stand>; 2],
+        borne: &[Vec<Vec<u32>>],
+        partner: &[(u16, u16)],
+        posed: &[Posed],
+    ) -> Vec<[Stand; 2]> {
+        let all = [0, 1].map(|s| {
+            // Who has none left over offers all that it has.
+            if pool[s].is_empty() || !pool[1 - s].is_empty() {
+                Vec::new()
+            } else {
+                self.borne_under(kin, 1 - s, &borne[1 - s])
+            }
+        });
+        let sides =
+            [if pool[0].is_empty() { &all[1] } else { &pool[0] }, if pool[1].is_empty() { &all[0] } else { &pool[1] }];
+        let seen: [Vec<Seen>; 2] =
+            [0, 1].map(|s| sides[s].iter().map(|stand| self.seen(kin, s, stand.0, &posed[s])).collect());
+        let leaf = |s: usize, stand: Stand| &self.plants[s].leaves()[stand.0 as usize];
+        let cost = |i: u32, j: u32| {
+            let (own, other) = (seen[0][i as usize], seen[1][j as usize]);
+            let way = own.place.distance(other.place).min(1.0);
+            let turned =
+                [(leaf(0, sides[0][i as usize]), own.orientation), (leaf(1, sides[1][j as usize]), other.orientation)];
+            apart(way, turned[0], turned[1])
+        };
+        let along = |s: usize, i: u32| seen[s][i as usize].place.y;
+        let mut pairs: Vec<[Stand; 2]> = Vec::new();
+        for stars in together(partner) {
+            let [a, b] = [0, 1].map(|s| {
+                let own = 0..sides[s].len() as u32;
+                own.filter(|&i| stars[s].contains(&leaf(s, sides[s][i as usize]).slot)).collect::<Vec<u32>>()
+            });
+            let found: Vec<(u32, u32)> = if pool[0].is_empty() {
+                let turned = greedy(b, a, &|s, i| along(1 - s, i), &|j, i| cost(i, j), false);
+                turned.into_iter().map(|(j, i)| (i, j)).collect()
+            } else {
+                greedy(a, b, &along, &cost, !pool[1].is_empty())
+            };
+            let near = |&(i, j): &(u32, u32)| seen[0][i as usize].place.distance(seen[1][j as usize].place) <= REACH;
+            pairs.extend(found.into_iter().filter(near).map(|(i, j)| [sides[0][i as usize], sides[1][j as usize]]));
+        }
+        // Whoever is too far from its like joins any that is near.
+        for s in 0..2 {
+            let paired: BTreeSet<Stand> = pairs.iter().map(|pair| pair[s]).collect();
+            let open: Vec<Stand> = pool[s].iter().copied().filter(|stand| !paired.contains(stand)).collect();
+            if open.is_empty() {
+                continue;
+            }
+            let others = self.borne_under(kin, 1 - s, &borne[1 - s]);
+            let places: Vec<Seen> = others.iter().map(|other| self.seen(kin, 1 - s, other.0, &posed[1 - s])).collect();
+            for stand in open {
+                let (own, at) = (leaf(s, stand), self.seen(kin, s, stand.0, &posed[s]));
+                let mut best: Option<(f32, Stand)> = None;
+                for (other, place) in others.iter().zip(&places) {
+                    let way = at.place.distance(place.place);
+                    let like = leaf(1 - s, *other);
+                    let slots = if s == 0 { (own.slot, like.slot) } else { (like.slot, own.slot) };
+                    if way > REACH || !partner.contains(&slots) {
+                        continue;
+                    }
+                    let cost = apart(way, (own, at.orientation), (like, place.orientation));
+                    if best.is_none_or(|best| cost < best.0) {
+                        best = Some((cost, *other));
+                    }
+                }
+                pairs.extend(best.map(|(_, other)| if s == 0 { [stand, other] } else { [other, stand] }));
+            }
+        }
+        pairs
     }
 
     /// The leaves of a source on a kin and all below it.
