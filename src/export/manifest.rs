@@ -399,6 +399,7 @@ mod tests {
             variants: vec![variant],
             clips: Vec::new(),
             wind: None,
+            lightmap: None,
             textures: vec![TextureEntry {
                 file: "oak_leaf_orm.png".into(),
                 material: "leaf".into(),
