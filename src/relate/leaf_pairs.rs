@@ -155,7 +155,7 @@ impl Family {
         for [slots_a, slots_b] in together(partner) {
             let (own, other) = (of(0, a, &slots_a), of(1, b, &slots_b));
             let along = |s: usize, i: u32| leaf(s, i).location;
-            for (i, j) in greedy(own, other, &along, &|i, j| unlike(leaf(0, i), leaf(1, j)), true) {
+            for (i, j) in greedy(own, other, &along, &|i, j| unlike(leaf(0, i), leaf(1, j))) {
                 paired_a.insert(i);
                 paired_b.insert(j);
                 matched.push((i, j, (leaf(0, i).slot, leaf(1, j).slot)));
@@ -173,14 +173,12 @@ impl Family {
     }
 }
 
-/// Pairs of leaves `a` of the first source and `b` of the second, of which every one of `a` is in one at least, and every one of
-/// `b` where `both` says so. `along` says where a leaf is, by source: those of more than [`MOST_PAIRS`] pairs are cut there.
+/// Pairs of leaves `a` of the first source and `b` of the second, of which every one of both is in one at least. `along` says where a leaf is, by source: those of more than [`MOST_PAIRS`] pairs are cut there.
 pub(super) fn greedy(
     mut a: Vec<u32>,
     mut b: Vec<u32>,
     along: &dyn Fn(usize, u32) -> f32,
     unlike: &dyn Fn(u32, u32) -> f32,
-    both: bool,
 ) -> Vec<(u32, u32)> {
     if a.is_empty() || b.is_empty() {
         return Vec::new();
@@ -199,7 +197,7 @@ pub(super) fn greedy(
             continue;
         }
         let (na, nb) = (a.len(), b.len());
-        if na.min(nb) == 1 && (both || nb == 1) {
+        if na.min(nb) == 1 {
             pairs.extend(a.iter().flat_map(|&i| b.iter().map(move |&j| (i, j))));
             continue;
         }
@@ -213,7 +211,7 @@ pub(super) fn greedy(
         for one_each in [true, false] {
             for &(_, i, j) in &costs {
                 let (x, y) = (i as usize, j as usize);
-                let free = if one_each { !taken_a[x] && !taken_b[y] } else { !taken_a[x] || both && !taken_b[y] };
+                let free = if one_each { !taken_a[x] && !taken_b[y] } else { !taken_a[x] || !taken_b[y] };
                 if free {
                     (taken_a[x], taken_b[y]) = (true, true);
                     pairs.push((a[x], b[y]));

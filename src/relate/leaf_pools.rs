@@ -4,9 +4,9 @@
 //! depths in two trees, and most of them have no partner: their leaves would all wilt and grow, as those of no matching at all do.
 //! In the spirit of Rule 3 what is left over is pooled under the next matched pair of chains above it, and matched there greedily.
 //! The similarity is that of leaves in a lobe, with their distance on the straightened chain, in its lengths, for the one along it.
-//! Where one tree has leaves left over and the other none, each of them joins the leaf that it resembles most of all that the
-//! other has there. No leaf goes farther than [`REACH`] lengths of the chain; what is too far from all there is pooled again under the
-//! next matched chain down, and at last comes and goes with its twig.
+//! No leaf goes farther than [`REACH`] lengths of the chain: what has no like so near among what is left over joins the leaf that it
+//! resembles most of all that the other tree has there. What is too far from all is pooled again under the next matched chain
+//! down, and at last comes and goes with its twig.
 //!
 //! On the way such a leaf goes along the wood: it stays on its own twig, which wilts, then goes down that, along the matched chain
 //! and up the twig of the other tree, which grows, and stays there. Each has a time of its own for it ([`GOES`], [`LASTS`]), and all have
@@ -25,6 +25,8 @@ use crate::plant::{ChainId, Leaf, Plant, Posed};
 
 /// How far leaves go at most, in lengths of the matched chain that bears both.
 const REACH: f32 = 0.35;
+/// How many leaves on either side along that chain one without a like looks at: cost stays linear in the leaves.
+const BESIDE: usize = 256;
 /// Shares of the matched chain between which leaves are half way along the wood, one after the other, and how long before and after that
 /// they are under way: while there is much of both twigs, or they would stand in a ball on what is left of one.
 const GOES: [f32; 2] = [0.3, 0.7];
@@ -137,55 +139,46 @@ impl Family {
         partner: &[(u16, u16)],
         posed: &[Posed],
     ) -> Vec<[Stand; 2]> {
-        let all = [0, 1].map(|s| {
-            // Who has none left over offers all that it has.
-            if pool[s].is_empty() || !pool[1 - s].is_empty() {
-                Vec::new()
-            } else {
-                self.borne_under(kin, 1 - s, &borne[1 - s])
-            }
-        });
-        let sides =
-            [if pool[0].is_empty() { &all[1] } else { &pool[0] }, if pool[1].is_empty() { &all[0] } else { &pool[1] }];
         let seen: [Vec<Seen>; 2] =
-            [0, 1].map(|s| sides[s].iter().map(|stand| self.seen(kin, s, stand.0, &posed[s])).collect());
+            [0, 1].map(|s| pool[s].iter().map(|stand| self.seen(kin, s, stand.0, &posed[s])).collect());
         let leaf = |s: usize, stand: Stand| &self.plants[s].leaves()[stand.0 as usize];
         let cost = |i: u32, j: u32| {
             let (own, other) = (seen[0][i as usize], seen[1][j as usize]);
             let way = own.place.distance(other.place).min(1.0);
-            let turned =
-                [(leaf(0, sides[0][i as usize]), own.orientation), (leaf(1, sides[1][j as usize]), other.orientation)];
-            apart(way, turned[0], turned[1])
+            apart(
+                way,
+                (leaf(0, pool[0][i as usize]), own.orientation),
+                (leaf(1, pool[1][j as usize]), other.orientation),
+            )
         };
         let along = |s: usize, i: u32| seen[s][i as usize].place.y;
         let mut pairs: Vec<[Stand; 2]> = Vec::new();
         for stars in together(partner) {
             let [a, b] = [0, 1].map(|s| {
-                let own = 0..sides[s].len() as u32;
-                own.filter(|&i| stars[s].contains(&leaf(s, sides[s][i as usize]).slot)).collect::<Vec<u32>>()
+                let own = 0..pool[s].len() as u32;
+                own.filter(|&i| stars[s].contains(&leaf(s, pool[s][i as usize]).slot)).collect::<Vec<u32>>()
             });
-            let found: Vec<(u32, u32)> = if pool[0].is_empty() {
-                let turned = greedy(b, a, &|s, i| along(1 - s, i), &|j, i| cost(i, j), false);
-                turned.into_iter().map(|(j, i)| (i, j)).collect()
-            } else {
-                greedy(a, b, &along, &cost, !pool[1].is_empty())
-            };
+            let found = greedy(a, b, &along, &cost);
             let near = |&(i, j): &(u32, u32)| seen[0][i as usize].place.distance(seen[1][j as usize].place) <= REACH;
-            pairs.extend(found.into_iter().filter(near).map(|(i, j)| [sides[0][i as usize], sides[1][j as usize]]));
+            pairs.extend(found.into_iter().filter(near).map(|(i, j)| [pool[0][i as usize], pool[1][j as usize]]));
         }
-        // Whoever is too far from its like joins any that is near.
+        // Whoever has no like, or is too far from it, joins any that is near.
         for s in 0..2 {
             let paired: BTreeSet<Stand> = pairs.iter().map(|pair| pair[s]).collect();
             let open: Vec<Stand> = pool[s].iter().copied().filter(|stand| !paired.contains(stand)).collect();
             if open.is_empty() {
                 continue;
             }
-            let others = self.borne_under(kin, 1 - s, &borne[1 - s]);
-            let places: Vec<Seen> = others.iter().map(|other| self.seen(kin, 1 - s, other.0, &posed[1 - s])).collect();
+            let others = self.borne_under(kin, 1 - s, &borne[1 - s]).into_iter();
+            let mut others: Vec<(Stand, Seen)> =
+                others.map(|other| (other, self.seen(kin, 1 - s, other.0, &posed[1 - s]))).collect();
+            others.sort_by(|a, b| a.1.place.y.total_cmp(&b.1.place.y).then(a.0.cmp(&b.0)));
             for stand in open {
                 let (own, at) = (leaf(s, stand), self.seen(kin, s, stand.0, &posed[s]));
+                let here = others.partition_point(|other| other.1.place.y < at.place.y);
+                let beside = here.saturating_sub(BESIDE)..others.len().min(here + BESIDE);
                 let mut best: Option<(f32, Stand)> = None;
-                for (other, place) in others.iter().zip(&places) {
+                for (other, place) in &others[beside] {
                     let way = at.place.distance(place.place);
                     let like = leaf(1 - s, *other);
                     let slots = if s == 0 { (own.slot, like.slot) } else { (like.slot, own.slot) };
