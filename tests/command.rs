@@ -251,7 +251,9 @@ fn distances_and_symmetry_are_measured_by_the_costs_that_are_given() {
     let mirrored = |more: &[&str]| says(folder, &[&["inspect", files[2], "--symmetry", "--json"], more].concat());
     assert_ne!(mirrored(&["--metric", "qed"]), mirrored(&[]));
     assert_ne!(mirrored(&["--epsilon", "0.001"]), mirrored(&[]));
-    for wrong in [&["distance", files[0], files[1], "--length", "2"][..], &["inspect", files[2], "--direction", "0"]] {
+    let of_two = |option, value| vec!["distance", files[0], files[1], option, value];
+    let wrong = [of_two("--length", "2"), of_two("--epsilon", "0"), vec!["inspect", files[2], "--direction", "0"]];
+    for wrong in &wrong {
         assert_eq!(treewright(folder, wrong).status.code(), Some(2), "{wrong:?}");
     }
     let help = says(folder, &["distance", "--help"]) + &says(folder, &["inspect", "--help"]);

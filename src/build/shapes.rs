@@ -131,6 +131,13 @@ impl Orthants {
         Ok(Self { plants: family.sources().to_vec(), points, order, small })
     }
 
+    /// The source that has most, for where all edges are collapsed: no plant stands for that point.
+    fn heaviest(&self, shares: &[f32]) -> Option<Plant> {
+        let most = self.plants.iter().zip(shares).max_by(|a, b| a.1.total_cmp(b.1));
+        most.map(|(plant, _)| plant.clone())
+    }
+
+    /// The point at some shares; none where it is no plant.
     fn plant(&self, shares: &[f32]) -> Option<Plant> {
         let share = |s: &usize| shares.get(*s).copied().unwrap_or(0.0);
         let there: Vec<usize> = self.order.iter().copied().filter(|s| share(s) > 0.0).collect();
@@ -171,7 +178,7 @@ impl Shapes {
     /// A tree, bare; none for a space that the plan does not have.
     pub(super) fn plant(&self, shape: usize, shares: &[f32]) -> Option<Plant> {
         Some(match self.spaces.get(*self.of.get(shape)?)? {
-            Space::Orthants(space) => space.plant(shares).or_else(|| space.plants.first().cloned())?,
+            Space::Orthants(space) => space.plant(shares).or_else(|| space.heaviest(shares))?,
             Space::Mirror(reflection) => reflection.symmetrized(shares.get(1).copied().unwrap_or(0.0) * 2.0),
             Space::Sources(family, small) => {
                 let plant = family.blend(&weighted_mean(family, shares));

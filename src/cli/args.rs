@@ -323,13 +323,13 @@ pub(super) struct DistanceArguments {
 #[derive(Debug, Args)]
 pub(super) struct ElasticArguments {
     /// How far apart two branches may leave and still match, as a share of their parent: 0.001 to 1, 0.1 unless told.
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = |text: &str| share(text, 0.001))]
     epsilon: Option<f64>,
     /// What opposite directions of two branches count against that: 0 to 1, 0.1 unless told; the paper has 0.
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = |text: &str| share(text, 0.0))]
     direction: Option<f64>,
     /// What a branch of no length counts against a long one, likewise: 0.05 unless told; the paper has 0.
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = |text: &str| share(text, 0.0))]
     length: Option<f64>,
 }
 
@@ -344,7 +344,7 @@ impl ElasticArguments {
         let usual = ElasticParams::default();
         let told = |given: Option<f64>, usual: f32| given.map_or(usual, |given| given as f32);
         ElasticParams {
-            epsilon: told(self.epsilon, usual.epsilon).max(0.001),
+            epsilon: told(self.epsilon, usual.epsilon),
             direction: told(self.direction, usual.direction),
             length: told(self.length, usual.length),
             ..usual
@@ -352,10 +352,10 @@ impl ElasticArguments {
     }
 }
 
-/// A share of something.
-fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "it is a number from 0 to 1".to_owned())
+/// A share of something, not below the least.
+fn share(text: &str, least: f64) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (least..=1.0).contains(share));
+    share.ok_or_else(|| format!("it is a number from {least} to 1"))
 }
 
 /// A distance of plants.
