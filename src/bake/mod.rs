@@ -17,6 +17,7 @@ mod dye;
 mod leaf_art;
 mod leaf_morph;
 mod leaf_outline;
+mod leaf_turn;
 mod leaf_veins;
 mod letters;
 mod mip_coverage;
@@ -55,6 +56,7 @@ pub use dilate::{dilate, dilate_color};
 pub(crate) use dilate::{dilate_relief, filled};
 pub use leaf_art::{LeafPicture, leaf_maps};
 pub use leaf_morph::LeafMorph;
+pub use leaf_turn::{has_green, turned_leaf};
 pub(crate) use mip_coverage::Design;
 pub use mip_coverage::{
     ALPHA_CUTOFF, CoverageReport, PictureKind, coverage, coverage_in, coverage_of_mips, preserve_alpha,

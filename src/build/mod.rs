@@ -35,6 +35,7 @@ pub(crate) mod stamp;
 mod studio;
 mod textures;
 mod trees;
+mod turning;
 mod unlike;
 mod uses;
 mod wardrobe;

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::around::{Around, Surroundings};
 use super::stages::{Pictures, SourcePlant, ingredients, made_edge};
 use super::trees::cell;
+use super::turning::Rack;
 use super::wears;
 use crate::bake::{self, Maps};
 use crate::base::{Diagnostic, Note, Seed};
@@ -60,62 +61,66 @@ pub(super) fn wardrobe(
     let stays = |s: &SourcePlant| wears::stays_bare(plan) && s.is_bare_mesh();
     // Among trees that are dressed a mesh of wood is, too.
     let dresses = made().any(|s| !s.is_leafy()) && !made().all(|s| stays(s));
-    let mut leaves: Vec<Maps> = Vec::new();
+    let mut rack = Rack::new(plan.leaf_turn.as_ref());
+    let worn = Seed::new(plan.seed).child("wear");
     let mut plants: Vec<Plant> = sources.iter().map(|s| s.plant.clone()).collect();
     let mut leaf_size = dress_params(plan).leaf_size;
     let dressed = match plan.leaf_wear {
         Wear::Rest => {
-            for (source, plant) in sources.iter().zip(&mut plants) {
-                let first = leaves.len() as u16;
-                leaves.extend(source.leaf_maps.iter().cloned());
-                *plant = std::mem::take(plant).rewear(|_, leaf| (first + leaf.slot, leaf.form));
+            for (i, (source, plant)) in sources.iter().zip(&mut plants).enumerate() {
+                let own = rack.hang_to_turn(&source.leaf_maps);
+                let slot = |k: usize, leaf: &Leaf| own.slot(leaf.slot, worn.at(i as u64).at(k as u64));
+                *plant = std::mem::take(plant).rewear(|k, leaf| (slot(k, leaf), leaf.form));
             }
-            let first = leaves.len() as u16;
-            if dresses || leaves.is_empty() {
-                leaves.extend(pictures.leaves.iter().cloned());
-            }
-            (first, leaves.len() as u16 - first)
+            let made = if dresses || rack.pictures.is_empty() { &pictures.leaves[..] } else { &[] };
+            rack.hang(made)
         }
         Wear::All => {
-            leaves.clone_from(&pictures.leaves);
-            let count = leaves.len();
+            let hung = match plan.leaf_art {
+                LeafArt::Made { .. } => rack.hang(&pictures.leaves),
+                LeafArt::Files { .. } => rack.hang_to_turn(&pictures.leaves),
+            };
             for (source, plant) in sources.iter().zip(&mut plants) {
-                let slot = |i: usize| Seed::new(plan.seed).child("wear").at(i as u64).index(count) as u16;
+                let slot = |i: usize| worn.at(i as u64).index(hung.count.into()) as u16;
                 let straight = std::mem::take(plant).keep_leaves(|_, leaf| Some(leaf.straight()));
                 *plant = straight.rewear(|i, _| (slot(i), LeafForm::Square));
-                *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &leaves);
+                *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &rack.pictures);
             }
-            (0, count as u16)
+            hung
         }
         Wear::Source(index) => {
             let from = &sources[index];
-            leaves.clone_from(&from.leaf_maps);
+            let hung = rack.hang_to_turn(&from.leaf_maps);
             let own = from.plant.leaves();
             // A leaf of another source takes the picture and the form of one of this source's.
-            for (i, plant) in plants.iter_mut().enumerate().filter(|(i, _)| *i != index) {
-                let pick = |k: usize| {
-                    let seed = Seed::new(plan.seed).child("wear").at(i as u64).at(k as u64);
-                    let model = &own[seed.index(own.len())];
-                    (model.slot, model.form)
+            for (i, plant) in plants.iter_mut().enumerate() {
+                let pick = |k: usize, leaf: &Leaf| {
+                    let seed = worn.at(i as u64).at(k as u64);
+                    let model = if i == index { leaf } else { &own[seed.index(own.len())] };
+                    (hung.slot(model.slot, seed), model.form)
                 };
-                *plant = std::mem::take(plant).rewear(|k, _| pick(k));
+                *plant = std::mem::take(plant).rewear(pick);
             }
             if leaf_size > 0.0 {
                 for (source, plant) in sources.iter().zip(&mut plants) {
-                    *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &leaves);
+                    *plant = refitted(plan, source, std::mem::take(plant), leaf_size, &rack.pictures);
                 }
             } else {
                 leaf_size = own.iter().map(|leaf| leaf.size).sum::<f32>() / own.len() as f32;
             }
-            (0, leaves.len() as u16)
+            hung
         }
     };
     // Only what somebody wears takes room in the atlas.
     let is_worn = plan.own_density > 0.0 && (dresses || made().any(|s| s.is_leafy()));
-    let (leaves, shrunk) = if is_worn { in_their_share(leaves, plan) } else { (unworn(leaves.len()), None) };
-    let leaves = leaves.into_iter().map(|maps| inside_its_cell(maps, &plan.atlas)).collect();
+    let shrunk = if is_worn { in_their_share(&mut rack.pictures, plan) } else { None };
+    if !is_worn {
+        rack.pictures = unworn(rack.pictures.len());
+    }
+    let leaves = rack.turned(|maps| inside_its_cell(maps, &plan.atlas));
     let pictures = Pictures { leaves, bark };
     let bare = sources.iter().map(|s| stays(s)).collect();
+    let dressed = (dressed.first, dressed.count);
     Ok(Wardrobe { pictures, plants, bare, dressed, targets: Vec::new(), leaf_size, around, shrunk })
 }
 
@@ -150,11 +155,11 @@ fn unworn(count: usize) -> Vec<Maps> {
 /// Pictures of leaves, as much smaller as leaves room for what is baked of trees: one leaf of a few centimetres may come with as many
 /// texels as the atlas has. None is made smaller than usual made ones are, or than a
 /// quarter of the atlas; and what the largest has of what it had, if less.
-fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]>) {
+fn in_their_share(leaves: &mut [Maps], plan: &Plan) -> Option<[u32; 2]> {
     let is_baked = |level: &Lod| !lod::pictures(level, Texels::all(lod::CARD_TEXELS)).is_empty();
     let full = leaves.iter().map(|maps| maps.width.max(maps.height)).max().unwrap_or(0);
     if full == 0 || !plan.lods.iter().any(|level| is_baked(&level.lod)) {
-        return (leaves, None);
+        return None;
     }
     let (size, least) = (plan.atlas.size, USUAL_PICTURE.min(plan.atlas.size / 4));
     let room = f64::from(size) * f64::from(size) * SHARE;
@@ -165,9 +170,10 @@ fn in_their_share(leaves: Vec<Maps>, plan: &Plan) -> (Vec<Maps>, Option<[u32; 2]
         edge = least.max(edge.next_power_of_two() / 2);
     }
     if edge == full {
-        return (leaves, None);
+        return None;
     }
-    (leaves.into_iter().map(|maps| maps.within(edge).into_owned()).collect(), Some([edge, full]))
+    leaves.iter_mut().for_each(|maps| *maps = maps.within(edge).into_owned());
+    Some([edge, full])
 }
 
 /// A picture as a square whose cell in the atlas is one of a power of two, unless it is small or slim: then mips that are coarser
@@ -447,7 +453,8 @@ mod tests {
                     orm: three(orm),
                 }
             };
-            let (maps, told) = in_their_share(own.iter().map(one).collect(), &plan);
+            let mut maps: Vec<Maps> = own.iter().map(one).collect();
+            let told = in_their_share(&mut maps, &plan);
             (maps.iter().map(|maps| (maps.width, maps.height)).collect::<Vec<_>>(), told)
         };
         let baked = "Full, Impostor";

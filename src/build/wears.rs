@@ -6,13 +6,14 @@
 use std::sync::Arc;
 
 use super::stages::SourcePlant;
+use crate::bake;
 use crate::base::Note;
 use crate::preset::plan::{BarkArt, LeafArt, Wear};
-use crate::preset::{BARE_IN_WINTER, KEPT_COLORS, Plan};
+use crate::preset::{BARE_IN_WINTER, Plan, TURNED};
 use crate::source::foliage;
 
 /// Fields of `foliage` that made leaves alone take, and those that leaves take which Treewright puts on branches.
-const OF_PICTURES: &[&str] = &["size", "color", "variation", "pictures", "resolution"];
+const OF_PICTURES: &[&str] = &["size", "variation", "pictures", "resolution"];
 const OF_PLACES: &[&str] = &["spread", "angle", "droop", "twig", "phyllotaxis"];
 
 /// A note of an import's, as it is told of the plan's source of that index; none where it concerns nothing that is worn.
@@ -142,6 +143,23 @@ fn idle(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Option<Note> {
     Some(Note { about: "foliage".to_owned(), message })
 }
 
+/// Names what is to turn the leaves of sources none of which has any green.
+fn unturned(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Option<Note> {
+    let worn = |index: usize| plan.leaf_wear == Wear::Rest || plan.leaf_wear == Wear::Source(index);
+    let mut leafy =
+        made(sources).filter(|(i, source)| worn(*i) && source.is_leafy()).map(|(_, source)| source).peekable();
+    if plan.leaf_turn.is_none() || plan.own_density <= 0.0 || leafy.peek().is_none() {
+        return None;
+    }
+    let field = if plan.foliage_told.iter().any(|told| told == "color") { "color" } else { "season" };
+    let is_green = leafy.any(|source| source.leaf_maps.iter().any(bake::has_green));
+    (!is_green).then(|| Note {
+        about: format!("foliage.{field}"),
+        message: "no picture that a source brings has green leaves, which alone turn: all keep their colours"
+            .to_owned(),
+    })
+}
+
 /// Whether dressing puts leaves on some source.
 fn makes_leaves(sources: &[Arc<SourcePlant>]) -> bool {
     made(sources).any(|(_, source)| source.plant.leaves().is_empty())
@@ -153,10 +171,10 @@ pub(super) fn notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     // The size of a made leaf is of no concern where none is, nor is what becomes of those that sources bring where none does.
     let makes_none = is_rest && !makes_leaves(sources);
     let brings_none = is_rest && made(sources).all(|(_, source)| source.plant.leaves().is_empty());
-    let is_of_theirs = |note: &Note| [KEPT_COLORS, BARE_IN_WINTER].contains(&note.message.as_str());
+    let is_of_theirs = |note: &Note| [TURNED, BARE_IN_WINTER].contains(&note.message.as_str());
     let concerns = |note: &&Note| !(makes_none && note.about == "foliage.size" || brings_none && is_of_theirs(note));
     let of_plan = plan.notes.iter().filter(concerns).cloned();
-    of_plan.chain(one_bark(plan, sources)).chain(idle(plan, sources)).collect()
+    of_plan.chain(one_bark(plan, sources)).chain(idle(plan, sources)).chain(unturned(plan, sources)).collect()
 }
 
 #[cfg(test)]
@@ -194,21 +212,37 @@ mod tests {
     }
 
     #[test]
-    fn a_season_tells_of_leaves_that_keep_their_colours() {
+    fn autumn_tells_of_pictures_that_turn() {
         let told = |fields: &str, leafy: [bool; 2]| {
-            notes(&plan(fields), &leafy.map(|leafy| source(leafy, None))).iter().any(|note| note.message == KEPT_COLORS)
+            let found = notes(&plan(&format!("foliage: ({fields})")), &leafy.map(|leafy| source(leafy, None)));
+            found.iter().any(|note| note.message == TURNED)
         };
-        for season in ["Spring", "Autumn"] {
-            let fields = |more: &str| format!("foliage: (season: {season}{more})");
-            assert!(told(&fields(""), [true, false]) && !told(&fields(""), [false, false]));
-            assert!(told(&fields(", leaf: From(\"a\")"), [true, false]));
-            assert!(told(&fields(", leaf: Files(color: \"leaf.png\")"), [false, false]));
-            for turning in [", leaf: \"birch\"", ", density: 0.0"] {
-                assert!(!told(&fields(turning), [true, true]), "{turning}");
-            }
+        let autumn = |more: &str| format!("season: Autumn{more}");
+        assert!(told(&autumn(""), [true, false]) && !told(&autumn(""), [false, false]));
+        assert!(told(&autumn(", leaf: From(\"a\")"), [true, false]));
+        assert!(told(&autumn(", leaf: Files(color: \"leaf.png\")"), [false, false]));
+        for quiet in [", leaf: \"birch\"", ", density: 0.0", ", color: \"#aa3311\""].map(autumn) {
+            assert!(!told(&quiet, [true, true]), "{quiet}");
         }
-        for season in ["Summer", "Winter"] {
-            assert!(!told(&format!("foliage: (season: {season})"), [true, true]));
+        for season in ["Spring", "Summer", "Winter"] {
+            assert!(!told(&format!("season: {season}"), [true, true]));
+        }
+    }
+
+    #[test]
+    fn leaves_without_green_are_told_of_where_they_are_to_turn() {
+        let told = |fields: &str, color: [u8; 3]| {
+            let mut source = SourcePlant::clone(&source(true, None));
+            let [r, g, b] = color;
+            source.leaf_maps[0].color = vec![[r, g, b, 255]];
+            let found = notes(&plan(&format!("foliage: ({fields})")), &[Arc::new(source.clone()), Arc::new(source)]);
+            found.into_iter().find(|note| note.message.starts_with("no picture")).map(|note| note.about)
+        };
+        let (green, red) = ([80, 120, 40], [120, 40, 50]);
+        assert_eq!(told("season: Autumn", red).as_deref(), Some("foliage.season"));
+        assert_eq!(told("color: \"#aa3311\"", red).as_deref(), Some("foliage.color"));
+        for (quiet, color) in [("season: Autumn", green), ("", red), ("season: Autumn, leaf: \"oak\"", red)] {
+            assert_eq!(told(quiet, color), None, "{quiet}");
         }
     }
 

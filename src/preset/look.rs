@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::path::relative;
 use super::plan::{
-    BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, Phyllotaxis, TargetLeaf, USUAL_LEAF_SHARE, Wear,
+    BarkArt, BarkPattern, DressParams, LeafArt, LeafShape, LeafTurn, Phyllotaxis, TargetLeaf, USUAL_LEAF_SHARE, Wear,
 };
 use super::reader::{Item, Pick, Reader, clip, linear};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
@@ -98,8 +98,8 @@ pub(super) static FOLIAGE: Record = Record {
             name: "season",
             kind: Kind::Choice(&SEASONS),
             default: Default::Is("Summer"),
-            about: "colour of made leaves where `color` is not given, and how many of all leaves there are; leaves that sources \
-                    bring keep their colours",
+            about: "colour of leaves where `color` is not given, and how many there are. Of pictures, which sources bring or are \
+                    your own, what is green turns",
         },
         Field {
             name: "density",
@@ -152,7 +152,12 @@ pub(super) static FOLIAGE: Record = Record {
             default: Default::Else("Distichous for palm, Spiral for all others"),
             about: "how leaves follow each other along a twig",
         },
-        Field { name: "color", kind: Kind::Color, default: BY_LEAF, about: "of a made leaf" },
+        Field {
+            name: "color",
+            kind: Kind::Color,
+            default: BY_LEAF,
+            about: "of a made leaf; what is green of pictures, which sources bring or are your own, becomes that in the mean",
+        },
         Field {
             name: "variation",
             kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
@@ -180,13 +185,14 @@ static SEASONS: Choice = Choice {
         KindOf {
             name: "Spring",
             form: Form::Plain,
-            about: "light green, four fifths of the leaves; evergreens keep all",
+            about: "lighter and yellower, four fifths of the leaves; evergreens keep all",
         },
         KindOf { name: "Summer", form: Form::Plain, about: "as the leaf" },
         KindOf {
             name: "Autumn",
             form: Form::Plain,
-            about: "the leaf's autumn colours, another in each picture, three fifths of the leaves; evergreens keep all",
+            about: "the leaf's autumn colours, another in each picture, three fifths of the leaves; evergreens keep all. \
+                    Pictures that are not made turn as beeches do, each in copies of several colours where there are fewer than four",
         },
         KindOf {
             name: "Winter",
@@ -221,6 +227,12 @@ fn usual_phyllotaxis(leaf: &LeafKind) -> Phyllotaxis {
     if leaf.shape == LeafShape::Palm { Phyllotaxis::Distichous } else { Phyllotaxis::Spiral }
 }
 
+/// Young leaves are lighter and yellower, by so much of red, green and blue, linear.
+const YOUNG: [f32; 3] = [1.5, 1.35, 1.1];
+
+/// Of [`LEAVES`] the one in whose colours pictures turn: from copper to gold, between those of most trees.
+const BEECH: usize = 2;
+
 /// A time of the year.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Season {
@@ -252,14 +264,25 @@ impl Season {
         }
     }
 
+    /// What becomes of the green of pictures that are not made, which don't tell what they are of.
+    fn turn(self) -> Option<LeafTurn> {
+        match self {
+            Self::Spring => Some(LeafTurn::Lighter { gain: YOUNG }),
+            Self::Autumn => {
+                let [first, last] = LEAVES[BEECH].autumn;
+                Some(LeafTurn::Colors { first: linear(first)?, last: linear(last)? })
+            }
+            Self::Summer | Self::Winter => None,
+        }
+    }
+
     /// The colours of leaves that turn first and last, linear.
     fn colors(self, leaf: &LeafKind) -> Option<[[f32; 3]; 2]> {
         let summer = linear(leaf.color)?;
         let [first, last] = leaf.autumn;
         Some(match self {
             Self::Autumn if !leaf.is_evergreen() => [linear(first)?, linear(last)?],
-            // Young leaves are lighter and yellower.
-            Self::Spring => [[summer[0] * 1.5, summer[1] * 1.35, summer[2] * 1.1].map(|c| c.min(1.0)); 2],
+            Self::Spring => [std::array::from_fn(|i| (summer[i] * YOUNG[i]).min(1.0)); 2],
             _ => [summer; 2],
         })
     }
@@ -411,6 +434,8 @@ pub(super) struct Foliage {
     pub(super) art: LeafArt,
     /// Which leaves wear them.
     pub(super) wear: Wear,
+    /// What becomes of the green of pictures that are not made.
+    pub(super) turn: Option<LeafTurn>,
     /// The bark that goes with the leaf.
     pub(super) bark: BarkPattern,
     /// What is told of it.
@@ -427,9 +452,9 @@ pub(super) struct Named {
     pub(super) grown: BTreeSet<usize>,
 }
 
-/// What is told where a season would turn leaves that are pictures.
-pub(crate) const KEPT_COLORS: &str = "leaves that sources bring, and pictures of your own, become fewer and keep their \
-                                      colours: `leaf: \"oak\"` puts made leaves in their place, which turn";
+/// What is told where leaves that may be evergreen turn.
+pub(crate) const TURNED: &str = "in autumn leaves that sources bring, and pictures of your own, become fewer and turn as beeches do, \
+                                 evergreen or not, since pictures don't tell: `color` names another colour for them";
 
 /// What is told where leaves that may be evergreen fall.
 pub(crate) const BARE_IN_WINTER: &str = "in winter trees are bare, also of pictures of your own and of a source's leaves, \
@@ -438,9 +463,9 @@ pub(crate) const BARE_IN_WINTER: &str = "in winter trees are bare, also of pictu
 /// Twigs and leaves, the leaf's pictures, and the bark that goes with the leaf.
 pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliage> {
     let season = Season::of(fields);
+    let color = fields.color("color");
     let made = |leaf: &LeafKind| {
-        let told = fields.color("color").map(|color| [color; 2]);
-        let [color, late] = told.or(season.colors(leaf))?;
+        let [color, late] = color.map(|color| [color; 2]).or(season.colors(leaf))?;
         Some(LeafArt::Made {
             shape: leaf.shape,
             color,
@@ -454,7 +479,7 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
             return Some((made(&LEAVES[leaf])?, Wear::All, &LEAVES[leaf]));
         }
         let (art, wear) = fields.kind(&LEAF_FILES, item, |kind, inner| {
-            made_only(fields, &["color", "variation", "pictures", "resolution"], "leaf", kind);
+            made_only(fields, &["variation", "pictures", "resolution"], "leaf", kind);
             if kind == "From" {
                 return Some((None, Wear::Source(from(inner, sources, "leaves")?)));
             }
@@ -488,14 +513,14 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     let unknown = !is_made || wear != Wear::All;
     let falls = season == Season::Winter && unknown && own_density < asked;
     let winter = falls.then(|| Note { about: "foliage.season".to_owned(), message: BARE_IN_WINTER.to_owned() });
-    let turns = is_made && wear == Wear::All || asked <= 0.0;
-    let kept = (matches!(season, Season::Spring | Season::Autumn) && !turns)
-        .then(|| Note { about: "foliage.season".to_owned(), message: KEPT_COLORS.to_owned() });
+    let turn = color.map(|color| LeafTurn::Colors { first: color, last: color }).or(season.turn()).filter(|_| unknown);
+    let unsaid = season == Season::Autumn && color.is_none() && unknown && asked > 0.0;
+    let turned = unsaid.then(|| Note { about: "foliage.season".to_owned(), message: TURNED.to_owned() });
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
-    let notes = winter.into_iter().chain(kept).chain(huge).collect();
+    let notes = winter.into_iter().chain(turned).chain(huge).collect();
     let told =
         FOLIAGE.fields.iter().map(|field| field.name).filter(|name| fields.has(name)).map(str::to_owned).collect();
-    Some(Foliage { dress, own_density, art, wear, bark: leaf.bark, notes, told })
+    Some(Foliage { dress, own_density, art, wear, turn, bark: leaf.bark, notes, told })
 }
 
 /// What is told of a leaf that is far longer than such leaves are.

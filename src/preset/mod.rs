@@ -37,7 +37,7 @@ pub(crate) use asked::data_asked_for;
 pub use edit::{Edit, EditError, edited, value_of};
 pub use json_schema::describe_json;
 pub use knobs::{Knob, KnobsOf, Turns, knobs};
-pub(crate) use look::{BARE_IN_WINTER, KEPT_COLORS};
+pub(crate) use look::{BARE_IN_WINTER, TURNED};
 pub(crate) use nearest::nearest;
 pub use path::beside;
 pub use place::place;

@@ -70,6 +70,10 @@ pub struct Plan {
     pub leaf_art: LeafArt,
     /// Which leaves wear them.
     pub leaf_wear: Wear,
+    /// What becomes of the green of pictures that Treewright did not make; not written where it stays, so that such plans keep
+    /// their keys.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaf_turn: Option<LeafTurn>,
     /// The maps of the bark.
     pub bark_art: BarkArt,
     /// Whose bark is worn.
@@ -407,9 +411,53 @@ impl LeafArt {
     #[must_use]
     pub fn tint(&self, picture: u32) -> [f32; 3] {
         let Self::Made { color, late, .. } = self else { return [1.0; 3] };
-        // Halves, quarters, eighths (van der Corput 1935).
-        let way = picture.reverse_bits() as f32 / 4_294_967_296.0;
-        std::array::from_fn(|i| color[i] + (late[i] - color[i]) * way)
+        between(*color, *late, picture)
+    }
+}
+
+/// The colour that a picture takes of those between two: any number of pictures are spread evenly over them.
+fn between(first: [f32; 3], last: [f32; 3], picture: u32) -> [f32; 3] {
+    // Halves, quarters, eighths (van der Corput 1935).
+    let way = picture.reverse_bits() as f32 / 4_294_967_296.0;
+    std::array::from_fn(|i| first[i] + (last[i] - first[i]) * way)
+}
+
+/// What becomes of the green of pictures of leaves that Treewright did not make.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum LeafTurn {
+    /// It gets lighter, by as much in each channel, linear.
+    Lighter {
+        /// Factors of red, green and blue.
+        gain: [f32; 3],
+    },
+    /// It is so in the mean of a picture, linear: of the first picture `first`, of others on the way to `last`.
+    Colors {
+        /// The colour of leaves that turn first.
+        first: [f32; 3],
+        /// That of those which turn last; the same where there is one colour.
+        last: [f32; 3],
+    },
+}
+
+impl LeafTurn {
+    /// The colour, or factors, of a picture.
+    #[must_use]
+    pub fn color(&self, picture: u32) -> [f32; 3] {
+        match *self {
+            Self::Lighter { gain } => gain,
+            Self::Colors { first, last } => between(first, last, picture),
+        }
+    }
+
+    /// How many pictures are made of each of so many, for leaves of one tree not to turn all alike.
+    #[must_use]
+    pub fn copies(&self, pictures: usize) -> u16 {
+        /// As many as there are made leaves of, where nothing is told.
+        const COLORS: usize = 4;
+        match self {
+            Self::Colors { first, last } if first != last => COLORS.div_ceil(pictures.max(1)) as u16,
+            _ => 1,
+        }
     }
 }
 

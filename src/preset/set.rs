@@ -388,6 +388,7 @@ fn plan(name: &str, set: &Reader<'_, '_>, files: &mut SpeciesFiles<'_>) -> Optio
         own_density: foliage.own_density,
         leaf_art: foliage.art,
         leaf_wear: foliage.wear,
+        leaf_turn: foliage.turn,
         bark_art,
         bark_wear,
         mesh: MeshParams { bark_tile, ..mesh },
