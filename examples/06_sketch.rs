@@ -9,7 +9,7 @@ use std::sync::Arc;
 use treewright::base::Seed;
 use treewright::preset::species;
 use treewright::sketch::{
-    Drawing, Method, Sketch, SketchSize, SketchViews, Sketcher, ViewKind, crown_silhouette, overlap,
+    Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketcher, ViewKind, crown_silhouette, overlap,
 };
 use treewright::source::grow::grow;
 
@@ -24,7 +24,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Binding a plant to its cages is done once; a drawing is then followed while it is drawn.
     let views = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.5 };
     let sketcher = Arc::new(Sketcher::bind(Arc::new(oak), views)?);
-    let sketch = Sketch { front: &heart, side: None, size: SketchSize::Crown, method: Method::Adaptive };
+    let sketch = Sketch {
+        front: &heart,
+        side: None,
+        size: SketchSize::Crown,
+        method: Method::Adaptive,
+        rules: SketchRules::default(),
+    };
     let sketched = sketcher.draw(&sketch)?;
     for frame in 0..=4 {
         let t = frame as f32 / 4.0;

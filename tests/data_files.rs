@@ -128,6 +128,17 @@ fn project() -> (tempfile::TempDir, Vec<(String, String, String)>) {
         <rect id='trunk' x='3' y='5' width='2' height='4'/></svg>";
     let above = "Sketch(of: \"a\", crown: \"FILE\", elevation: 60.0)";
     ask("trunk.svg", standing, "variants[0].crown", "Source(\"a\")", above);
+    let over =
+        "Sketch(of: \"a\", crown: \"sketches/crown.svg\", then: [(crown: \"sketches/crown.svg\"), (crown: \"FILE\")])";
+    fs::create_dir_all(project.path().join("sketches")).unwrap();
+    fs::write(project.path().join("sketches/crown.svg"), standing).unwrap();
+    ask(
+        "over.svg",
+        b"<svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0",
+        "variants[0].then[1].crown",
+        "Source(\"a\")",
+        over,
+    );
     (project, asked)
 }
 

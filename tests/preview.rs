@@ -583,4 +583,20 @@ fn mixes_edits_and_sketches_are_drawn_before_they_are_saved() {
     page.until("the tree with the line is built", |state| variants(state).len() == 6);
     line["elevation"] = json!(100.0);
     assert_eq!(page.post("/api/sketch", &line).status, 422);
+    // One over the other: drawn over the tree that the crown gave, and saved as one entry.
+    let crown = json!({"points": points, "open": false});
+    let over = json!({"of": "b", "before": [crown], "points": [[0.4, 3.2], [1.6, 2.6], [1.2, 1.4]], "open": true, "view": 90.0});
+    let mut nothing = over.clone();
+    nothing["points"] = json!([]);
+    let alone = draft(json!({}), json!({"sketch": {"of": "b", "points": points}})).2;
+    assert!(
+        draft(json!({}), json!({"sketch": nothing})).2 == alone && draft(json!({}), json!({"sketch": over})).2 != alone
+    );
+    let mut over = over;
+    over["preset"] = json!("pair.ron");
+    over["name"] = json!("both");
+    assert_eq!(page.post("/api/sketch", &over).json()["added"], true);
+    let then = "crown: \"sketches/both.svg\", size: Metres(4.50), then: [(crown: \"sketches/both-2.svg\", view: 90.0, size: Metres(";
+    assert!(page.text().contains(then) && page.project.path().join("sketches/both-2.svg").is_file(), "{}", page.text());
+    page.until("the tree that is drawn over twice is built", |state| variants(state).len() == 7);
 }

@@ -116,6 +116,27 @@ fn save_by_rename(path: &Path, text: &str) {
 }
 
 #[test]
+fn a_drawing_over_a_drawing_builds_the_set_that_follows_it() {
+    let svg = |top: u32| {
+        let path = format!("M1 9L9 9L5 {top}Z");
+        format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 10 10'><path d='{path}'/></svg>")
+    };
+    let sketch =
+        "Sketch(of: \"a\", crown: \"one.svg\", then: [(crown: \"one.svg\"), (crown: \"two.svg\", view: 90.0)])";
+    let drawn = tiny::GROWN.replace("Source(\"a\")", sketch);
+    let (one, two) = (svg(1), svg(3));
+    let (watched, first) = Watched::start("out", &[("drawn.ron", &drawn), ("one.svg", &one), ("two.svg", &two)]);
+    assert!(first.contains(&Said::Built("drawn".into())), "{first:?}");
+    for (file, top) in [("two.svg", 2), ("one.svg", 0), ("two.svg", 5)] {
+        fs::write(watched.path(file), svg(top)).unwrap();
+        let said = watched.until_built("drawn");
+        assert!(!said.contains(&Said::Built("grown".into())) && watched.is_whole("drawn"), "{file}: {said:?}");
+    }
+    fs::remove_file(watched.path("two.svg")).unwrap();
+    watched.until_failed("variants[0].then[1].crown");
+}
+
+#[test]
 fn whatever_is_saved_builds_the_sets_that_read_it() {
     let scanned = tiny::scanned();
     let (watched, first) = Watched::start("out", &[("scanned.ron", &scanned)]);

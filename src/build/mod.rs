@@ -57,7 +57,7 @@ pub use gallery::{GALLERY, gallery};
 pub use pipeline::{SetFiles, Share};
 pub use plan::{Step, StepKind, ninja, plan};
 pub use specimens::{Specimen, draw_specimens, specimens};
-pub use studio::{Focus, Studio, extent};
+pub use studio::{Focus, Studio, StudioStroke, extent};
 pub use world::World;
 
 use crate::base::{Diagnostic, Key, Note};

@@ -23,7 +23,7 @@ use crate::plant::Plant;
 use crate::preset::Plan;
 use crate::preset::plan::{AtlasParams, MorphKind, MorphParams, PatternParams, TargetLeaf, Variant};
 use crate::relate::{self, Family, Kin, KinId, PairedSlots, PatternTree};
-use crate::sketch::Sketched;
+use crate::sketch::SketchSteps;
 
 /// How far from a sequence's ends an animation's first and last key are taken: there every chain is still there.
 const INSIDE: f32 = 1e-4;
@@ -47,8 +47,8 @@ pub(super) struct Morphs {
 enum Way {
     /// Sources in correspondence.
     Blended { family: Box<Family>, pace: Pace },
-    /// A source on its way to a sketch.
-    Sketched(Box<Sketched>),
+    /// A source on its way through sketches.
+    Sketched(Box<SketchSteps>),
     /// A source that can't be sketched.
     Still(Plant),
 }

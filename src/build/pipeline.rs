@@ -20,7 +20,7 @@ use super::wardrobe::{self, Wardrobe};
 use super::{Loaded, Shard, World, blends, clips, facts, morphs, selections, sketches, stages, wears};
 use crate::base::{Asked, Diagnostic, Key, Note, once};
 use crate::plant::Leaf;
-use crate::preset::plan::{BarkArt, LeafArt, SourceRecipe};
+use crate::preset::plan::{BarkArt, LeafArt, SketchParams, SourceRecipe};
 use crate::preset::{self, Plan};
 use crate::source::scene::Files;
 use crate::source::{grow, import};
@@ -160,7 +160,7 @@ pub(super) fn files_of(plan: &Plan) -> Vec<(String, String)> {
             }
         }
     }
-    for sketch in sketches::named(plan) {
+    for sketch in plan.drawn().flat_map(SketchParams::each) {
         files.push((sketch.crown.clone(), format!("{}.crown", sketch.field)));
         files.push((sketch.side.clone(), format!("{}.side", sketch.field)));
     }

@@ -3,15 +3,17 @@
 //! Trees are dressed before: twigs and leaves then follow the crown, and a sketched variant has the leaves that it has
 //! without. A tree that can't be shaped, since it has no crown, stays as it is.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::pipeline::Inputs;
 use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::plant::Plant;
-use crate::preset::plan::{MorphKind, SketchDepth, SketchMethod, SketchParams, SketchScale};
+use crate::preset::plan::{self, SketchDepth, SketchMethod, SketchParams, SketchScale};
 use crate::preset::{Plan, data_asked_for};
 use crate::sketch::{
-    Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchSize, SketchViews, Sketched, Sketcher, ViewKind,
+    Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchRules, SketchSize, SketchSteps, SketchViews, Sketched,
+    Sketcher, ViewKind,
 };
 
 /// A sketch whose files are read.
@@ -20,27 +22,20 @@ pub(super) struct Drawn {
     params: SketchParams,
     front: Drawing,
     side: Option<Drawing>,
+    /// What is drawn over it.
+    then: Vec<Drawn>,
     /// The content of its files.
     pub(super) key: Key,
 }
 
-/// All sketches that a plan names: those of variants, then those of sequences.
-pub(super) fn named(plan: &Plan) -> impl Iterator<Item = &SketchParams> {
-    let of_morphs = plan.morphs.iter().filter_map(|morph| match &morph.kind {
-        MorphKind::Sketch { sketch, .. } => Some(sketch),
-        _ => None,
-    });
-    plan.sketches.iter().chain(of_morphs)
-}
-
-/// Reads the sketches of a plan, in the order of [`named`].
+/// Reads the sketches of a plan, in the order of [`Plan::drawn`].
 ///
 /// # Errors
 ///
 /// Those that can't be read, each at the field that names its file.
 pub(super) fn sketches(plan: &Plan, inputs: &Inputs) -> Result<Vec<Drawn>, Vec<Diagnostic>> {
     let (mut drawn, mut errors) = (Vec::new(), Vec::new());
-    for params in named(plan) {
+    for params in plan.drawn() {
         match Drawn::read(params, inputs) {
             Ok(read) => drawn.push(read),
             Err(found) => errors.extend(found),
@@ -49,16 +44,21 @@ pub(super) fn sketches(plan: &Plan, inputs: &Inputs) -> Result<Vec<Drawn>, Vec<D
     if errors.is_empty() { Ok(drawn) } else { Err(errors) }
 }
 
-/// What was closed, untangled or left out in sketches.
+/// What was closed, untangled or left out in sketches, once of a file, where it is named first.
 pub(super) fn notes(drawn: &[Drawn]) -> Vec<Note> {
-    let of = |drawn: &Drawn| {
-        let Drawn { params, front, side, .. } = drawn;
+    let mut told: BTreeSet<(&str, String)> = BTreeSet::new();
+    let mut notes = Vec::new();
+    for Drawn { params, front, side, .. } in drawn.iter().flat_map(Drawn::each) {
         let front = told_of_front(front.notes.clone(), params.elevation == 0.0);
-        let said = front.chain(side.iter().flat_map(|side| side.notes.clone()));
-        said.map(|message| Note { about: params.field.clone(), message: format!("its sketch: {message}") })
-            .collect::<Vec<_>>()
-    };
-    drawn.iter().flat_map(of).collect()
+        let side = side.iter().flat_map(|side| side.notes.clone());
+        let said = front.map(|message| (&params.crown, message)).chain(side.map(|message| (&params.side, message)));
+        for (file, message) in said {
+            if told.insert((file, message.clone())) {
+                notes.push(Note { about: params.field.clone(), message: format!("its sketch {file}: {message}") });
+            }
+        }
+    }
+    notes
 }
 
 /// Only a level view can have a trunk: from above a slim part is a lobe, and the id would be an error.
@@ -67,7 +67,7 @@ fn told_of_front(notes: Vec<String>, level: bool) -> impl Iterator<Item = String
 }
 
 impl Drawn {
-    /// Reads a sketch.
+    /// Reads a sketch and those over it.
     ///
     /// # Errors
     ///
@@ -103,17 +103,44 @@ impl Drawn {
         let several = !params.side.is_empty() || params.depth == SketchDepth::Revolved;
         let front = read(&params.crown, "crown", several);
         let side = (!params.side.is_empty()).then(|| read(&params.side, "side", true)).transpose();
-        match (front, side) {
-            (Ok((front, key)), Ok(side)) => {
-                let key = Key::stage("drawn", 1).input(key).input(side.as_ref().map_or(key, |s| s.1)).finish();
-                Ok(Self { params: params.clone(), front, side: side.map(|s| s.0), key })
+        let (mut then, mut errors) = (Vec::new(), Vec::new());
+        for over in &params.then {
+            match Self::read(over, inputs) {
+                Ok(read) => then.push(read),
+                Err(found) => errors.extend(found),
             }
-            (front, side) => Err(front.err().into_iter().chain(side.err()).flatten().collect()),
+        }
+        match (front, side) {
+            (Ok((front, key)), Ok(side)) if errors.is_empty() => {
+                let key = Key::stage("drawn", 1).input(key).input(side.as_ref().map_or(key, |s| s.1));
+                let key = then.iter().fold(key, |key, over| key.input(over.key)).finish();
+                Ok(Self { params: params.clone(), front, side: side.map(|s| s.0), then, key })
+            }
+            (front, side) => Err(front.err().into_iter().chain(side.err()).flatten().chain(errors).collect()),
         }
     }
 
-    /// The way of a plant to the sketch; none for one that can't be shaped.
-    pub(super) fn sketched(&self, plant: &Plant) -> Option<Sketched> {
+    /// It, and what is drawn over it, in order.
+    fn each(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.then)
+    }
+
+    /// The way of a plant to the sketch and on through those over it; none for one that can't be shaped.
+    pub(super) fn sketched(&self, plant: &Plant) -> Option<SketchSteps> {
+        let mut plant = Arc::new(plant.clone());
+        let mut steps: Vec<Sketched> = Vec::new();
+        for drawn in self.each() {
+            if let Some(last) = steps.last() {
+                plant = Arc::new(last.at(1.0));
+            }
+            // What has no crown any more stays as it is.
+            steps.extend(drawn.one(plant.clone()));
+        }
+        SketchSteps::of(steps)
+    }
+
+    /// The way of a plant to the sketch alone.
+    fn one(&self, plant: Arc<Plant>) -> Option<Sketched> {
         let kind = match self.params.depth {
             _ if self.side.is_some() => ViewKind::FrontAndSide,
             SketchDepth::Revolved if self.front.trunk.area() > 0.0 => ViewKind::RevolvedAboutFoot,
@@ -123,7 +150,7 @@ impl Drawn {
         };
         let SketchParams { view: azimuth, elevation, detail, .. } = self.params;
         let views = SketchViews { azimuth, elevation, kind, detail };
-        let sketcher = Arc::new(Sketcher::bind(Arc::new(plant.clone()), views).ok()?);
+        let sketcher = Arc::new(Sketcher::bind(plant, views).ok()?);
         let size = match self.params.size {
             SketchScale::Crown => SketchSize::Crown,
             SketchScale::Stretched => SketchSize::Stretched,
@@ -136,7 +163,9 @@ impl Drawn {
             SketchMethod::Baseline => Method::Baseline,
             SketchMethod::OneCage => Method::OneCage,
         };
-        let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method };
+        let plan::SketchRules { pruning, wilting, covering } = self.params.rules;
+        let rules = SketchRules { pruning, wilting, covering };
+        let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method, rules };
         sketcher.draw(&sketch).ok()
     }
 }

@@ -14,7 +14,7 @@ use super::selections::{self, Selected};
 use super::stages::{self, Wanted};
 use super::trees::Trees;
 use crate::bake::Maps;
-use crate::base::{Diagnostic, Note, Seed, once};
+use crate::base::{Diagnostic, Key, Note, Seed, once};
 use crate::blend;
 use crate::plant::{ChainId, Plant, Posed};
 use crate::preset::Plan;
@@ -23,7 +23,7 @@ use crate::preset::plan::{
 };
 use crate::relate::{self, Family};
 use crate::select::{self, Habits};
-use crate::sketch::{Drawing, Method, Sketch, SketchSize, SketchViews, Sketcher, ViewKind};
+use crate::sketch::{Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketcher, ViewKind};
 
 /// The weights of the matching that a preset means where it gives none.
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
@@ -41,7 +41,18 @@ pub enum Focus<'a> {
     Source(&'a str),
 }
 
-/// What is kept by the sources that it is made of, and the view that these are drawn on from.
+/// What is drawn over a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct StudioStroke<'s> {
+    /// As SVG.
+    pub svg: &'s [u8],
+    /// Azimuth and elevation that it is drawn from, radians, as in [`SketchViews`].
+    pub from: [f32; 2],
+    /// Its height, metres.
+    pub height: f32,
+}
+
+/// What is kept by the sources that it is made of, and what was drawn on them, and the view that these are drawn on from.
 type Kept<T> = Mutex<Vec<(Vec<usize>, Arc<T>)>>;
 
 /// See the head of this file.
@@ -193,30 +204,35 @@ impl Studio {
         Ok(self.prepared.wardrobe.dressing_of(&self.plan, of).dress(bare, seed.child("dress")))
     }
 
-    /// A source whose crown follows a drawing from an azimuth and an elevation (radians, as in [`SketchViews`]), as a
-    /// `Sketch` with that view and the size `Metres(height)` is.
+    /// A source whose crown follows drawings, each over the tree that the one before gives, as a `Sketch` of the first with all
+    /// others in its `then` is, each with its view and the size `Metres`.
     ///
     /// # Errors
     ///
-    /// When the drawing can't be read, has a trunk in a raised view, or the source has no crown.
-    pub fn sketched(
-        &self,
-        source: usize,
-        svg: &[u8],
-        [azimuth, elevation]: [f32; 2],
-        height: f32,
-    ) -> Result<Plant, Vec<Diagnostic>> {
+    /// When a drawing can't be read, has a trunk in a raised view, or the source has no crown.
+    pub fn sketched(&self, source: usize, strokes: &[StudioStroke<'_>]) -> Result<Arc<Plant>, Vec<Diagnostic>> {
         let wrong = |message: String| vec![Diagnostic::new("", message)];
-        let Some(plant) = self.source(source) else { return Err(wrong("there is no such source".to_owned())) };
-        let drawing = Drawing::read(svg).map_err(|error| wrong(format!("the drawing {error}")))?;
-        let view = [azimuth, elevation].map(|angle| angle.to_bits() as usize);
-        let sketcher = kept(&self.sketchers, &[source, view[0], view[1]], || {
-            let views = SketchViews { azimuth, elevation, kind: ViewKind::Front, detail: 0.5 };
-            Sketcher::bind(plant, views).map_err(|error| wrong(error.to_string()))
+        let Some((last, before)) = strokes.split_last() else {
+            return self.source(source).ok_or_else(|| wrong("there is no such source".to_owned()));
+        };
+        let drawing = Drawing::read(last.svg).map_err(|error| wrong(format!("the drawing {error}")))?;
+        // What it is drawn over, from where.
+        let mut over = vec![source];
+        for stroke in before {
+            over.extend(Key::of_bytes(stroke.svg).bytes().map(usize::from));
+            over.extend([stroke.height, stroke.from[0], stroke.from[1]].map(|told| told.to_bits() as usize));
+        }
+        over.extend(last.from.map(|angle| angle.to_bits() as usize));
+        let sketcher = kept(&self.sketchers, &over, || {
+            let kind = if before.is_empty() { ViewKind::Front } else { ViewKind::FrontKept };
+            let [azimuth, elevation] = last.from;
+            let views = SketchViews { azimuth, elevation, kind, detail: 0.5 };
+            Sketcher::bind(self.sketched(source, before)?, views).map_err(|error| wrong(error.to_string()))
         })?;
-        let sketch = Sketch { front: &drawing, side: None, size: SketchSize::Metres(height), method: Method::Adaptive };
+        let (size, rules) = (SketchSize::Metres(last.height), SketchRules::default());
+        let sketch = Sketch { front: &drawing, side: None, size, method: Method::Adaptive, rules };
         let made = sketcher.draw(&sketch).map_err(|error| wrong(format!("the drawing {error}")))?;
-        Ok(made.at(1.0))
+        Ok(Arc::new(made.at(1.0)))
     }
 
     /// The sources in correspondence, and how they run into themselves.
@@ -278,12 +294,14 @@ mod tests {
         let preset = folder.path().join("a.ron");
         let text = "(sources: {\"a\": Grow(species: \"oak.ron\", seed: 1), \"b\": Grow(species: \"oak.ron\", seed: 2)}, \
             variants: [Source(\"b\"), Mix(of: {\"a\": 3, \"b\": 1}), Sketch(of: \"a\", crown: \"c.svg\", size: Metres(5.0)), \
-            Sketch(of: \"a\", crown: \"d.svg\", view: 40.0, elevation: 35.5, size: Metres(7.25))])";
+            Sketch(of: \"a\", crown: \"d.svg\", view: 40.0, elevation: 35.5, size: Metres(7.25)), \
+            Sketch(of: \"a\", crown: \"c.svg\", size: Metres(5.0), then: [(crown: \"d.svg\", view: 40.0, elevation: 35.5, \
+            size: Metres(7.25)), (crown: \"c.svg\", view: 90.0, size: Metres(4.0))])])";
         std::fs::write(&preset, text).unwrap();
-        let svg = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-2 -5 4 5'><path d='M-2 -1L2 -1L0 -5Z'/>\
+        let svg: &[u8] = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-2 -5 4 5'><path d='M-2 -1L2 -1L0 -5Z'/>\
             <path id='trunk' d='M-.1 0L.1 0L.1 -1L-.1 -1Z'/></svg>";
         std::fs::write(folder.path().join("c.svg"), svg).unwrap();
-        let line = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-3 -6 6 7.25'><circle id='foot' r='.1'/>\
+        let line: &[u8] = b"<svg xmlns='http://www.w3.org/2000/svg' viewBox='-3 -6 6 7.25'><circle id='foot' r='.1'/>\
             <path fill='none' stroke='#000' d='M0 -5L2 -5L3 -3L1 -2'/></svg>";
         std::fs::write(folder.path().join("d.svg"), line).unwrap();
         let loaded = load_preset(&preset).unwrap_or_else(|found| panic!("{found:?}"));
@@ -292,11 +310,19 @@ mod tests {
         let of = |place| (*studio.variant(place).unwrap().unwrap()).clone();
         assert_eq!(*studio.source(1).unwrap(), of(0));
         assert!(studio.mix(&[0, 1], &[0.75, 0.25]).unwrap() == of(1));
-        assert!(studio.sketched(0, svg, [0.0; 2], 5.0).unwrap() == of(2));
-        let from = [40.0_f32, 35.5].map(f32::to_radians);
-        let raised = studio.sketched(0, line, from, 7.25).unwrap();
-        assert!(raised == of(3) && raised != studio.sketched(0, line, [0.0; 2], 7.25).unwrap());
-        assert!(studio.sketched(0, svg, from, 5.0).is_err());
+        let stroke =
+            |svg: &'static [u8], from: [f32; 2], height| StudioStroke { svg, from: from.map(f32::to_radians), height };
+        let drawn = |strokes: &[StudioStroke<'_>]| (*studio.sketched(0, strokes).unwrap()).clone();
+        let (front, above) = (stroke(svg, [0.0; 2], 5.0), stroke(line, [40.0, 35.5], 7.25));
+        assert!(drawn(&[]) == *studio.source(0).unwrap() && drawn(&[front]) == of(2));
+        assert!(drawn(&[above]) == of(3) && of(3) != drawn(&[stroke(line, [0.0; 2], 7.25)]));
+        // One after another, whatever is kept.
+        let beside = stroke(svg, [90.0, 0.0], 4.0);
+        for _ in 0..2 {
+            assert!(drawn(&[front, above, beside]) == of(4) && drawn(&[front, above]) != of(4));
+        }
+        assert!(drawn(&[above, front, beside]) != of(4));
+        assert!(studio.sketched(0, &[stroke(svg, [40.0, 35.5], 5.0)]).is_err() && studio.sketched(7, &[]).is_err());
         assert!(studio.variant(9).unwrap().is_none());
         assert!(studio.mix(&[0], &[1.0]).is_err() && studio.mix(&[0, 1], &[0.0, 0.0]).is_err());
         assert!(studio.mix(&[0, 7], &[1.0, 1.0]).is_err());

@@ -35,7 +35,7 @@ fn unsketched(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
         "its sketch: the crown of number {n} and what is drawn overlap by {worst:.2} of 1; a drawing that is nearer to the \
          source's proportions is followed better, and so is one by a source whose limbs begin where the drawn crown does"
     );
-    Some(Note { about: plan.sketches[sketch].field.clone(), message })
+    Some(Note { about: plan.sketches[sketch].last().field.clone(), message })
 }
 
 /// A crown of which more would have wilted than may; of several that of which the most would have.
@@ -51,9 +51,9 @@ fn spared(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
 pub(super) fn spared_note(about: &str, whose: &str, share: f32) -> Option<Note> {
     let message = || {
         format!(
-            "its sketch: {:.0} % more of the foliage of {whose} lies outside of what is drawn than may wilt, which is half: it \
-             is drawn in by its limbs; a drawing that is nearer to the source's proportions keeps more of the tree, and \
-             `method: Paper` lets all wilt that is outside",
+            "its sketch: {:.0} % more of the foliage of {whose} lies outside of what is drawn than may wilt, which `wilting` tells: \
+             it is drawn in by its limbs; a drawing that is nearer to the source's proportions keeps more of the tree, and a \
+             larger `wilting` lets more of it go",
             share * 100.0
         )
     };

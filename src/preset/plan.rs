@@ -21,7 +21,7 @@ pub(crate) use growth::{MOST_TAPER, USUAL_LENGTH_COST, USUAL_WHIM};
 pub use mesh::{ANY, Backs, Forks, LeafCards, Lod, LodBudget, MeshParams, USUAL_ERROR_SHARE, USUAL_FLARE};
 pub use morphs::{Clip, MorphKind, MorphParams, TargetLeaf};
 pub use shapes::{ChainPath, ElasticParams, Facing, MirrorPlane, ShapeKind, ShapeParams, SmallRule};
-pub use sketches::{SketchDepth, SketchMethod, SketchParams, SketchScale};
+pub use sketches::{SketchDepth, SketchMethod, SketchParams, SketchRules, SketchScale};
 pub use variants::{
     BlendParams, BlendScale, BlendTree, Decided, FilterParams, MatchParams, OnlyParams, Origin, PatternParams, Pick,
     RadiusRule, ScoreParams, Selection, StemRule, Variant,

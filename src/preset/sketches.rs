@@ -3,10 +3,10 @@
 use super::look::path;
 use super::morphs::{ANIMATION, clip};
 use super::plan::{
-    Clip, MatchParams, MorphKind, MorphParams, PatternParams, SketchDepth, SketchMethod, SketchParams, SketchScale,
-    TargetLeaf,
+    Clip, MatchParams, MorphKind, MorphParams, PatternParams, SketchDepth, SketchMethod, SketchParams, SketchRules,
+    SketchScale, TargetLeaf,
 };
-use super::reader::Reader;
+use super::reader::{Item, Reader};
 use super::schema::{Choice, Default, Field, Form, Kind, KindOf, Record};
 use super::variants::source;
 
@@ -31,6 +31,8 @@ const DEPTH: Field = Field {
     default: Default::Is("Grown"),
     about: "what is done to the depth where there is no `side`",
 };
+
+const DEPTH_OVER: Field = Field { default: Default::Is("Kept"), ..DEPTH };
 
 const VIEW: Field = Field {
     name: "view",
@@ -65,6 +67,36 @@ const METHOD: Field = Field {
     about: "how the crown follows what is drawn. All but `Adaptive` are Wang et al. 2018 to the letter: branches follow \
             their tips without bounds, and may stretch, turn, and hang below the ground; depth stays; a drawn trunk only \
             places the crown",
+};
+
+const PRUNING: Field = Field {
+    name: "pruning",
+    kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+    default: Default::Is("0.3"),
+    about: "branches wilt of whose foliage less than that share lies inside of what is drawn (5.4.2: 30 %); at 0 none do",
+};
+
+const WILTING: Field = Field {
+    name: "wilting",
+    kind: Kind::Number { low: 0.0, high: 1.0, unit: "" },
+    default: Default::Is("0.5"),
+    about: "most of the foliage that may wilt; the rest is drawn in by its limbs. Only the method `Adaptive` has such a limit",
+};
+
+const COVERING: Field = Field {
+    name: "covering",
+    kind: Kind::Number { low: 0.001, high: 0.2, unit: "of the crown's size" },
+    default: Default::Is("0.02"),
+    about: "how near to the outline of a limb's foliage that of its branches must be to cover it (5.4.1: 10 pixels of a crown 500 \
+            across); what none covers those beside it are drawn over",
+};
+
+const THEN: Field = Field {
+    name: "then",
+    kind: Kind::Rows { record: &OVER, low: 1, high: 16 },
+    default: Default::Else("none"),
+    about: "sketches that are drawn over the tree as the one before leaves it, in order: `then: [(crown: \"bump.svg\", view: \
+            90.0)]`; frames go through all of them",
 };
 
 static METHODS: Choice = Choice {
@@ -102,6 +134,10 @@ pub(super) static SKETCH: Record = Record {
         SIZE,
         DETAIL,
         METHOD,
+        PRUNING,
+        WILTING,
+        COVERING,
+        THEN,
         Field {
             name: "frames",
             kind: Kind::Integer { low: 1, high: 64, unit: "frames" },
@@ -116,7 +152,15 @@ pub(super) static SKETCH: Record = Record {
 pub(super) static SKETCHED: Record = Record {
     title: "Sketch of every variant",
     about: "`sketch: (crown: \"heart.svg\")`.",
-    fields: &[CROWN, SIDE, DEPTH, VIEW, ELEVATION, SIZE, DETAIL, METHOD],
+    fields: &[CROWN, SIDE, DEPTH, VIEW, ELEVATION, SIZE, DETAIL, METHOD, PRUNING, WILTING, COVERING, THEN],
+};
+
+/// One that is drawn over the tree that another gave.
+static OVER: Record = Record {
+    title: "Sketch over a sketch",
+    about: "As a sketch, of the tree as the one before leaves it: what it is seen like, as large as it then is, is what is drawn \
+            over (Wang et al. 2018, 5.1). It keeps the depth, in which others may have been drawn.",
+    fields: &[CROWN, SIDE, DEPTH_OVER, VIEW, ELEVATION, SIZE, DETAIL, METHOD, PRUNING, WILTING, COVERING],
 };
 
 /// The field of an entry that gives several variants.
@@ -180,8 +224,21 @@ static METRES: Record = Record {
     }],
 };
 
-/// The sketch that a group of fields asks for.
-pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
+/// The sketch that a group of fields asks for, and those over it.
+fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
+    let first = one(fields);
+    let of = |item: &Item<'_>| one(&Reader::new(fields.report(), &OVER, item));
+    // All are read, so that all that is wrong is told.
+    let then: Vec<Option<SketchParams>> = fields.list("then").iter().map(of).collect();
+    let then: Vec<SketchParams> = then.into_iter().collect::<Option<_>>()?;
+    if fields.has("then") && then.is_empty() {
+        return None;
+    }
+    Some(SketchParams { then, ..first? })
+}
+
+/// What a group of fields asks for by itself.
+fn one(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     let crown = path(fields, "crown");
     let side = if fields.has("side") { path(fields, "side") } else { String::new() };
     let depth = fields.choice("depth", |kind, _| {
@@ -214,6 +271,7 @@ pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     if grows && method.is_some_and(|method| method != SketchMethod::Adaptive) {
         fields.fault("depth", "only the method `Adaptive` lets depth grow", "leave `depth` or `method` out");
     }
+    let rules = rules(fields, method);
     let elevation = fields.number("elevation").to_radians();
     let upright = match depth {
         _ if fields.has("side") => Some(("a view from the side", "`side`")),
@@ -228,7 +286,36 @@ pub(super) fn sketch(fields: &Reader<'_, '_>) -> Option<SketchParams> {
     if crown.is_empty() || (fields.has("side") && side.is_empty()) {
         return None;
     }
-    Some(SketchParams { field, crown, side, depth: depth?, view, elevation, size: size?, detail, method: method? })
+    let (depth, size, method, then) = (depth?, size?, method?, Vec::new());
+    Some(SketchParams { field, crown, side, depth, view, elevation, size, detail, method, rules, then })
+}
+
+/// What its lobes wilt and cover by; of what a method does not do nothing can be told.
+fn rules(fields: &Reader<'_, '_>, method: Option<SketchMethod>) -> SketchRules {
+    use SketchMethod::{Adaptive, Cages, Paper};
+    let needs = [
+        ("pruning", &[Adaptive, Paper][..], "only the methods `Adaptive` and `Paper` have branches wilt"),
+        ("wilting", &[Adaptive][..], "only the method `Adaptive` has a limit to what wilts"),
+        (
+            "covering",
+            &[Adaptive, Paper, Cages][..],
+            "only the methods `Adaptive`, `Paper` and `Cages` have cages that adapt",
+        ),
+    ];
+    for (name, by, message) in needs {
+        if fields.has(name) && method.is_some_and(|method| !by.contains(&method)) {
+            fields.fault(name, message, format!("leave `{name}` or `method` out"));
+        }
+    }
+    let [pruning, wilting, covering] = needs.map(|(name, ..)| fields.number(name));
+    if fields.has("wilting") && pruning == 0.0 {
+        fields.fault(
+            "wilting",
+            "nothing wilts where `pruning` is 0",
+            "leave `wilting` out, or give a larger `pruning`",
+        );
+    }
+    SketchRules { pruning, wilting, covering }
 }
 
 /// The sketch of every variant of an entry; none where it asks for none.

@@ -46,7 +46,7 @@ fn sketched(all: &mut Vec<SketchParams>, sketch: SketchParams) -> (usize, String
 fn frames(all: &mut Vec<MorphParams>, params: MorphParams) -> Vec<(String, Variant)> {
     let mut alike = MorphParams { entry: 0, ..params.clone() };
     if let MorphKind::Sketch { sketch, .. } = &mut alike.kind {
-        sketch.field.clear();
+        sketch.forget_fields();
     }
     let morph = all.len();
     let frame = |frame| (format!("{alike:?} {frame}"), Variant::Frame { morph, frame });

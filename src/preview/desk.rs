@@ -12,12 +12,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::drafts::{Change, Stroke, stroke_svg};
+use super::drafts::{Change, Stroke, stroke_svgs};
 use crate::base::{Diagnostic, Key};
 use crate::build::replace::replace;
 use crate::build::{Limits, Loaded, load_edited};
 use crate::export::Manifest;
-use crate::preset::plan::{SketchScale, SourceRecipe};
+use crate::preset::plan::{SketchParams, SketchScale, SourceRecipe};
 use crate::preset::{Edit, KnobsOf, edited, knobs, value_of};
 
 /// Why nothing was written.
@@ -88,7 +88,10 @@ pub(super) struct Drawn {
     pub(super) of: String,
     /// Name of the SVG, without folder and extension.
     pub(super) name: String,
-    /// What is drawn.
+    /// What was drawn before, each over what the one before gave; the first has the name.
+    #[serde(default)]
+    pub(super) before: Vec<Stroke>,
+    /// What is drawn last.
     #[serde(flatten)]
     pub(super) stroke: Stroke,
     /// Whether an SVG of that name may be replaced.
@@ -265,12 +268,13 @@ pub(super) fn decide(
     Ok(json!({ "told": told }))
 }
 
-/// Writes what is drawn as `sketches/NAME.svg`, and an entry of the preset that follows it from where it was drawn, as large
-/// as it was drawn; entries that follow a drawing of that name already are brought to that view and size.
+/// Writes what is drawn as `sketches/NAME.svg`, what is drawn over it as `sketches/NAME-2.svg` and so on, and an entry of the preset
+/// that follows all of it from where it was drawn, as large as it was drawn; entries that follow a drawing of such a name
+/// already are brought to that view and size, and those of the first to what is drawn over it now.
 ///
 /// # Errors
 ///
-/// See [`Refused`]; then nothing was written, but where the disk refuses the second of the two files.
+/// See [`Refused`]; then nothing was written, but where the disk refuses one of several files.
 pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Drawn) -> Result<Value, Refused> {
     let wrong = |why: &str| Refused::Wrong(why.to_owned());
     let name = asked.name.as_str();
@@ -282,48 +286,114 @@ pub(super) fn draw(folder: &Path, loaded: &Loaded, limits: &Limits, asked: &Draw
     if loaded.plan.sources.iter().all(|source| source.name != asked.of) {
         return Err(wrong("there is no such source"));
     }
-    let (svg, height) = stroke_svg(&asked.stroke).map_err(wrong)?;
+    let strokes = stroke_svgs(asked.before.iter().chain([&asked.stroke])).map_err(wrong)?;
     let sketches = folder.join("sketches");
     fs::create_dir_all(&sketches).map_err(|e| Refused::Wrong(format!("can't make the folder sketches: {e}")))?;
     // A link named `sketches` may lead elsewhere.
     let sketches = sketches.canonicalize().ok().filter(|real| real.starts_with(folder)).ok_or(Refused::NoFile)?;
-    let path = sketches.join(format!("{name}.svg"));
-    if !asked.replace && path.symlink_metadata().is_ok() {
+    let over = |place: usize| if place == 0 { format!("{name}.svg") } else { format!("{name}-{}.svg", place + 1) };
+    let is_there = |place: usize| sketches.join(over(place)).symlink_metadata().is_ok();
+    if !asked.replace && (0..strokes.len()).any(is_there) {
         return Err(wrong("there is a sketch of that name; choose another, or replace it"));
     }
-    let relative = format!("sketches/{name}.svg");
     let own = own_file(loaded);
     let all = files(folder, loaded);
     let preset = all.get(&own).ok_or(Refused::NoFile)?;
-    let (size, [view, elevation]) = (format!("Metres({height:.2})"), asked.stroke.direction());
-    let angles = [("view", view, asked.stroke.view), ("elevation", elevation, asked.stroke.elevation)];
-    let mut edits = Vec::new();
-    for sketch in loaded.plan.sketches.iter().filter(|sketch| sketch.crown == relative) {
+    let drawn: Vec<Placed<'_>> = strokes
+        .iter()
+        .enumerate()
+        .map(|(i, (stroke, _, height))| Placed { file: over(i), stroke, height: *height })
+        .collect();
+    let (edits, added) = following(loaded, &asked.of, &drawn);
+    let _turn = turn();
+    let texts = drawn.iter().zip(&strokes).map(|(placed, (_, svg, _))| (placed.relative(), svg.clone()));
+    let edited = Edited::new(loaded, limits, (&own, preset), &edits, texts)?;
+    // In this order a build that comes in between finds no name without a file.
+    for (placed, (_, svg, _)) in drawn.iter().zip(&strokes) {
+        replace(&sketches.join(&placed.file), svg.as_bytes())
+            .map_err(|e| Refused::Wrong(format!("can't write {}: {e}", placed.relative())))?;
+    }
+    edited.write()?;
+    Ok(json!({ "file": drawn[0].relative(), "added": added }))
+}
+
+/// What is drawn, and where a preset has it.
+struct Placed<'s> {
+    file: String,
+    stroke: &'s Stroke,
+    height: f32,
+}
+
+impl Placed<'_> {
+    fn relative(&self) -> String {
+        format!("sketches/{}", self.file)
+    }
+
+    fn size(&self) -> String {
+        format!("Metres({:.2})", self.height)
+    }
+
+    /// Each angle: its field, degrees, and how a plan has it.
+    fn angles(&self) -> [(&'static str, f32, f32); 2] {
+        let [view, elevation] = self.stroke.direction();
+        [("view", self.stroke.view, view), ("elevation", self.stroke.elevation, elevation)]
+    }
+
+    /// The fields of a sketch that follows it.
+    fn fields(&self) -> String {
+        let told = self.angles().into_iter().filter(|angle| angle.2 != 0.0);
+        let told: String = told.map(|(name, degrees, _)| format!("{name}: {degrees:?}, ")).collect();
+        format!("crown: {:?}, {told}size: {}", self.relative(), self.size())
+    }
+
+    /// What brings a sketch to its view and size.
+    fn edits(&self, sketch: &SketchParams) -> Vec<Edit> {
         let path = |name: &str| format!("{}.{name}", sketch.field);
-        for ((name, told, degrees), is) in angles.into_iter().zip([sketch.view, sketch.elevation]) {
+        let mut edits = Vec::new();
+        for ((name, degrees, told), is) in self.angles().into_iter().zip([sketch.view, sketch.elevation]) {
             match told {
                 _ if told == is => {}
                 0.0 => edits.push(Edit::Remove { path: path(name) }),
                 _ => edits.push(Edit::Set { path: path(name), value: format!("{degrees:?}") }),
             }
         }
-        if sketch.size != SketchScale::Metres(height) {
-            edits.push(Edit::Set { path: path("size"), value: size.clone() });
+        if sketch.size != SketchScale::Metres(self.height) {
+            edits.push(Edit::Set { path: path("size"), value: self.size() });
+        }
+        edits
+    }
+}
+
+/// The edits by which a preset follows what is drawn, and whether they add an entry. What others wrote into `then` stays as long
+/// as nothing is drawn over the first.
+fn following(loaded: &Loaded, of: &str, drawn: &[Placed<'_>]) -> (Vec<Edit>, bool) {
+    let (first, over) = (&drawn[0], &drawn[1..]);
+    let then: Vec<String> = over.iter().map(|placed| format!("({})", placed.fields())).collect();
+    let then = format!("[{}]", then.join(", "));
+    let (mut edits, mut added) = (Vec::new(), true);
+    let stem = first.file.strip_suffix("svg").unwrap_or_default().trim_end_matches('.');
+    let is_own = |sketch: &SketchParams| sketch.crown.starts_with(&format!("sketches/{stem}-"));
+    for sketch in loaded.plan.drawn() {
+        let is_first = sketch.crown == first.relative();
+        added &= !is_first;
+        let is_as_drawn =
+            sketch.then.iter().map(|over| &over.crown).eq(&over.iter().map(Placed::relative).collect::<Vec<_>>());
+        let keeps = !is_first || is_as_drawn || (over.is_empty() && !sketch.then.iter().all(is_own));
+        for sketch in sketch.each().take(if keeps { usize::MAX } else { 1 }) {
+            let placed = drawn.iter().find(|placed| placed.relative() == sketch.crown);
+            edits.extend(placed.map(|placed| placed.edits(sketch)).unwrap_or_default());
+        }
+        if !keeps {
+            let path = format!("{}.then", sketch.field);
+            edits.push(if over.is_empty() { Edit::Remove { path } } else { Edit::Set { path, value: then.clone() } });
         }
     }
-    let named = loaded.plan.sketches.iter().any(|sketch| sketch.crown == relative);
-    if !named {
-        let told = angles.iter().filter(|angle| angle.1 != 0.0).map(|(name, _, told)| format!("{name}: {told:?}, "));
-        let value =
-            format!("Sketch(of: {:?}, crown: {relative:?}, {}size: {size})", asked.of, told.collect::<String>());
+    if added {
+        let then = if over.is_empty() { String::new() } else { format!(", then: {then}") };
+        let value = format!("Sketch(of: {of:?}, {}{then})", first.fields());
         edits.push(Edit::Append { path: "variants".to_owned(), value });
     }
-    let _turn = turn();
-    let edited = Edited::new(loaded, limits, (&own, preset), &edits, Some((relative.clone(), svg.clone())))?;
-    // In this order a build that comes in between finds no name without a file.
-    replace(&path, svg.as_bytes()).map_err(|e| Refused::Wrong(format!("can't write {relative}: {e}")))?;
-    edited.write()?;
-    Ok(json!({ "file": relative, "added": !named }))
+    (edits, added)
 }
 
 /// Edits a file, where it is the one that was seen, sees that the preset still loads, and writes it.
@@ -332,7 +402,7 @@ fn write(loaded: &Loaded, limits: &Limits, file: (&str, &Path), base: &str, edit
     if hash(&fs::read_to_string(file.1).map_err(|_| Refused::NoFile)?) != base {
         return Err(Refused::Stale);
     }
-    let edited = Edited::new(loaded, limits, file, edits, None)?;
+    let edited = Edited::new(loaded, limits, file, edits, [])?;
     edited.write()?;
     Ok(edited.new)
 }
@@ -352,13 +422,13 @@ struct Edited<'a> {
 }
 
 impl<'a> Edited<'a> {
-    /// `beside` is another file that is to hold another text then.
+    /// `beside` are other files that are to hold other texts then.
     fn new(
         loaded: &Loaded,
         limits: &Limits,
         (file, path): (&'a str, &'a Path),
         edits: &[Edit],
-        beside: Option<(String, String)>,
+        beside: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Self, Refused> {
         let old = fs::read_to_string(path).map_err(|_| Refused::NoFile)?;
         let new = edited(&old, edits).map_err(|error| Refused::Wrong(error.to_string()))?;
@@ -415,6 +485,11 @@ mod tests {
         assert_eq!(fs::read_dir(&real).unwrap().count(), 1, "nothing is left behind");
     }
 
+    /// The entry of a crown that is drawn as `spike`.
+    fn entry_of_spike() -> &'static str {
+        "count: 3), Sketch(of: \"a\", crown: \"sketches/spike.svg\", size: Metres(4.00))]"
+    }
+
     #[test]
     fn a_crown_is_saved_beside_the_preset_and_named_in_it_once() {
         let (_folder, real, loaded) = project();
@@ -423,6 +498,7 @@ mod tests {
             preset: "p.ron".into(),
             of: "a".into(),
             name: name.into(),
+            before: Vec::new(),
             stroke: Stroke { points: vec![[-1.0, 1.0], [1.0, 1.0], [0.0, 4.0]], ..Stroke::default() },
             replace,
         };
@@ -431,7 +507,7 @@ mod tests {
         }
         assert_eq!(draw(&real, &loaded, &limits, &drawn("spike", false)).unwrap()["added"], true);
         let text = fs::read_to_string(real.join("p.ron")).unwrap();
-        let entry = "count: 3), Sketch(of: \"a\", crown: \"sketches/spike.svg\", size: Metres(4.00))]";
+        let entry = entry_of_spike();
         assert_eq!(text, TEXT.replace("count: 3)]", entry));
         let loaded = load_preset(&real.join("p.ron")).unwrap();
         assert!(draw(&real, &loaded, &limits, &drawn("spike", false)).is_err());
@@ -448,6 +524,37 @@ mod tests {
         let loaded = load_preset(&real.join("p.ron")).unwrap();
         draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap();
         assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
+        // What is drawn over it stands beside it, and in its entry: two over one, one other, and none.
+        let line =
+            |view| Stroke { points: vec![[-1.0, 3.0], [0.0, 4.0], [1.0, 3.0]], open: true, view, elevation: 0.0 };
+        let over = |last: Stroke, more: Vec<Stroke>| {
+            let loaded = load_preset(&real.join("p.ron")).unwrap();
+            let before = std::iter::once(drawn("spike", true).stroke).chain(more).collect();
+            let asked = Drawn { before, stroke: last, ..drawn("spike", true) };
+            assert_eq!(draw(&real, &loaded, &limits, &asked).unwrap()["added"], false);
+            fs::read_to_string(real.join("p.ron")).unwrap()
+        };
+        let own =
+            |then: &str| TEXT.replace("count: 3)]", &format!("{}{then})]", entry_of_spike().trim_end_matches(")]")));
+        let told = |n: u32, view: &str| format!("(crown: \"sketches/spike-{n}.svg\", {view}size: Metres(5.00))");
+        let two = format!(", then: [{}, {}]", told(2, "view: 90.0, "), told(3, ""));
+        assert_eq!(over(line(0.0), vec![line(90.0)]), own(&two));
+        assert!(real.join("sketches/spike-3.svg").is_file());
+        assert_eq!(over(line(180.0), Vec::new()), own(&format!(", then: [{}]", told(2, "view: 180.0, "))));
+        let refused = Drawn { before: vec![line(0.0)], replace: false, ..drawn("spike", false) };
+        assert!(draw(&real, &load_preset(&real.join("p.ron")).unwrap(), &limits, &refused).is_err());
+        draw(&real, &load_preset(&real.join("p.ron")).unwrap(), &limits, &drawn("spike", true)).unwrap();
+        assert_eq!(fs::read_to_string(real.join("p.ron")).unwrap(), text);
+        // What somebody wrote over it is kept.
+        let theirs =
+            text.replace("Metres(4.00))", "Metres(4.00), then: [(crown: \"sketches/spike.svg\", view: 90.0)])");
+        fs::write(real.join("p.ron"), &theirs).unwrap();
+        let loaded = load_preset(&real.join("p.ron")).unwrap();
+        draw(&real, &loaded, &limits, &drawn("spike", true)).unwrap();
+        let now = fs::read_to_string(real.join("p.ron")).unwrap();
+        assert_eq!(now, theirs.replace("view: 90.0)]", "size: Metres(4.00))]"));
+        fs::write(real.join("p.ron"), &text).unwrap();
+        let loaded = load_preset(&real.join("p.ron")).unwrap();
         // A preset that somebody breaks meanwhile keeps its drawing.
         let sketch = fs::read(real.join("sketches/spike.svg")).unwrap();
         fs::write(real.join("p.ron"), "(").unwrap();

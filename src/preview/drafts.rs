@@ -16,7 +16,7 @@ use super::scene::Wear;
 use super::turntable::{self, Framing};
 use crate::bake::{Picture, card_cuts};
 use crate::base::{Diagnostic, Key, Seed};
-use crate::build::{Cache, Focus, Limits, Studio, extent, load_edited};
+use crate::build::{Cache, Focus, Limits, Studio, StudioStroke, extent, load_edited};
 use crate::lod::mesh_levels_on;
 use crate::mesh::{CardCut, CardShape, Cards, CrownLight, TreeMesh, TubeDetail, all_cards, leaf_cards_in, tubes_in};
 use crate::plant::Plant;
@@ -30,6 +30,8 @@ const MOST_OPEN: usize = 4;
 const OUTLINE: usize = 160;
 /// Most points of a drawn crown.
 const MOST_POINTS: usize = 4000;
+/// Most drawings over one another: one, and as many as a preset's `then` takes.
+const MOST_STROKES: usize = 17;
 /// Most notes of a draft: they travel in the head of an answer.
 const MOST_NOTES: usize = 24;
 /// Farthest a drawn point may lie from the foot, metres.
@@ -108,7 +110,10 @@ pub enum Show {
     Sketch {
         /// The source.
         of: String,
-        /// What is drawn.
+        /// What was drawn before, each over what the one before gave.
+        #[serde(default)]
+        before: Vec<Stroke>,
+        /// What is drawn over that; nothing yet where it has no points.
         #[serde(flatten)]
         stroke: Stroke,
     },
@@ -154,7 +159,7 @@ pub struct Facts {
     pub middle: f32,
     /// What it took.
     pub milliseconds: f64,
-    /// The silhouette of a source from where the picture looks, drawn with care: metres, x to the right, y up.
+    /// The silhouette of what is drawn over, from where the picture looks, drawn with care: metres, x to the right, y up.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outline: Vec<[f32; 2]>,
     /// What a build would tell of the source, or of all sources where a variant is shown; the first of many.
@@ -226,13 +231,22 @@ impl Workshop {
                 let weights: Vec<f32> = of.iter().map(|(_, weight)| *weight).collect();
                 Arc::new(studio.mix(&indices, &weights)?)
             }
-            Show::Sketch { of, stroke } => {
+            Show::Sketch { of, before, stroke } => {
+                let source = index(of)?;
+                let all = before.iter().chain((!stroke.points.is_empty()).then_some(stroke));
+                let strokes = stroke_svgs(all).map_err(wrong)?;
+                let strokes: Vec<StudioStroke<'_>> = strokes
+                    .iter()
+                    .map(|(stroke, svg, height)| StudioStroke {
+                        svg: svg.as_bytes(),
+                        from: stroke.direction(),
+                        height: *height,
+                    })
+                    .collect();
                 if draft.care == Care::Fine {
-                    let plant = studio.source(index(of)?);
-                    outline = plant.map(|plant| silhouette(&plant, azimuth, elevation)).unwrap_or_default();
+                    outline = silhouette(&*studio.sketched(source, &strokes[..before.len()])?, azimuth, elevation);
                 }
-                let (svg, height) = stroke_svg(stroke).map_err(wrong)?;
-                Arc::new(studio.sketched(index(of)?, svg.as_bytes(), stroke.direction(), height)?)
+                studio.sketched(source, &strokes)?
             }
         };
         let tree = mesh(&plant, &studio.plan().mesh, &open.cuts, draft.care);
@@ -357,6 +371,19 @@ fn mesh(plant: &Plant, params: &MeshParams, cuts: &[CardCut], care: Care) -> Tre
     TreeMesh { bark, leaf }
 }
 
+/// Strokes, each as SVG and with its height.
+///
+/// # Errors
+///
+/// Those of [`stroke_svg`], and where there are too many.
+pub(super) fn stroke_svgs<'s>(
+    strokes: impl Iterator<Item = &'s Stroke>,
+) -> Result<Vec<(&'s Stroke, String, f32)>, &'static str> {
+    let svg = |stroke: &'s Stroke| stroke_svg(stroke).map(|(svg, height)| (stroke, svg, height));
+    let all: Vec<_> = strokes.take(MOST_STROKES + 1).map(svg).collect::<Result<_, _>>()?;
+    if all.len() > MOST_STROKES { Err("no more than 17 drawings lie over one another") } else { Ok(all) }
+}
+
 /// What is drawn as SVG in metres, and the height that a `Metres` in the preset places it by. A closed outline in a level
 /// view gets a trunk that stands on the origin, all else a mark where the foot is seen: that is where it then lies again.
 ///
@@ -445,6 +472,12 @@ mod tests {
 
     #[test]
     fn what_is_no_crown_is_refused() {
+        let one = Stroke { points: vec![[-2.0, 1.0], [2.5, 1.0], [0.0, 6.0]], ..Stroke::default() };
+        let many = vec![one; MOST_STROKES + 1];
+        assert!(
+            stroke_svgs(many[1..].iter()).is_ok_and(|all| all.len() == MOST_STROKES)
+                && stroke_svgs(many.iter()).is_err()
+        );
         let many = vec![[0.0, 1.0]; MOST_POINTS + 1];
         let flat = vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
         for points in [Vec::new(), flat, vec![[f32::NAN, 1.0]; 4], vec![[1e9, 1.0]; 4], many] {
@@ -492,7 +525,15 @@ mod tests {
             "width": 300, "height": 400}"#;
         let draft: Draft = serde_json::from_str(text).unwrap();
         let drawn = Stroke { points: vec![[0.0, 1.0]], open: true, view: 0.0, elevation: 30.0 };
-        assert!(matches!(&draft.show, Show::Sketch { of, stroke } if of == "a" && *stroke == drawn));
+        assert!(
+            matches!(&draft.show, Show::Sketch { of, before, stroke } if of == "a" && before.is_empty() && *stroke == drawn)
+        );
+        let over = r#"{"preset": "a.ron", "show": {"sketch": {"of": "a", "points": [], "before": [{"points": [[0, 1]],
+            "open": true, "elevation": 30}]}}, "width": 300, "height": 400}"#;
+        let draft: Draft = serde_json::from_str(over).unwrap();
+        assert!(
+            matches!(&draft.show, Show::Sketch { before, stroke, .. } if *before == [drawn] && stroke.points.is_empty())
+        );
         for wrong in ["{}", r#"{"preset": "a", "show": {"file": "/etc/passwd"}, "width": 1, "height": 1}"#] {
             assert!(serde_json::from_str::<Draft>(wrong).is_err());
         }

@@ -21,8 +21,6 @@ use super::laplace::extended;
 use super::outline::{Edges, Ring};
 use super::region::twice_signed_area;
 
-/// How near to its parent's outline a cage covers it, over the crown's size: the paper's 10 pixels where a crown is 500 across.
-pub(super) const NEAR: f32 = 0.02;
 /// How far a child's arc is drawn out along F.
 const FARTHEST: f32 = 2.0;
 /// Most places that an outline is looked at.

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::adapt;
 use super::along::Along;
 use super::bound::{Chart, Sketcher, ViewKind};
 use super::fill::{Basin, Freedom};
@@ -40,6 +39,26 @@ pub struct Sketch<'d> {
     pub size: SketchSize,
     /// How lobes follow it.
     pub method: Method,
+    /// From where on they wilt, and count as covering what is drawn.
+    pub rules: SketchRules,
+}
+
+/// What the paper found by trials, and how much may wilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SketchRules {
+    /// Share of a lobe that lies inside of what is drawn below which its branches wilt, 0..=1 (5.4.2: 30 %); at 0 none do.
+    pub pruning: f32,
+    /// Most of a crown's foliage that may wilt by [`Method::Adaptive`], 0..=1. The paper has no such limit.
+    pub wilting: f32,
+    /// How near to the outline of a cage those within it cover it, over the crown's size, above 0 (5.4.1: 10 pixels of the screen,
+    /// which is the default where a crown is 500 across).
+    pub covering: f32,
+}
+
+impl Default for SketchRules {
+    fn default() -> Self {
+        Self { pruning: 0.3, wilting: 0.5, covering: 0.02 }
+    }
 }
 
 /// How lobes follow a sketch. All but [`Adaptive`](Self::Adaptive) are the paper's: branches follow their tips alone and
@@ -104,7 +123,7 @@ impl Sketcher {
         let chart = &self.charts[0];
         let front = &targets[0];
         let changed = self.changed(chart, front);
-        let vertices = self.moved(chart, &front.ring, sketch.method, changed);
+        let vertices = self.moved(chart, &front.ring, sketch, changed);
         let mut seen = match sketch.method {
             Method::OneCage => chart.handles_by_root(&front.ring),
             _ => chart.handles(&vertices),
@@ -137,16 +156,16 @@ impl Sketcher {
             .collect();
         let mut wilts = vec![false; self.plant.chains().len()];
         // Of the paper's pruning there is no limit.
-        let most = if adaptive { prune::MOST } else { 1.0 };
+        let rules = SketchRules { wilting: if adaptive { sketch.rules.wilting } else { 1.0 }, ..sketch.rules };
         let prunes = matches!(sketch.method, Method::Adaptive | Method::Paper);
         // What would have wilted beyond that.
         let mut spared = 0.0_f32;
         if prunes {
-            spared = prune::pruned(self, chart, &vertices, &front.region, &near, most, &mut wilts);
+            spared = prune::pruned(self, chart, &vertices, &front.region, &near, &rules, &mut wilts);
         }
         if let (Some(chart), Some(side)) = (self.charts.get(1), targets.get(1)) {
             let changed = self.changed(chart, side);
-            let vertices = self.moved(chart, &side.ring, sketch.method, changed);
+            let vertices = self.moved(chart, &side.ring, sketch, changed);
             let by = if sketch.method == Method::OneCage {
                 chart.handles_by_root(&side.ring)
             } else {
@@ -164,7 +183,8 @@ impl Sketcher {
             }
             if prunes {
                 let everywhere = vec![1.0; seen.len()];
-                spared = spared.max(prune::pruned(self, chart, &vertices, &side.region, &everywhere, most, &mut wilts));
+                spared =
+                    spared.max(prune::pruned(self, chart, &vertices, &side.region, &everywhere, &rules, &mut wilts));
             }
             for ((told, handle), (is, was)) in told.iter_mut().zip(&self.handles).zip(seen.iter().zip(&chart.seen)) {
                 *told += chart.plane.lifted(handle.position, Vec2::new(is.x - was.x, 0.0));
@@ -182,7 +202,7 @@ impl Sketcher {
         };
         let (shift, likeness) = match &drawn {
             Some(drawn) => {
-                spared = spared.max(prune::left_outside(self, chart, drawn, &shift, &near, &mut wilts));
+                spared = spared.max(prune::left_outside(self, chart, drawn, &shift, &near, &rules, &mut wilts));
                 trimmed((self, &guided), chart, drawn, &wilts, &mut told, &shares, shift)
             }
             None => (shift, None),
@@ -261,14 +281,14 @@ impl Sketcher {
     }
 
     /// The vertices of a view's cages under a root, which `changed` as much.
-    fn moved(&self, chart: &Chart, root: &[Vec2], method: Method, changed: f32) -> Vec<Vec2> {
-        let share = match method {
+    fn moved(&self, chart: &Chart, root: &[Vec2], sketch: &Sketch<'_>, changed: f32) -> Vec<Vec2> {
+        let share = match sketch.method {
             Method::Adaptive => changed,
             // They adapt however little changes.
             Method::Paper | Method::AdaptiveCages => 1.0,
             Method::Baseline | Method::OneCage => 0.0,
         };
-        chart.cages.moved(root, (share > 0.0).then_some((share, adapt::NEAR * self.size)))
+        chart.cages.moved(root, (share > 0.0).then_some((share, sketch.rules.covering * self.size)))
     }
 
     /// How every point moves when branches follow what their tips are told and nothing else (5.3, step 3).

@@ -1,7 +1,7 @@
 //! Branches whose lobes fall outside of a sketch wilt (2018, 5.4.2).
 //!
 //! From coarse to fine: a cage is clipped with the sketch, and of several pieces the largest counts. Less than
-//! [`LEAST`] of its area left prunes it with all cages below; nearly all of it left ends the test; else its children are
+//! [`SketchRules::pruning`] of its area left prunes it with all cages below; nearly all of it left ends the test; else its children are
 //! tested. Cages clear of the outline are judged by its distance, so that only those that cross it are clipped.
 //!
 //! What the paper leaves open:
@@ -15,7 +15,7 @@
 //!   wilt without what it bears, whose own lobes are inside or pruned by themselves; its own leaves are brought in
 //!   with its handles. Where it bears none, both lobes are one.
 //!
-//! Stems never wilt. Past the paper, no more than [`MOST`] of a crown does, what is least inside first: of a sketch that is
+//! Stems never wilt. Past the paper, no more than [`SketchRules::wilting`] of a crown does, what is least inside first: of a sketch that is
 //! far from the tree, a crescent say, half a crown comes in that would have gone. While nothing wilted where more would
 //! have, a crescent that was thinned by a little had half as many chains again.
 
@@ -23,30 +23,27 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bound::{Chart, Sketcher};
+use super::draw::SketchRules;
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
 use super::trim::{Field, between};
 use crate::plant::{ChainId, Plant};
 
-/// Share of a cage's area inside the sketch below which it is pruned.
-const LEAST: f32 = 0.3;
 /// Share from which it counts as all inside.
 const WHOLE: f32 = 0.98;
-/// Most of a crown's foliage that may wilt.
-pub(super) const MOST: f32 = 0.5;
 /// Cells along the sketch for the quick test.
 const CELLS: usize = 96;
 
 /// Has chains wilt whose cages lie outside when the cages of a view have these vertices; `near` is how much the sketch acts
-/// about each handle, and where it doesn't at all, no branch wilts by itself. `most` of a crown's foliage may wilt; gives back
-/// which share more of it would have.
+/// about each handle, and where it doesn't at all, no branch wilts by itself. Gives back which share of the foliage more than may
+/// would have.
 pub(super) fn pruned(
     sketcher: &Sketcher,
     chart: &Chart,
     vertices: &[Vec2],
     target: &Region,
     near: &[f32],
-    most: f32,
+    rules: &SketchRules,
     wilts: &mut [bool],
 ) -> f32 {
     let plant = &sketcher.plant;
@@ -62,7 +59,7 @@ pub(super) fn pruned(
     for cage in 1..count {
         let above = states[chart.cages.parent(cage as u32) as usize];
         states[cage] = match above {
-            State::Tested if shares[cage] < LEAST => State::Pruned,
+            State::Tested if shares[cage] < rules.pruning => State::Pruned,
             State::Tested if shares[cage] >= WHOLE => State::Whole,
             state => state,
         };
@@ -80,7 +77,7 @@ pub(super) fn pruned(
     }
     let mut foliage = vec![0.0_f32; plant.chains().len()];
     sketcher.handles.iter().for_each(|handle| foliage[handle.chain.index()] += handle.weight);
-    worst_first(plant, &outside, &foliage, most, wilts)
+    worst_first(plant, &outside, &foliage, rules.wilting, wilts)
 }
 
 /// Has those chains wilt that lie outside, each by how much of it is inside, with all that they bear: the worst first, as
@@ -152,6 +149,7 @@ pub(super) fn left_outside(
     drawn: &Field,
     shift: &[Vec3],
     near: &[f32],
+    rules: &SketchRules,
     wilts: &mut [bool],
 ) -> f32 {
     let Sketcher { plant, leaves, discs, reach, .. } = sketcher;
@@ -178,12 +176,12 @@ pub(super) fn left_outside(
     let mut outside: Vec<Option<f32>> = vec![None; plant.chains().len()];
     for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some() && acts[id.index()]) {
         let [within, all] = held[id.index()];
-        if all > 0.0 && within < LEAST * all {
+        if all > 0.0 && within < rules.pruning * all {
             outside[id.index()] = Some(within / all);
         }
     }
     let foliage: Vec<f32> = own.iter().map(|own| own[1]).collect();
-    worst_first(plant, &outside, &foliage, MOST, wilts)
+    worst_first(plant, &outside, &foliage, rules.wilting, wilts)
 }
 
 /// For each cage the share of its area that the largest piece inside the sketch has.

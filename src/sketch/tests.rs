@@ -3,6 +3,7 @@
 mod leader;
 mod methods;
 mod raised;
+mod steps;
 
 use std::sync::Arc;
 
@@ -50,7 +51,7 @@ fn bound(plant: Arc<Plant>, views: SketchViews) -> Result<Arc<Sketcher>, SketchE
 }
 
 fn sketch(front: &Drawing) -> Sketch<'_> {
-    Sketch { front, side: None, size: SketchSize::Crown, method: Method::Adaptive }
+    Sketch { front, side: None, size: SketchSize::Crown, method: Method::Adaptive, rules: SketchRules::default() }
 }
 
 /// How far the silhouette from an azimuth is the target.

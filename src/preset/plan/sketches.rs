@@ -2,6 +2,19 @@
 
 use serde::Serialize;
 
+use super::{MorphKind, Plan};
+
+impl Plan {
+    /// All sketches that it names, each with those over it: those of variants, then those of sequences.
+    pub fn drawn(&self) -> impl Iterator<Item = &SketchParams> {
+        let of_morphs = self.morphs.iter().filter_map(|morph| match &morph.kind {
+            MorphKind::Sketch { sketch, .. } => Some(sketch),
+            _ => None,
+        });
+        self.sketches.iter().chain(of_morphs)
+    }
+}
+
 /// A sketch of a crown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SketchParams {
@@ -26,13 +39,59 @@ pub struct SketchParams {
     /// How lobes follow it.
     #[serde(skip_serializing_if = "is_adaptive")]
     pub method: SketchMethod,
+    /// From where on they wilt, and count as covering what is drawn.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub rules: SketchRules,
+    /// What is drawn over the tree that it gives, one after another; these have none of their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub then: Vec<SketchParams>,
 }
 
 impl SketchParams {
     /// What is drawn, without where the preset asks for it.
     #[must_use]
     pub fn told(&self) -> Self {
-        Self { field: String::new(), ..self.clone() }
+        let mut told = self.clone();
+        told.forget_fields();
+        told
+    }
+
+    /// Forgets where the preset asks for it, so that it equals the same asked for elsewhere.
+    pub(crate) fn forget_fields(&mut self) {
+        self.field.clear();
+        self.then.iter_mut().for_each(Self::forget_fields);
+    }
+
+    /// It, and what is drawn over it, in order.
+    pub fn each(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.then)
+    }
+
+    /// What is drawn last.
+    #[must_use]
+    pub fn last(&self) -> &Self {
+        self.then.last().unwrap_or(self)
+    }
+}
+
+fn is_usual(rules: &SketchRules) -> bool {
+    *rules == SketchRules::default()
+}
+
+/// From where on lobes wilt, and count as covering what is drawn: as in [`crate::sketch::SketchRules`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SketchRules {
+    /// Share of a lobe inside of what is drawn below which it wilts, 0..=1.
+    pub pruning: f32,
+    /// Most of the foliage that may wilt, 0..=1.
+    pub wilting: f32,
+    /// How near lobes cover an outline, over the crown's size.
+    pub covering: f32,
+}
+
+impl Default for SketchRules {
+    fn default() -> Self {
+        Self { pruning: 0.3, wilting: 0.5, covering: 0.02 }
     }
 }
 

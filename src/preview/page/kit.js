@@ -81,7 +81,8 @@ export function recipe(told) {
     const { sketch, ...rest } = told;
     const frame = told.frames === undefined ? '' : `, frame ${told.frame + 1} of ${told.frames}`;
     const of = told.of ?? told.source ?? recipe(rest);
-    return `${of} in the shape of ${[sketch.crown, sketch.side].filter(Boolean).map(drawing).join(' and ')}${frame}`;
+    const shape = one => [one.crown, one.side].filter(Boolean).map(drawing).join(' and ');
+    return `${of} in the shape of ${[sketch, ...(sketch.then ?? [])].map(shape).join(', then ')}${frame}`;
   }
   const names = told.blend ?? told.mix ?? told.geodesic ?? told.mean;
   if (told.source) return `${told.source} as it is`;

@@ -1,5 +1,5 @@
 // Sketch: a crown drawn over the silhouette of a source, or a line over a part of it, from any direction; the tree follows
-// while the line is drawn.
+// while the line is drawn, and can be drawn over again as it then is.
 
 import { choice, el, latest, number, post, project, say, svg } from './kit.js';
 
@@ -37,7 +37,10 @@ export function open(main) {
   canvas.append(image, lines, busy);
   const name = el('input', { type: 'text', value: 'crown', size: 14, 'aria-label': 'Name of the sketch', pattern: '[A-Za-z0-9_\\-]+' });
   const keep = el('button.strong', { onclick: save, disabled: true }, 'Save beside the preset');
-  const clear = el('button', { onclick: () => { points = []; show(); first(); }, disabled: true }, 'Clear');
+  const clear = el('button', { onclick: () => { points = []; strokes = []; show(); first(); }, disabled: true }, 'Clear');
+  const over = el('button', { onclick: () => { strokes.push({ points, ...from }); points = []; source = []; show(); first(); }, disabled: true }, 'Draw over it');
+  const back = el('button', { onclick: () => { const last = strokes.pop(); ({ points, ...from } = last); lookTo(from.view, from.elevation); mode(from.open); turned('fine'); }, disabled: true }, 'Back to the last');
+  const under = el('p.soft', {});
   const kinds = [[false, 'Closed shape'], [true, 'Open line']].map(([open, label]) => el('button', { onclick: () => mode(open), 'data-open': String(open) }, label));
   const how = el('p');
   const shapes = Object.entries({ Ball: 40, Spindle: 1, Umbrella: 2, Bump: 'bump' }).map(([label, kind]) => el('button', { onclick: () => start(kind), 'data-open': String(kind === 'bump') }, label));
@@ -56,11 +59,13 @@ export function open(main) {
     el('div.bar', {}, ...shapes), told),
   el('div.panel', {}, el('h3', {}, 'View'), ...angles, el('div.bar', {}, ...sides),
     el('p.soft', {}, 'Turn before drawing: a drawing acts from where it is drawn. Turn after it to look at the tree from elsewhere; a new line then begins a new drawing.')),
+  el('div.panel', {}, el('h3', {}, 'One over another'), el('p.soft', {}, 'The tree as it now is, drawn over again: from the same place or another. Each drawing acts on what the ones before gave.'),
+    el('div.bar', {}, over, back), under),
   el('div.panel', {}, el('h3', {}, 'Keep it'), el('p', {}, el('label.field', {}, 'Name', name)), el('p', {}, keep, ' ', clear)));
   main.append(bar, el('div.stage', {}, canvas, side));
 
-  // What is drawn, and from where.
-  let frame = null, points = [], from = { open: false, view: 0, elevation: 0 }, drawing = null, source = [], closed = false;
+  // What is drawn, and from where; and what was drawn before, which it lies over.
+  let frame = null, points = [], from = { open: false, view: 0, elevation: 0 }, drawing = null, source = [], closed = false, strokes = [];
   const seen = () => from.view === look.view && from.elevation === look.elevation;
   const begin = () => { from = { open: chosen.open, ...look }; };
   /** In a level view nothing is drawn below the ground. */
@@ -80,7 +85,10 @@ export function open(main) {
     outline.setAttribute('d', path(source));
     drawn.setAttribute('d', drawing || seen() ? path(drawing ?? points, from.open) : '');
     drawn.classList.toggle('open', from.open);
-    keep.disabled = clear.disabled = points.length < 3;
+    keep.disabled = clear.disabled = points.length < 3 && !strokes.length;
+    over.disabled = points.length < 3 || strokes.length > 15;
+    back.disabled = !strokes.length;
+    under.textContent = strokes.length ? `${strokes.length === 1 ? 'One drawing lies' : `${strokes.length} drawings lie`} below.` : '';
   }
   async function picture(what, care) {
     const height = Math.min(care === 'fine' ? 900 : 520, Math.max(240, Math.round(canvas.clientHeight)));
@@ -102,8 +110,8 @@ export function open(main) {
       show();
     } catch (error) { told.textContent = error.message; } finally { clearTimeout(late); busy.hidden = true; }
   }
-  const first = (care = 'fine') => picture({ source: chosen.source }, care);
-  const follow = latest(async (ring, care) => { if (!closed) await (ring.length > 2 ? picture({ sketch: { of: chosen.source, points: ring, ...from } }, care) : first(care)); });
+  const first = (care = 'fine') => picture(strokes.length ? { sketch: { of: chosen.source, before: strokes, points: [] } } : { source: chosen.source }, care);
+  const follow = latest(async (ring, care) => { if (!closed) await (ring.length > 2 ? picture({ sketch: { of: chosen.source, before: strokes, points: ring, ...from } }, care) : first(care)); });
   function mode(open) {
     chosen.open = open;
     for (const button of kinds) button.setAttribute('aria-pressed', button.dataset.open === String(open));
@@ -188,7 +196,8 @@ export function open(main) {
 
   async function save(event, replace = false) {
     try {
-      const answer = await post('/api/sketch', { preset: chosen.preset, of: chosen.source, name: name.value.trim(), points, ...from, replace });
+      const all = points.length < 3 ? strokes : [...strokes, { points, ...from }];
+      const answer = await post('/api/sketch', { preset: chosen.preset, of: chosen.source, name: name.value.trim(), before: all.slice(0, -1), ...all.at(-1), replace });
       const { file, added } = await answer.json();
       say(added ? `Saved as ${file}; the preset has a new entry for it` : `Saved as ${file}`);
     } catch (error) {
@@ -202,8 +211,8 @@ export function open(main) {
     const names = (await answer.json()).sources.map(source => source.name);
     if (!names.includes(chosen.source)) chosen.source = names[0];
     bar.replaceChildren(
-      choice('Preset', presets.map(p => [p, p]), chosen.preset, value => { Object.assign(chosen, { preset: value, source: null }); points = []; source = []; load(); }),
-      choice('Source', names.map(n => [n, n]), chosen.source, value => { chosen.source = value; points = []; source = []; first(); }));
+      choice('Preset', presets.map(p => [p, p]), chosen.preset, value => { Object.assign(chosen, { preset: value, source: null }); points = []; strokes = []; source = []; load(); }),
+      choice('Source', names.map(n => [n, n]), chosen.source, value => { chosen.source = value; points = []; strokes = []; source = []; first(); }));
     if (points.length > 2) follow(points, 'fine'); else first();
   }
   mode(chosen.open);

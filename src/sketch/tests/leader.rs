@@ -78,7 +78,15 @@ fn what_lies_outside_when_all_has_moved_wilts_up_to_half_of_a_crown() {
         let drawn = super::super::trim::Field::of(&Region::of(&[ring.to_vec()], Fill::NonZero), sketcher.reach);
         let mut wilts = vec![false; sketcher.plant.chains().len()];
         let near = vec![1.0; sketcher.handles.len()];
-        super::prune::left_outside(&sketcher, &sketcher.charts[0], &drawn, &still, &near, &mut wilts);
+        super::prune::left_outside(
+            &sketcher,
+            &sketcher.charts[0],
+            &drawn,
+            &still,
+            &near,
+            &SketchRules::default(),
+            &mut wilts,
+        );
         wilts
     };
     let posed = sketcher.plant.pose();

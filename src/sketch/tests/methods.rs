@@ -3,6 +3,9 @@
 use super::super::prune;
 use super::*;
 
+/// Most of the foliage that wilts where nothing is told.
+const MOST: f32 = 0.5;
+
 /// The left half of a disc of radius 5 without an ellipse, so that it is `thick` at its middle.
 fn crescent(thick: f32) -> Drawing {
     drawing(&format!("<path d='M5 0A5 5 0 0 0 5 10A{} 5 0 0 1 5 0Z'/>", 5.0 - thick))
@@ -25,19 +28,20 @@ fn the_more_lies_outside_the_more_wilts_and_never_more_than_may() {
         let ring = [(left, -9.0), (9.0, -9.0), (9.0, 19.0), (left, 19.0)].map(|(x, y)| Vec2::new(x, y));
         let region = Region::of(&[ring.to_vec()], Fill::NonZero);
         let mut wilts = vec![false; sketcher.plant.chains().len()];
-        let spared = prune::pruned(&sketcher, chart, chart.cages.rest(), &region, &near, most, &mut wilts);
+        let rules = SketchRules { wilting: most, ..SketchRules::default() };
+        let spared = prune::pruned(&sketcher, chart, chart.cages.rest(), &region, &near, &rules, &mut wilts);
         (lost(&sketcher, &wilts), spared)
     };
     let places = [-1.5, -1.0, -0.6, -0.3, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.6];
-    let ours = places.map(|left| wilting(left, prune::MOST));
+    let ours = places.map(|left| wilting(left, MOST));
     assert!(ours.windows(2).all(|pair| pair[1].0 > pair[0].0 - 0.05), "{ours:?}");
-    assert!(ours.iter().all(|(lost, _)| *lost <= prune::MOST + 1e-3), "{ours:?}");
+    assert!(ours.iter().all(|(lost, _)| *lost <= MOST + 1e-3), "{ours:?}");
     // Where the limit is met it is reached, and what may not wilt is told.
     let (last, spared) = ours[places.len() - 1];
-    assert!(ours[0] == (ours[0].0, 0.0) && last > prune::MOST - 0.05 && spared > 0.2, "{ours:?}");
+    assert!(ours[0] == (ours[0].0, 0.0) && last > MOST - 0.05 && spared > 0.2, "{ours:?}");
     // The paper has none.
     let (all, none) = wilting(1.6, 1.0);
-    assert!(all > prune::MOST + 0.2 && none == 0.0, "{all} {none}");
+    assert!(all > MOST + 0.2 && none == 0.0, "{all} {none}");
 }
 
 #[test]
@@ -45,7 +49,7 @@ fn a_crescent_takes_half_of_a_crown_at_most() {
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for thick in [4.0, 2.0, 1.0, 0.6] {
         let sketched = sketcher.draw(&sketch(&crescent(thick))).unwrap();
-        assert!(lost(&sketcher, &sketched.wilts) <= prune::MOST + 0.02, "{thick}");
+        assert!(lost(&sketcher, &sketched.wilts) <= MOST + 0.02, "{thick}");
         let papers = sketcher.draw(&Sketch { method: Method::Paper, ..sketch(&crescent(thick)) }).unwrap();
         assert!(papers.spared() == 0.0);
     }
@@ -124,4 +128,22 @@ fn what_is_least_inside_wilts_first_and_a_limb_that_is_too_much_by_its_twigs() {
     // Of a limb that may not go as a whole some twigs do.
     let all = |id: crate::plant::ChainId| plant.chain(id).parent.map(|_| 0.0);
     assert_eq!(count(&wilting(&all, 0.4)), 3);
+}
+
+#[test]
+fn what_the_paper_found_by_trials_can_be_told() {
+    let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
+    let drawn = crescent(2.0);
+    let of = |rules| sketcher.draw(&Sketch { rules, ..sketch(&drawn) }).unwrap();
+    let usual = SketchRules::default();
+    assert_eq!(usual.wilting, MOST);
+    let wilts = |rules| lost(&sketcher, &of(rules).wilts);
+    // The more of a lobe must be inside, the more goes, and at none nothing does, but never more than may.
+    let by = [0.0, 0.1, 0.3, 0.6].map(|pruning| wilts(SketchRules { pruning, wilting: 1.0, ..usual }));
+    assert!(by[0] == 0.0 && by.windows(2).all(|pair| pair[0] < pair[1]), "{by:?}");
+    let most = [0.0, 0.1, 0.3].map(|wilting| wilts(SketchRules { wilting, ..usual }));
+    assert!(most[0] == 0.0 && most[1] > 0.05 && most[1] < 0.12 && most[2] > 0.25 && most[2] < 0.32, "{most:?}");
+    // Cages that count as covering from further off leave less open, and so move otherwise.
+    let near = of(SketchRules { covering: 0.1, ..usual });
+    assert!(near.shift != of(usual).shift);
 }
