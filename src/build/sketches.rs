@@ -55,8 +55,7 @@ pub(super) fn notes(drawn: &[Drawn]) -> Vec<Note> {
         let Drawn { params, front, side, .. } = drawn;
         let front = told_of_front(front.notes.clone(), params.elevation == 0.0);
         let said = front.chain(side.iter().flat_map(|side| side.notes.clone()));
-        said.map(|message| Note { about: params.field.clone(), message: format!("its sketch: {message}") })
-            .collect::<Vec<_>>()
+        said.map(|message| Note::new(params.field.clone(), format!("its sketch: {message}"))).collect::<Vec<_>>()
     };
     drawn.iter().flat_map(of).collect()
 }
