@@ -89,6 +89,32 @@ fn nothing_is_written_over_what_it_is_made_from() {
 }
 
 #[test]
+fn a_folder_in_the_place_of_a_file_is_told_as_one() {
+    let project = tiny::project();
+    for folder in [".", "species", "species/.."] {
+        let said = fails(project.path(), &["inspect", folder]);
+        assert!(said.contains("it is a folder"), "{said}");
+    }
+}
+
+#[test]
+fn a_wrong_target_is_told_before_the_work() {
+    let project = tiny::project();
+    fs::write(project.path().join("kept.svg"), "mine").unwrap();
+    // What is to be read is not there, which the work would tell first.
+    for (command, target) in [
+        (&["inspect", "none.swc", "--dump"][..], "grown.ron"),
+        (&["inspect", "none.swc", "--dump"], "none/dump.ron"),
+        (&["inspect", "none.swc", "--morph-to", "none.swc", "--plot"], "kept.svg"),
+        (&["distance", "none.swc", "none.swc", "--dendrogram"], "kept.svg"),
+        (&["estimate", "none.swc", "--out"], "species/tiny.ron"),
+    ] {
+        let said = fails(project.path(), &[command, &[target]].concat());
+        assert!(said.contains(&format!("can't write {target}")), "{said}");
+    }
+}
+
+#[test]
 fn a_set_whose_preset_is_gone_is_told_and_no_reason_to_fail() {
     let project = built();
     let folder = project.path();

@@ -201,6 +201,46 @@ fn an_output_folder_that_can_not_be_is_named_with_a_way_out() {
 }
 
 #[test]
+fn what_of_the_page_can_not_be_written_is_told_by_its_own_name() {
+    let project = tiny::project();
+    for name in [".treewright-species", "gallery.html"] {
+        let path = project.path().join("out").join(name);
+        let _ = fs::remove_file(&path);
+        fs::create_dir_all(path.join("mine")).unwrap();
+        let said = fails(project.path(), &["build", ".", "--out", "out"]);
+        assert!(said.contains(&format!("out/{name}")) && said.contains("a folder is where a file"), "{said}");
+        assert!(tiny::is_whole(&project.path().join("out/grown"), "grown"));
+        fs::remove_dir_all(path).unwrap();
+        builds(project.path(), &["build", ".", "--out", "out"]);
+    }
+}
+
+#[test]
+fn read_only_files_of_a_set_are_told_and_kept() {
+    let project = tiny::project();
+    let set = project.path().join("out/grown");
+    builds(project.path(), &["build", "grown.ron", "--out", "out"]);
+    let mark = |is: bool| {
+        for name in tiny::files(&set).keys() {
+            let mut rights = fs::metadata(set.join(name)).unwrap().permissions();
+            #[expect(clippy::permissions_set_readonly_false, reason = "it is what was before")]
+            rights.set_readonly(is);
+            fs::set_permissions(set.join(name), rights).unwrap();
+        }
+    };
+    mark(true);
+    let old = tiny::files(&set);
+    builds(project.path(), &["build", "grown.ron", "--out", "out", "--force"]);
+    fs::write(project.path().join("grown.ron"), tiny::GROWN.replace("density: 0.1", "density: 0.2")).unwrap();
+    let said = fails(project.path(), &["build", "grown.ron", "--out", "out"]);
+    assert!(said.contains("read-only") && said.contains("p4 edit") && said.contains("out/grown"), "{said}");
+    assert!(tiny::files(&set) == old && fs::metadata(set.join("grown_001.glb")).unwrap().permissions().readonly());
+    mark(false);
+    builds(project.path(), &["build", "grown.ron", "--out", "out"]);
+    assert!(tiny::is_whole(&set, "grown") && tiny::files(&set) != old);
+}
+
+#[test]
 fn a_file_of_somebody_elses_is_not_replaced() {
     let project = tiny::project();
     let folder = project.path().join("out/grown");
@@ -341,6 +381,9 @@ fn a_full_disk_and_a_read_only_one_are_told_and_the_old_set_stays() {
         head -c 32m /dev/zero > small/filler 2> /dev/null || true
         if $TREEWRIGHT build grown.ron --out small/out --cache small/kept 2>> said; then exit 3; fi
         diff -r small/out/grown before
+        if $TREEWRIGHT estimate species/tiny.ron --out small/species.ron 2>> said; then exit 5; fi
+        if $TREEWRIGHT inspect scans/tiny.swc --dump small/dump.ron 2>> said; then exit 6; fi
+        test ! -e small/species.ron -a ! -e small/dump.ron
         test "$(ls -A small/out | sort | tr '\n' ' ')" = ".treewright-index .treewright-lock grown "
         mount -o remount,ro small
         if $TREEWRIGHT build grown.ron --out small/out 2>> said; then exit 4; fi

@@ -162,6 +162,16 @@ fn messages_are_one_object_a_line_and_described() {
     assert_eq!((&wrong[0]["event"], &wrong[0]["field"]), (&"error".into(), &"seed".into()));
     assert_eq!((&wrong[0]["file"], &wrong[0]["span"]["line"]), (&"wrong.ron".into(), &2.into()));
     all.extend(wrong);
+    // A note is about a field, and tells where that stands.
+    let noted = THREE
+        .replace("    sources: {\n", "    sources: {\n        \"c\": Grow(species: \"species/tiny.ron\", seed: 3),\n");
+    fs::write(project.path().join("noted.ron"), noted).unwrap();
+    let noted = events(0, &["noted.ron"]);
+    let note = noted.iter().find(|event| event["about"] == "sources[\"c\"]").unwrap();
+    assert_eq!((&note["file"], &note["span"]["line"]), (&"noted.ron".into(), &4.into()), "{note}");
+    let (_, said) = says(project.path(), 0, &["build", "--out", "out", "--force", "noted.ron"]);
+    assert!(said.contains("\n  note: noted.ron:4:14: sources[\"c\"]: no variant is made of it"), "{said}");
+    all.extend(noted);
     let kept_going = events(1, &["wrong.ron", "three.ron", "-k", "--depfile", "deps.d"]);
     assert_eq!(kept_going.last().unwrap(), &serde_json::json!({"event": "end", "sets": 1, "errors": 1}));
     assert!(fs::read_to_string(project.path().join("deps.d")).unwrap().starts_with("out/three/"));
@@ -226,7 +236,7 @@ fn a_cache_changes_no_byte_and_is_told_cleared_and_mended() {
     fs::write(at("kept/mine.txt"), "mine").unwrap();
     says(project.path(), 0, &["cache", "clear", "--cache", "kept"]);
     assert_eq!(tree(&at("kept")).into_keys().collect::<Vec<_>>(), ["mine.txt"]);
-    let (_, said) = says(project.path(), 1, &["cache", "stats"]);
+    let (_, said) = says(project.path(), 2, &["cache", "stats"]);
     assert!(said.contains("--cache") && said.contains("TREEWRIGHT_CACHE"), "{said}");
 }
 
@@ -448,4 +458,53 @@ fn limits_hold_for_sets_that_are_current_too() {
     }
     let (_, said) = says(project.path(), 0, &["build", "three.ron", "--out", "out", "--root", "."]);
     assert!(said.contains("nothing had changed"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_the_system_does_not_give_are_told() {
+    let project = three();
+    let run = |threads: &str, arguments: &[&str]| {
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", "ulimit -v 1500000 && exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_treewright")])
+            .args(arguments);
+        let output = command.current_dir(project.path()).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, said) = run("", &["build", "three.ron", "--out", "out", "--jobs", "1024"]);
+    assert!(code == Some(1) && said.contains("fewer --jobs"), "{said}");
+    for command in [&["build", "three.ron", "--out", "out"][..], &["distance", "scans/tiny.swc", "scans/tiny.swc"]] {
+        let (code, said) = run("5000", command);
+        assert!(code == Some(1) && said.contains("RAYON_NUM_THREADS"), "{said}");
+    }
+    assert_eq!(run("1", &["build", "three.ron", "--out", "out"]).0, Some(0));
+}
+
+#[test]
+fn whatever_reads_has_the_limits_of_a_build() {
+    let project = three();
+    for limit in [["--root", "species"], ["--max-file", "10"]] {
+        for command in [
+            &["check", "three.ron"][..],
+            &["plan", "three.ron", "--out", "out", "--parts", "parts"],
+            &["step", "sources", "three.ron", "--part", "x.part"],
+            &["step", "set", "three.ron", "--out", "out"],
+            &["inspect", "scans/tiny.swc"],
+            &["estimate", "scans/tiny.swc"],
+            &["distance", "scans/tiny.swc", "scans/tiny.swc"],
+        ] {
+            let (_, said) = says(project.path(), 1, &[command, &limit[..]].concat());
+            assert!(said.contains(limit[0]), "{command:?}: {said}");
+        }
+    }
+    assert!(!project.path().join("out/three").exists());
+    // The commands of a plan have the limits that it was made with.
+    let plan = ["plan", "three.ron", "--out", "out", "--parts", "parts", "--max-file", "2G", "--root", "."];
+    let (text, _) = says(project.path(), 0, &plan);
+    let commands: Vec<&str> = text.lines().filter(|line| line.starts_with("  arguments")).collect();
+    assert!(
+        commands.len() == 6 && commands.iter().all(|line| line.contains("--max-file 2147483648 --root .")),
+        "{text}"
+    );
 }

@@ -55,7 +55,7 @@ impl Watched {
                     Event::Build(Progress::Set { outcome, .. }) => Said::Built(outcome.set.clone()),
                     Event::Preset(_) | Event::Build(_) | Event::Polling { .. } => return Next::Watch,
                     Event::Orphaned(status) => Said::Orphaned(status.set.clone()),
-                    Event::Unwritten { page, why } => panic!("{}: {why}", page.display()),
+                    Event::Unwritten(found) => panic!("{found}"),
                     Event::Failed(error) => Said::Failed(error.to_string()),
                     Event::Idle { .. } => Said::Idle,
                 };

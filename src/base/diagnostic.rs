@@ -121,8 +121,32 @@ impl std::error::Error for Diagnostic {}
 /// Something that was mended, bridged or dropped on the way, and that a user wants to know: not an error.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Note {
-    /// What it is about: the source's or variant's name.
+    /// What it is about: path of the preset's field, as `sources["oak"]` or `lods[2]`, which counts from 0 as errors do; or `cache`, or the
+    /// name of a file of the set.
     pub about: String,
-    /// One sentence with its figures.
+    /// The preset, where it has the field; empty otherwise.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub file: String,
+    /// The place of the field in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub span: Option<Span>,
+    /// One sentence with its figures. Variants are called as their files.
     pub message: String,
+}
+
+impl Note {
+    /// A note without a place.
+    #[must_use]
+    pub fn new(about: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { about: about.into(), file: String::new(), span: None, message: message.into() }
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(span) = self.span {
+            write!(f, "{}:{}:{}: ", self.file, span.line, span.column)?;
+        }
+        write!(f, "{}: {}", self.about, self.message)
+    }
 }

@@ -48,7 +48,16 @@ pub(crate) fn read_svg(bytes: &[u8]) -> Result<Tree, SvgError> {
     let mut options = Options::default();
     options.image_href_resolver.resolve_string = Box::new(|_, _| None);
     options.image_href_resolver.resolve_data = Box::new(|_, _, _| None);
-    Tree::from_data(bytes, &options).map_err(|e| SvgError::Unreadable(e.to_string()))
+    Tree::from_data(bytes, &options).map_err(|e| {
+        let why = e.to_string();
+        // The parser counts both, and has one word for them.
+        let is_deep = why.contains("nodes limit reached");
+        SvgError::Unreadable(if is_deep {
+            "its groups lie too deep in one another: ungroup them".to_owned()
+        } else {
+            why
+        })
+    })
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ use crate::preset::plan::{Engine, Lod, Profile, WindData};
 /// The stage that packs pictures, with its version.
 const ATLAS: Stage = Stage("atlas", 13);
 /// Those that are kept in memory only.
-const PLACED: Stage = Stage("placed", 2);
+const PLACED: Stage = Stage("placed", 3);
 const FILES: Stage = Stage("files", 5);
 const COLORS: Stage = Stage("colors", 1);
 
@@ -119,7 +119,7 @@ impl Placed {
              than the manifest tells, which is of the whole size; a larger `size` holds them, or fewer variants",
             plan.atlas.size
         );
-        (scale < 0.99).then(|| Note { about: "atlas".to_owned(), message })
+        (scale < 0.99).then(|| Note::new("atlas", message))
     }
 
     /// What is told of light maps that have no room for their charts.
@@ -127,12 +127,13 @@ impl Placed {
         let edges = self.meshes.iter().zip(1..).map(|(unwrapped, n)| (unwrapped.lightmap, n));
         let (edge, n) = edges.filter(|(edge, _)| *edge > plan.lightmap).max()?;
         let message = format!(
-            "number {n} is of so many pieces that {} texels hold them only where they lie closer than two texels, and take \
+            "{} is of so many pieces that {} texels hold them only where they lie closer than two texels, and take \
              each other's light; ask for {}",
+            plan.called(n),
             plan.lightmap,
             edge.next_power_of_two()
         );
-        Some(Note { about: "mesh.lightmap".to_owned(), message })
+        Some(Note::new("mesh.lightmap", message))
     }
 }
 

@@ -14,7 +14,7 @@ use super::pipeline::{Inputs, Share};
 use super::record::Compared;
 use super::{
     BuildError, BuildOptions, Cache, Happened, Limits, Loaded, Outcome, PartError, Progress, SetFiles, SetState,
-    SetStatus, World, find, load_preset, pipeline, record, uses,
+    SetStatus, World, find, gallery, pipeline, record, uses,
 };
 use crate::base::{Diagnostic, Key, Note, counted};
 
@@ -25,6 +25,7 @@ pub struct Builder {
     cache: Arc<Cache>,
     index: Kept,
     uses: uses::Known,
+    shown: gallery::Shown,
 }
 
 impl Builder {
@@ -32,7 +33,7 @@ impl Builder {
     #[must_use]
     pub fn new(options: BuildOptions) -> Self {
         let cache = Arc::new(Cache::new(options.cache.as_ref()).within(options.limits.memory));
-        Self { options, cache, index: Kept::default(), uses: uses::Known::default() }
+        Self::with(options, cache)
     }
 
     /// A builder that takes what it can from part files, as [`make_part`] writes them.
@@ -42,7 +43,12 @@ impl Builder {
     /// The first file that is no whole part.
     pub fn of_parts(options: BuildOptions, parts: &[PathBuf]) -> Result<Self, PartError> {
         let cache = Arc::new(Cache::of_parts(parts)?.within(options.limits.memory));
-        Ok(Self { options, cache, index: Kept::default(), uses: uses::Known::default() })
+        Ok(Self::with(options, cache))
+    }
+
+    fn with(options: BuildOptions, cache: Arc<Cache>) -> Self {
+        let (index, uses, shown) = (Kept::default(), uses::Known::default(), gallery::Shown::default());
+        Self { options, cache, index, uses, shown }
     }
 
     /// What it keeps in memory and on disk, for others who make trees of the same presets.
@@ -62,12 +68,11 @@ impl Builder {
         progress: &(dyn Fn(Progress<'_>) + Sync),
     ) -> Result<Vec<Outcome>, BuildError> {
         let out = &self.options.out;
-        // What was read by a build without such limits was looked at by nobody.
+        // Where the files lie that another build read, in spite of links, was looked at by nobody.
         let limits = &self.options.limits;
-        let is_limited = limits.root.is_some() || limits.file < Limits::default().file;
-        let trusts = !self.options.force && self.options.shard.is_none() && !is_limited;
+        let trusts = !self.options.force && self.options.shard.is_none() && limits.root.is_none();
         let index = if trusts { self.index.read(out) } else { Arc::default() };
-        let (sets, mut failed) = ready(presets, &self.options.limits, |preset| index.current(out, preset));
+        let (sets, mut failed) = ready(presets, &self.options.limits, |preset| index.current(out, preset, limits.file));
         let mut entries = Vec::new();
         for ready in sets {
             if !failed.diagnostics.is_empty() && !self.options.keep_going {
@@ -117,6 +122,15 @@ impl Builder {
             }
         }
         if failed.diagnostics.is_empty() { Ok(found) } else { Err(failed) }
+    }
+
+    /// As [`gallery`](super::gallery), of the output folder; remembers what it showed.
+    ///
+    /// # Errors
+    ///
+    /// When the output folder can't be read or written: about the file that it is.
+    pub fn gallery(&self, presets: &[PathBuf]) -> Result<bool, Diagnostic> {
+        self.shown.gallery(&self.options.out, presets)
     }
 
     /// The sets whose presets, directly in these folders, are gone, as far as the output folder remembers who made them;
@@ -186,7 +200,7 @@ impl Builder {
             outcome.happened = Happened::Shard { trees };
             outcome.notes = notes;
             outcome.took = start.elapsed();
-            self.told(&mut outcome);
+            self.told(loaded, &mut outcome);
             progress(Progress::Set { outcome: &outcome, folder: &folder });
             return Ok((outcome, None));
         }
@@ -219,7 +233,7 @@ impl Builder {
         if let Some((committed, took, notes)) = made {
             outcome = Outcome { happened: Happened::Built, committed, took, notes, ..outcome };
             outcome.notes.extend(edited(&outcome.committed.edited));
-            self.told(&mut outcome);
+            self.told(loaded, &mut outcome);
         }
         progress(Progress::Set { outcome: &outcome, folder: &folder });
         let (stamps, began) = loaded.world.stamps();
@@ -246,10 +260,11 @@ impl Builder {
         }
     }
 
-    /// Adds what the cache has to tell, once it is within its limit.
-    fn told(&self, outcome: &mut Outcome) {
+    /// Adds what the cache has to tell, once it is within its limit, and where in the preset stands what all is about.
+    fn told(&self, loaded: &Loaded, outcome: &mut Outcome) {
         self.cache.trim();
         outcome.notes.extend(self.cache.take_notes());
+        loaded.noted(&mut outcome.notes);
     }
 }
 
@@ -261,7 +276,7 @@ fn edited(names: &[String]) -> Option<Note> {
         "somebody changed it{others} since Treewright wrote it: written anew; keep changed files under another name, \
          and pictures of your own in the preset"
     );
-    Some(Note { about: about.clone(), message })
+    Some(Note::new(about.clone(), message))
 }
 
 /// Makes the set of one preset out of files in memory: no file is read or written, and what is made is what a build
@@ -287,10 +302,10 @@ pub fn make_set(preset: &str, files: BTreeMap<String, Vec<u8>>) -> Result<SetFil
 /// # Errors
 ///
 /// All errors of the preset and what it reads.
-pub fn make_part(preset: &Path, share: Share, given: &[PathBuf]) -> Result<Vec<u8>, BuildError> {
+pub fn make_part(preset: &Path, share: Share, given: &[PathBuf], limits: &Limits) -> Result<Vec<u8>, BuildError> {
     let cache = Cache::of_parts(given)
         .map_err(|e| BuildError::of(vec![Diagnostic::new(find::shown(&e.path), e.why.clone())]))?;
-    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), &Limits::default());
+    let (sets, failed) = read(std::slice::from_ref(&preset.to_path_buf()), limits);
     let Some(loaded) = sets.first() else { return Err(failed) };
     let made = pipeline::read_inputs(loaded)
         .and_then(|inputs| pipeline::make_share(&loaded.plan, &inputs, &cache, share, &|_| {}));
@@ -369,17 +384,19 @@ fn ready(
     (good, failed)
 }
 
-/// Resolves presets and reads every file that they name as a build would, without building. Returns how many are good.
+/// Resolves presets and reads every file that they name as a build would, within the same limits, without building. Returns
+/// how many are good.
 /// What only growing, matching and packing can find is left to the build.
 ///
 /// # Errors
 ///
 /// All errors of all presets.
-pub fn check(presets: &[PathBuf]) -> Result<usize, BuildError> {
+pub fn check(presets: &[PathBuf], limits: &Limits) -> Result<usize, BuildError> {
     let mut names = Names::default();
     let mut diagnostics = Vec::new();
     for preset in presets {
-        let checked = load_preset(preset).and_then(|loaded| {
+        let loaded = find::load_or_reads(preset, limits).map_err(|failure| failure.0);
+        let checked = loaded.and_then(|loaded| {
             names.claim(preset, &loaded.plan.name)?;
             let inputs = pipeline::read_inputs(&loaded)?;
             pipeline::check_inputs(&loaded.plan, &inputs).map_err(|found| loaded.placed(found))

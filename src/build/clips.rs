@@ -149,3 +149,27 @@ fn between(a: &Key, b: &Key) -> Key {
     let middle = |x: &[glam::Vec3], y: &[glam::Vec3]| x.iter().zip(y).map(|(x, y)| (*x + *y) * 0.5).collect();
     Key { positions: middle(&a.positions, &b.positions), normals: middle(&a.normals, &b.normals) }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::base::Rotation;
+    use crate::plant::{Leaf, PlantBuilder};
+
+    #[test]
+    fn keys_of_unequally_many_leaves_are_an_error_and_no_plants_have_none() {
+        let plant = |leaves: usize| {
+            let mut builder = PlantBuilder::new();
+            let stem = builder.stem(Vec3::ZERO, &[Vec3::ZERO, Vec3::Y], &[0.1, 0.1]);
+            (0..leaves).for_each(|i| builder.leaf(Leaf::new(stem, 0.1 * i as f32, Rotation::IDENTITY, 0.1, 0)));
+            builder.finish().unwrap()
+        };
+        let plants = [2, 2, 3].map(plant);
+        assert_eq!(leaves_of_all(plants[..2].iter()), Ok(2));
+        assert_eq!(leaves_of_all([].into_iter()), Ok(0));
+        let error = leaves_of_all(plants.iter()).unwrap_err();
+        assert!(error.contains("2 and 3 leaves"), "{error}");
+    }
+}

@@ -57,16 +57,17 @@ pub(super) fn facts(plan: &Plan, trees: &[Tree], cache: &Cache) -> Result<Vec<Ar
 /// What is told of variants that nothing runs into, since their wood is thinner than what gets capsules.
 pub(super) fn bodiless(plan: &Plan, facts: &[Arc<Facts>]) -> Option<Note> {
     let is_bare = |facts: &Facts| plan.colliders.most > 0 && facts.capsules.is_empty() && facts.hulls.is_empty();
-    let bare: Vec<(usize, &Facts)> =
-        facts.iter().enumerate().map(|(i, facts)| (i + 1, &**facts)).filter(|(_, facts)| is_bare(facts)).collect();
+    let bare: Vec<(i32, &Facts)> =
+        (1..).zip(facts).map(|(n, facts)| (n, &**facts)).filter(|(_, facts)| is_bare(facts)).collect();
     let (n, thickest) = bare.iter().map(|(n, facts)| (*n, facts.thickest)).max_by(|a, b| b.1.total_cmp(&a.1))?;
     let message = format!(
-        "{} of {} variants {} no collider, since all of the wood is thinner than {} m: the thickest of number {n} is of \
+        "{} of {} variants {} no collider, since all of the wood is thinner than {} m: the thickest of {} is of \
          {thickest:.3} m; a `thick` below it gives it capsules, a `crown` hulls",
         bare.len(),
         facts.len(),
         if bare.len() == 1 { "has" } else { "have" },
         plan.colliders.least_radius,
+        plan.called(n),
     );
-    Some(Note { about: "colliders.thick".to_owned(), message })
+    Some(Note::new("colliders.thick", message))
 }

@@ -71,13 +71,12 @@ fn large(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Option<Note> {
     let (_, n, long, extent) =
         (1..).zip(&plan.variants).zip(trees).filter_map(share).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let fits = extent * USUAL_LEAF_SHARE / picture_span(plan);
-    Some(Note {
-        about: "foliage.size".to_owned(),
-        message: format!(
-            "pictures of twigs are up to {long:.2} m long on number {n}, which reaches {extent:.2} m: leave `size` out, or ask \
-             for {fits:.3}"
-        ),
-    })
+    let message = format!(
+        "pictures of twigs are up to {long:.2} m long on {}, which reaches {extent:.2} m: leave `size` out, or ask for \
+         {fits:.3}",
+        plan.called(n)
+    );
+    Some(Note::new("foliage.size", message))
 }
 
 /// What is told of leaves that a source brings, and that wear another's picture at their own length: one leaf's on the card of a
@@ -105,7 +104,7 @@ fn kept(plan: &Plan, wardrobe: &Wardrobe) -> Option<Note> {
         "leaves of \"{name}\" stay {long:.2} m long, as those that it brings: if what they wear is the picture of one leaf, ask for \
          its length, as {usual:.3}"
     );
-    Some(Note { about: "foliage.size".to_owned(), message })
+    Some(Note::new("foliage.size", message))
 }
 
 /// What is told of the source that has least left of the leaves that it brings, where few of those that the set wears show as much.
@@ -124,7 +123,7 @@ pub(super) fn left(plan: &Plan, sources: &[Arc<SourcePlant>], plants: &[Plant]) 
         count(&sources[worst].plant),
         plan.sources[worst].name
     );
-    Some(Note { about: "foliage.size".to_owned(), message })
+    Some(Note::new("foliage.size", message))
 }
 
 /// One note for trees whose leaves the preset wants too large, one for all trees of a set that may not have more leaves, and one for those that have no room for more where the
@@ -139,7 +138,7 @@ pub(super) fn notes(plan: &Plan, wardrobe: &Wardrobe, trees: &[Tree]) -> Vec<Not
         let trees = counted(trees.len(), "tree", "trees");
         let most = if times >= MOST_LONGER { ", the most they may be, and crowns are thinner" } else { "" };
         let longer = format!("so leaves are up to {times:.1} times as long {like} ({asked:.3} m){most}");
-        Some(Note { about: about.to_owned(), message: format!("{} of {trees} {why}, {longer}: {help}", some.len()) })
+        Some(Note::new(about, format!("{} of {trees} {why}, {longer}: {help}", some.len())))
     };
     let why = format!("would have more leaves than `most: {}` allows", plan.dress.most_leaves);
     let cut = told(&cut, "foliage.most", why, "raise `most`, lower `density`, or ask for a larger `size`");

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::{BuildError, Limits, World};
-use crate::base::{Asked, Diagnostic, Span};
+use crate::base::{Asked, Diagnostic, Note, Span};
 use crate::preset::{self, Plan};
 
 /// A preset, resolved, and the world that its relative paths start from.
@@ -126,6 +126,16 @@ pub(super) fn load_from(world: World, name: &str, preset: String) -> Result<Load
 }
 
 impl Loaded {
+    /// Gives notes the place of their field, where the preset has it.
+    pub(super) fn noted(&self, notes: &mut [Note]) {
+        let whole = preset::place(&self.text, "");
+        for note in notes {
+            if let span @ Some(_) = preset::place(&self.text, &note.about).filter(|span| Some(*span) != whole) {
+                (note.file, note.span) = (self.preset.clone(), span);
+            }
+        }
+    }
+
     /// Gives errors of later stages, which know fields but no text, the preset's name and the field's place.
     pub(super) fn placed(&self, mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
         let place = |file: &mut String, span: &mut Option<Span>, field: &str| {

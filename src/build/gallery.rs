@@ -9,12 +9,15 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-use super::output::Turn;
+use serde::Deserialize;
+
+use super::output::{OutputError, Turn};
 use super::replace::replace_in;
+use super::stamp::{self, Stamp};
 use super::{Specimen, record, specimens};
-use crate::base::counted;
-use crate::export::Manifest;
+use crate::base::{Diagnostic, counted};
 
 /// Name of the page.
 pub const GALLERY: &str = "gallery.html";
@@ -35,22 +38,62 @@ img{max-width:100%;height:auto;border-radius:.5rem;border:1px solid #8884}\
 ///
 /// # Errors
 ///
-/// When `out` can't be read or written.
-pub fn gallery(out: &Path, presets: &[PathBuf]) -> io::Result<bool> {
+/// When `out` can't be read or written: about the file that it is.
+pub fn gallery(out: &Path, presets: &[PathBuf]) -> Result<bool, Diagnostic> {
+    Shown::default().gallery(out, presets)
+}
+
+/// What the page shows of sets, by their folders, and of which manifests: who watches asks after each save, and reads those only
+/// that are others then.
+#[derive(Debug, Default)]
+pub(super) struct Shown(Mutex<BTreeMap<PathBuf, (Stamp, Set)>>);
+
+/// What the page shows of a manifest.
+#[derive(Clone, Debug, Deserialize)]
+struct Set {
+    set: String,
+    variants: Vec<Variant>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Variant {
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Level {
+    triangles: u64,
+}
+
+impl Shown {
+    /// As [`gallery`].
+    pub(super) fn gallery(&self, out: &Path, presets: &[PathBuf]) -> Result<bool, Diagnostic> {
+        let mut sets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        written(out, presets, &mut sets)
+    }
+}
+
+fn written(out: &Path, presets: &[PathBuf], known: &mut BTreeMap<PathBuf, (Stamp, Set)>) -> Result<bool, Diagnostic> {
+    let refused = |path: PathBuf| move |source: io::Error| OutputError::Io { path, source }.diagnostic();
+    let mut pages = || pages(out, presets, known).map_err(refused(out.to_path_buf()));
     let is_current = |(old, new): (String, String)| old == new;
-    match pages(out, presets)?.map(is_current) {
+    match pages()?.map(is_current) {
         Some(false) => {}
         current => return Ok(current.is_some()),
     }
     // Of two builds into one folder the later sees the sets of both.
-    let turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
-    let Some((_, new)) = pages(out, presets)? else { return Ok(false) };
-    replace_in(&turn, &out.join(GALLERY), new.as_bytes())?;
+    let turn = Turn::take(out, || {}).map_err(|error| error.diagnostic())?;
+    let Some((_, new)) = pages()? else { return Ok(false) };
+    replace_in(&turn, &out.join(GALLERY), new.as_bytes()).map_err(refused(out.join(GALLERY)))?;
     Ok(true)
 }
 
 /// The page as it is, empty where there is none, and as it is to be; none where Treewright did not write it.
-fn pages(out: &Path, presets: &[PathBuf]) -> io::Result<Option<(String, String)>> {
+fn pages(
+    out: &Path,
+    presets: &[PathBuf],
+    known: &mut BTreeMap<PathBuf, (Stamp, Set)>,
+) -> io::Result<Option<(String, String)>> {
     let old = match fs::read(out.join(GALLERY)) {
         // An empty one was cut off, and holds nothing of anybody.
         Ok(old) if !old.is_empty() && !old.starts_with(MARK.as_bytes()) => return Ok(None),
@@ -64,13 +107,22 @@ fn pages(out: &Path, presets: &[PathBuf]) -> io::Result<Option<(String, String)>
             Some((preset.file_stem()?.to_string_lossy().into_owned(), escaped(&first_comment(&text))))
         })
         .collect();
+    let mut before = std::mem::take(known);
     let mut sets = Vec::new();
     for entry in fs::read_dir(out)?.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let manifest = fs::read(entry.path().join(record::manifest_name(&name))).ok();
-        if let Some(manifest) = manifest.and_then(|bytes| serde_json::from_slice::<Manifest>(&bytes).ok()) {
-            sets.push(manifest);
+        let path = entry.path().join(record::manifest_name(&name));
+        let now = stamp::now();
+        let kept = before.remove(&path).filter(|(stamp, _)| Stamp::at(&path) == Some(*stamp));
+        let read = || {
+            let (bytes, stamp) = stamp::read_at(&path).ok()?;
+            Some((stamp, serde_json::from_slice::<Set>(&bytes).ok()?))
+        };
+        let Some((stamp, set)) = kept.map(|(stamp, set)| (Some(stamp), set)).or_else(read) else { continue };
+        if let Some(stamp) = stamp.filter(|stamp| !stamp.is_racy(now)) {
+            known.insert(path, (stamp, set.clone()));
         }
+        sets.push(set);
     }
     sets.sort_by(|a, b| a.set.cmp(&b.set));
     let mut html = format!(
@@ -109,7 +161,7 @@ fn said_of<'a>(page: &'a str, set: &str) -> &'a str {
 }
 
 /// `about` is HTML.
-fn section(html: &mut String, set: &Manifest, about: &str) {
+fn section(html: &mut String, set: &Set, about: &str) {
     let name = escaped(&set.set);
     let triangles: Vec<u64> = set.variants.iter().filter_map(|v| v.levels.first()).map(|l| l.triangles).collect();
     let (low, high) = (triangles.iter().min().copied().unwrap_or(0), triangles.iter().max().copied().unwrap_or(0));
@@ -175,6 +227,37 @@ mod tests {
     fn names_do_not_break_the_page() {
         assert_eq!(escaped("a<b>&\""), "a&lt;b&gt;&amp;&quot;");
         assert_eq!(linked("a b/\u{e9}"), "a%20b%2F%C3%A9");
+    }
+
+    #[test]
+    fn a_manifest_is_read_again_where_it_is_another_and_not_before() {
+        let out = tempfile::tempdir().unwrap();
+        let manifest = out.path().join("oak/oak.manifest.json");
+        fs::create_dir(out.path().join("oak")).unwrap();
+        let shown = Shown::default();
+        let page = || {
+            shown.gallery(out.path(), &[]).unwrap();
+            fs::read_to_string(out.path().join(GALLERY)).unwrap()
+        };
+        let write = |triangles: u32| {
+            let text =
+                format!("{{\"set\": \"oak\", \"variants\": [{{\"levels\": [{{\"triangles\": {triangles}}}]}}]}}");
+            fs::write(&manifest, text).unwrap();
+            // As if it had been written a while ago.
+            let file = fs::File::options().write(true).open(&manifest).unwrap();
+            let long_ago = file.metadata().unwrap().modified().unwrap()
+                - std::time::Duration::from_secs(60 + u64::from(triangles));
+            file.set_modified(long_ago).unwrap();
+        };
+        write(1234);
+        assert!(page().contains(", 1234 triangles"));
+        assert_eq!(shown.0.lock().unwrap().len(), 1);
+        shown.0.lock().unwrap().values_mut().for_each(|(_, set)| set.variants[0].levels[0].triangles = 99);
+        assert!(page().contains(", 99 triangles"), "it was read again");
+        write(4321);
+        assert!(page().contains(", 4321 triangles"));
+        fs::remove_dir_all(out.path().join("oak")).unwrap();
+        assert!(page().contains("<h1>0 sets</h1>") && shown.0.lock().unwrap().is_empty());
     }
 
     #[test]

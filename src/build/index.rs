@@ -106,10 +106,14 @@ impl Index {
         Self { entries: read().unwrap_or_default() }
     }
 
-    /// What is known of a preset, as far as nothing of it was touched since. The stamps that were settled by a hash are
-    /// renewed in it; whether there were any.
-    pub(super) fn current(&self, out: &Path, preset: &Path) -> Option<(Entry, bool)> {
+    /// What is known of a preset, as far as nothing of it was touched since, and all that it reads is of at most `largest` bytes
+    /// a file: the build that it is known from may have had another limit. The stamps that were settled by a hash are renewed
+    /// in it; whether there were any.
+    pub(super) fn current(&self, out: &Path, preset: &Path, largest: u64) -> Option<(Entry, bool)> {
         let mut entry = self.entries.get(preset)?.clone();
+        if entry.reads.iter().filter_map(|seen| seen.held).any(|(stamp, _)| stamp.size() > largest) {
+            return None;
+        }
         let folder = out.join(&entry.set);
         let (reads, outputs) = entry.times;
         let now = stamp::now();
@@ -245,7 +249,7 @@ mod tests {
     fn what_nobody_touched_is_current_and_any_touch_is_noticed() {
         let (_folder, paths) = project();
         let [preset, gone, out, asset] = &paths;
-        let current = || Index::read(out).current(out, preset);
+        let current = || Index::read(out).current(out, preset, 6);
         assert_eq!(current(), None);
         let add = || Index::add(out, vec![(preset.clone(), entry(&paths, stamp::now()))]);
         Index::add(out, vec![(preset.clone(), looked_at_once(&paths, preset))]);
@@ -257,6 +261,7 @@ mod tests {
         let later = stamp::now() + 86_400_000_000_000;
         Index::add(out, vec![(preset.clone(), Entry { times: (later, later), ..renewed })]);
         assert!(!current().unwrap().1);
+        assert_eq!(Index::read(out).current(out, preset, 5), None, "a smaller limit than the preset's size");
         let touches: [&dyn Fn(); 5] = [
             &|| fs::write(preset, "other preset").unwrap(),
             &|| fs::write(asset, "other").unwrap(),
@@ -288,7 +293,7 @@ mod tests {
             fs::write(path, text).unwrap();
             fs::File::options().write(true).open(path).unwrap().set_modified(old).unwrap();
             Index::add(out, vec![(preset.clone(), stale)]);
-            assert_eq!(Index::read(out).current(out, preset), None, "{}", path.display());
+            assert_eq!(Index::read(out).current(out, preset, u64::MAX), None, "{}", path.display());
         }
     }
 

@@ -153,7 +153,7 @@ fn pictures_between(made: &mut [Made], leaves: &[Maps], atlas: &AtlasParams) -> 
              `pictures` of leaves or a larger atlas leave them more",
             counted(drawn.len(), "picture between two leaves is", "pictures between two leaves are")
         );
-        Note { about: "atlas".to_owned(), message }
+        Note::new("atlas", message)
     });
     (drawn, note)
 }

@@ -17,6 +17,7 @@
 //! a target's name that is not on that list is somebody else's: the commit is refused before anything is written. A file
 //! that is on the list but was changed since is never removed.
 
+mod error;
 mod exchange;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +29,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::stamp::{self, Stamp};
-use crate::base::{Diagnostic, Key};
+use crate::base::Key;
+pub(super) use error::OutputError;
 
 const LOCK: &str = ".treewright-lock";
 const JOURNAL: &str = ".treewright-commit.json";
@@ -55,86 +57,6 @@ pub struct Committed {
     pub removed: Vec<String>,
     /// Of those that were written, the ones that somebody had changed since Treewright wrote them.
     pub edited: Vec<String>,
-}
-
-/// Why a set could not be written.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum OutputError {
-    /// The file system refused.
-    #[error("can't write {path}: {source}")]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What it said.
-        source: io::Error,
-    },
-    /// Files with a target's name that Treewright did not write.
-    #[error("files in the way that Treewright did not write, in {folder}: {}", .names.join(", "))]
-    Foreign {
-        /// The set's folder.
-        folder: PathBuf,
-        /// The files.
-        names: Vec<String>,
-    },
-}
-
-impl OutputError {
-    fn kind(&self) -> Option<io::ErrorKind> {
-        match self {
-            Self::Io { source, .. } => Some(source.kind()),
-            Self::Foreign { .. } => None,
-        }
-    }
-
-    /// Whether a test's kill did it.
-    fn is_cut(&self) -> bool {
-        self.kind() == Some(io::ErrorKind::Interrupted)
-    }
-
-    /// Whether another way of writing may get through: not past a full disk or a kill.
-    fn is_refusal(&self) -> bool {
-        use io::ErrorKind as Kind;
-        !matches!(self.kind(), Some(Kind::StorageFull | Kind::QuotaExceeded | Kind::FileTooLarge | Kind::Interrupted))
-    }
-
-    /// The same for people: about the file or folder that is in the way, with what to do.
-    #[must_use]
-    pub(super) fn diagnostic(&self) -> Diagnostic {
-        let (message, hint) = match self {
-            Self::Io { source, .. } => match source.kind() {
-                io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => (
-                    "a file is where a folder is needed".to_owned(),
-                    "give --out another folder, or move the file away",
-                ),
-                io::ErrorKind::IsADirectory => {
-                    ("a folder is where a file is to be written".to_owned(), "move the folder away")
-                }
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => (
-                    "there is no right to write it".to_owned(),
-                    "give --out another folder, or close the program that holds the file",
-                ),
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    ("the disk is full; the old set is untouched".to_owned(), "make room and build again")
-                }
-                io::ErrorKind::InvalidFilename => {
-                    ("its name is too long for the file system".to_owned(), "give --out a shorter path")
-                }
-                _ => (format!("it can't be written: {source}"), "mend that and build again"),
-            },
-            Self::Foreign { names, .. } => {
-                let more = if names.len() > 1 { format!(" and {} more", names.len() - 1) } else { String::new() };
-                (
-                    format!("{}{more} in the way: Treewright did not write it, so it will not replace it", names[0]),
-                    "move it away, or remove the folder if all in it was built and its manifest was lost",
-                )
-            }
-        };
-        let file = match self {
-            Self::Io { path, .. } => path,
-            Self::Foreign { folder, .. } => folder,
-        };
-        Diagnostic::new(super::find::shown(file), message).with_hint(hint)
-    }
 }
 
 /// The right to write into an output folder, until dropped.
@@ -332,6 +254,11 @@ fn commit_by<B: AsRef<[u8]> + Sync>(
     if changed.is_empty() && committed.removed.is_empty() {
         return Ok(committed);
     }
+    let touched = changed.iter().map(|(name, _)| *name).chain(committed.removed.iter().map(String::as_str));
+    let kept: Vec<String> = touched.filter(|name| is_read_only(&folder.join(name))).map(str::to_owned).collect();
+    if !kept.is_empty() {
+        return Err(OutputError::ReadOnly { folder: folder.to_path_buf(), names: kept });
+    }
     committed.written = changed.iter().map(|(name, _)| (*name).to_owned()).collect();
     if !exchange::commit(hand, folder, &changed, &committed.removed)? {
         let remove = committed.removed.iter().filter_map(|name| Some((name.clone(), owned.get(name)?.to_hex())));
@@ -376,6 +303,11 @@ fn carry_out(hand: &mut Hand, folder: &Path, journal: &Journal) -> Result<(), Ou
         }
     }
     Ok(())
+}
+
+/// Whether somebody marked a file as one that is not to be changed. A link in its place bears no such mark.
+pub(super) fn is_read_only(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|there| there.is_file() && there.permissions().readonly())
 }
 
 /// Whether a file is what it was when its set was recorded.
@@ -502,6 +434,33 @@ mod tests {
     }
 
     #[test]
+    fn a_read_only_file_is_neither_replaced_nor_removed_and_what_stays_as_it_is_may_be_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = [("a", "1"), ("b", "2"), ("c", "3")];
+        commit(folder.path(), &Owned::new(), &files(&old)).unwrap();
+        let mark = |name: &str, is: bool| {
+            let path = folder.path().join(name);
+            let mut rights = fs::metadata(&path).unwrap().permissions();
+            rights.set_readonly(is);
+            fs::set_permissions(&path, rights).unwrap();
+        };
+        ["a", "b", "c"].iter().for_each(|name| mark(name, true));
+        for (new, first) in
+            [(vec![("a", "1"), ("b", "new")], "b and 1 more are"), (vec![("a", "1"), ("b", "2")], "c is")]
+        {
+            let error = commit(folder.path(), &owned(&old), &files(&new)).unwrap_err();
+            assert!(matches!(error, OutputError::ReadOnly { .. }), "{error}");
+            assert!(error.diagnostic().message.starts_with(&format!("{first} read-only")), "{error}");
+            assert_eq!(listing(folder.path()), ["a", "b", "c"]);
+            assert_eq!(fs::read_to_string(folder.path().join("b")).unwrap(), "2");
+        }
+        ["b", "c"].iter().for_each(|name| mark(name, false));
+        let committed = commit(folder.path(), &owned(&old), &files(&[("a", "1"), ("b", "new")])).unwrap();
+        assert_eq!((committed.written.len(), committed.unchanged, committed.removed.len()), (1, 1, 1));
+        assert!(is_read_only(&folder.path().join("a")));
+    }
+
+    #[test]
     fn turns_are_taken_one_after_the_other() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("new/out");
@@ -589,6 +548,7 @@ mod tests {
         commit(&folder, &Owned::new(), &files(&old)).unwrap();
         fs::write(folder.join("mine"), "mine").unwrap();
         let whole = listing(&folder);
+        fs::write(folder.join("deleted"), "mine").unwrap();
         // Cut off right after the swap: the clearing of the old folder has begun with nothing.
         let swapped = (0..).find(|&left| {
             let result = commit_by(&mut Hand { left, ..Hand::free() }, &folder, &owned(&old), &files(&new));
@@ -601,10 +561,14 @@ mod tests {
         if !folder.join(exchange::MARK).exists() {
             return assert!(swapped.is_some());
         }
+        fs::remove_file(folder.join("deleted")).unwrap();
         let left = exchange::next(&folder).unwrap();
         fs::write(left.join("saved"), "meanwhile").unwrap();
         fs::remove_file(left.join("mine")).unwrap();
         fs::write(left.join("mine"), "saved by rename").unwrap();
+        // By a machine whose clock is behind.
+        let file = fs::File::options().write(true).open(left.join("mine")).unwrap();
+        file.set_modified(std::time::UNIX_EPOCH).unwrap();
         recover(&folder).unwrap();
         assert_eq!(listing(&folder), [whole, vec!["saved".to_owned()]].concat());
         assert_eq!(fs::read_to_string(folder.join("mine")).unwrap(), "saved by rename");

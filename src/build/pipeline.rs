@@ -1,6 +1,6 @@
 //! The stages in order: from a plan and its inputs to the files of a set. Reads like a table of contents.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ use crate::source::scene::Files;
 use crate::source::{grow, import};
 
 /// Raised whenever a stage's output changes for the same parameters and inputs, so that current sets are built again.
-pub(super) const VERSION: u32 = 98;
+pub(super) const VERSION: u32 = 99;
 
 /// The bytes that a plan's files hold: path as the plan has it, bytes, and the name that is shown to people.
 pub type Inputs = BTreeMap<String, InputFile>;
@@ -77,12 +77,16 @@ pub fn read_inputs(loaded: &Loaded) -> Result<Inputs, Vec<Diagnostic>> {
                 let shown = super::find::shown(&world.path(&file));
                 inputs.insert(file, InputFile { bytes, shown, names: BTreeMap::new() });
             }
-            Err(why) => errors.push(
-                Diagnostic::new(preset, format!("can't read {file}: {why}"))
-                    .with_span(preset::place(text, &field))
-                    .with_field(field)
-                    .with_hint("paths are relative to the preset's folder"),
-            ),
+            Err(why) => {
+                // What helps where it is there and can't be read, the sentence says itself.
+                let hint = if why.contains("no such file") { "paths are relative to the preset's folder" } else { "" };
+                errors.push(
+                    Diagnostic::new(preset, format!("can't read {file}: {why}"))
+                        .with_span(preset::place(text, &field))
+                        .with_field(field)
+                        .with_hint(hint),
+                );
+            }
         }
     }
     for source in &plan.sources {
@@ -326,11 +330,19 @@ pub fn make_set(
     notes.extend(super::fewer::notes(plan, &prepared.wardrobe, &trees));
     notes.extend(placed.small_lightmap(plan));
     notes.extend(facts::bodiless(plan, &facts));
+    let notes = once_each(notes);
     let (identities, trees, facts, clips, sheet) = (&identities, &trees, &facts, &clips, &sheet);
     let parts = SetParts { cache, plan, key, identities, trees, facts, pictures, clips, sheet, notes: &notes };
     let files = assets::files(&parts, &placed)?;
     step("files");
     Ok(SetFiles { files, notes })
+}
+
+/// The notes without those that say again of the same what was said before.
+fn once_each(mut notes: Vec<Note>) -> Vec<Note> {
+    let mut said = BTreeSet::new();
+    notes.retain(|note| said.insert((note.about.clone(), note.message.clone())));
+    notes
 }
 
 /// What of a set is made for the cache.
@@ -359,7 +371,7 @@ pub fn make_share(
     let prepared = prepared(plan, inputs, cache, Wanted::Used, step)?;
     let all = 0..plan.variants.len();
     let places: Vec<usize> = match share {
-        Share::Sources => return Ok((0, stages::source_notes(plan, &prepared.sources))),
+        Share::Sources => return Ok((0, once_each(stages::source_notes(plan, &prepared.sources)))),
         Share::Trees(shard) => all.filter(|&place| shard.has(place)).collect(),
         Share::Atlas => all.collect(),
     };
@@ -369,7 +381,7 @@ pub fn make_share(
     if share == Share::Atlas {
         assets::textures(plan, &prepared.wardrobe.pictures, &trees, cache)?;
     }
-    Ok((places.len(), notes(plan, &prepared, &selected)))
+    Ok((places.len(), once_each(notes(plan, &prepared, &selected))))
 }
 
 #[cfg(test)]

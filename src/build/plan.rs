@@ -59,24 +59,33 @@ impl Step {
     }
 }
 
-/// The commands that build some presets into `out`, by way of part files in `parts`; each comes after those that it needs.
+/// The commands that build some presets into `out`, by way of part files in `parts`; each comes after those that it needs,
+/// and reads within `limits`.
 ///
 /// # Errors
 ///
 /// All errors of all presets and of the files that they read.
-pub fn plan(presets: &[PathBuf], out: &Path, parts: &Path) -> Result<Vec<Step>, BuildError> {
-    let (sets, mut failed) = read(presets, &Limits::default());
+pub fn plan(presets: &[PathBuf], out: &Path, parts: &Path, limits: &Limits) -> Result<Vec<Step>, BuildError> {
+    let (sets, mut failed) = read(presets, limits);
     let mut steps = Vec::new();
     for loaded in &sets {
         match pipeline::read_inputs(loaded) {
-            Ok(_) => steps_of(loaded, out, parts, &mut steps),
+            Ok(_) => steps_of(loaded, (out, parts), &told(limits), &mut steps),
             Err(diagnostics) => failed.diagnostics.extend(diagnostics),
         }
     }
     if failed.diagnostics.is_empty() { Ok(steps) } else { Err(failed) }
 }
 
-fn steps_of(loaded: &Loaded, out: &Path, parts: &Path, steps: &mut Vec<Step>) {
+/// The options that tell a command limits which are not the usual ones.
+fn told(limits: &Limits) -> Vec<String> {
+    let usual = Limits::default();
+    let file = (limits.file != usual.file).then(|| ["--max-file".to_owned(), limits.file.to_string()]);
+    let root = limits.root.as_ref().map(|root| ["--root".to_owned(), find::shown(root)]);
+    [file, root].into_iter().flatten().flatten().collect()
+}
+
+fn steps_of(loaded: &Loaded, (out, parts): (&Path, &Path), limits: &[String], steps: &mut Vec<Step>) {
     let set = &loaded.plan.name;
     let part = |name: &str| {
         let path = find::shown(&parts.join(format!("{set}_{name}.part")));
@@ -89,6 +98,7 @@ fn steps_of(loaded: &Loaded, out: &Path, parts: &Path, steps: &mut Vec<Step>) {
     let trees: Vec<String> = places.clone().map(|place| part(&format!("{:03}", place + 1))).collect();
     let mut step = |kind: StepKind, name: &str, given: &[String], write: [&str; 2], outputs: Vec<String>| {
         let mut arguments = vec!["step".to_owned(), name.to_owned(), loaded.preset.clone()];
+        arguments.extend_from_slice(limits);
         if let StepKind::Tree { place } = kind {
             arguments.extend(["--place".to_owned(), (place + 1).to_string()]);
         }

@@ -41,6 +41,10 @@ fn replace_after(left: Duration, path: &Path, bytes: &[u8]) -> io::Result<()> {
         sweep(path, &name, left);
         return Ok(());
     }
+    if super::output::is_read_only(path) {
+        let why = "it is read-only; check it out (`p4 edit`) or make it writable";
+        return Err(io::Error::new(io::ErrorKind::ReadOnlyFilesystem, why));
+    }
     let beside = path.with_file_name(format!("{}{}{END}", start(&name), chance()));
     let file = fs::File::create_new(&beside)?;
     let write = |mut file: fs::File| {
@@ -120,5 +124,11 @@ mod tests {
         let left = fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(left, 5, "the lock came, and files of others stay");
         assert!(replace(&at("none/page.html"), b"new").is_err());
+        let mut rights = fs::metadata(at("page.html")).unwrap().permissions();
+        rights.set_readonly(true);
+        fs::set_permissions(at("page.html"), rights).unwrap();
+        assert!(replace(&at("page.html"), b"newer").is_ok(), "it holds that already");
+        assert!(replace(&at("page.html"), b"newest").is_err_and(|error| error.to_string().contains("read-only")));
+        assert_eq!(fs::read(at("page.html")).unwrap(), b"newer");
     }
 }

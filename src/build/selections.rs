@@ -97,7 +97,7 @@ fn cleared(plan: &Plan, blend: usize, made: &Blends) -> (Vec<(Variant, Vec<Chain
         )
         .collect();
     let message = removed(found.iter().map(Vec::as_slice));
-    let note = message.map(|message| Note { about: format!("variants[{}]", params.entry), message });
+    let note = message.map(|message| Note::new(format!("variants[{}]", params.entry), message));
     let goes = |found: Vec<Collision>| found.iter().map(|c| c.goes).collect();
     (trees.into_iter().zip(found.into_iter().map(goes)).collect(), note)
 }
@@ -238,7 +238,7 @@ fn notes(selection: &Selection, picked: &Picked, trees: &[Examined], sources: &S
         let counts: Vec<String> = own.iter().map(ToString::to_string).collect();
         said.push(format!("the sources' own branches run into each other {} times, and stay", counts.join(" and ")));
     }
-    said.into_iter().map(|message| Note { about: selection.field.clone(), message }).collect()
+    said.into_iter().map(|message| Note::new(selection.field.clone(), message)).collect()
 }
 
 #[cfg(test)]

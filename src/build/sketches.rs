@@ -54,7 +54,7 @@ pub(super) fn notes(drawn: &[Drawn]) -> Vec<Note> {
         let said = front.map(|message| (&params.crown, message)).chain(side.map(|message| (&params.side, message)));
         for (file, message) in said {
             if told.insert((file, message.clone())) {
-                notes.push(Note { about: params.field.clone(), message: format!("its sketch {file}: {message}") });
+                notes.push(Note::new(params.field.clone(), format!("its sketch {file}: {message}")));
             }
         }
     }

@@ -19,7 +19,7 @@ use flate2::Crc;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::output::Turn;
+use super::output::{OutputError, Turn};
 use super::replace::replace_in;
 use super::{Cache, Focus, Limits, Loaded, Studio, World, find, gallery, pipeline, stamp};
 use crate::bake::{Picture, SheetCell, SheetColors, SheetColumn, SheetLayout, SheetRow};
@@ -140,40 +140,52 @@ impl Due {
 ///
 /// # Errors
 ///
-/// When `out` can't be written.
-pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> io::Result<bool> {
+/// When `out` can't be written: about the file that it is.
+pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> Result<bool, Diagnostic> {
+    drawn_into(folder, out, limits, cache).map_err(|error| error.diagnostic())
+}
+
+/// What the file system said of a path.
+fn refused(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
+    let path = path.to_path_buf();
+    move |source| OutputError::Io { path, source }
+}
+
+fn drawn_into(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Cache>) -> Result<bool, OutputError> {
     // The same folder, wherever the build is called from.
-    let folder = &folder.canonicalize()?;
+    let folder = &folder.canonicalize().map_err(refused(folder))?;
+    let shown = out;
     let found = species_files(folder);
     if found.is_empty() && specimens(out).is_empty() {
         return Ok(false);
     }
-    fs::create_dir_all(out)?;
-    let out = &out.canonicalize()?;
+    fs::create_dir_all(out).map_err(refused(out))?;
+    let out = &out.canonicalize().map_err(refused(out))?;
     let named = from(out, folder);
     if Due::of(&found, &named, out).is_nothing() {
         return Ok(false);
     }
-    let turn = Turn::take(out, || {}).map_err(|error| io::Error::other(error.to_string()))?;
+    let turn = Turn::take(shown, || {})?;
     // Somebody else may have drawn meanwhile: what is written below is what stands there now, and more.
     let due = Due::of(&found, &named, out);
     if due.is_nothing() {
         return Ok(false);
     }
     let Due { mut all, mut kept, due, gone } = due;
-    fs::create_dir_all(out.join(FOLDER))?;
-    let made: Vec<io::Result<Specimen>> = due
+    fs::create_dir_all(out.join(FOLDER)).map_err(refused(&shown.join(FOLDER)))?;
+    let made: Vec<Result<Specimen, OutputError>> = due
         .par_iter()
         .map(|(name, path)| {
             let (mut specimen, png) = drawn(folder, out, (name, path), limits, cache);
             let target = out.join(specimen.sheet());
+            let told = shown.join(specimen.sheet());
             match (&png, stamp::bytes(&target).ok()) {
                 (Some(_), Some(old)) if !is_signed(&old) => {
                     specimen.wrong = Some("a file that Treewright did not write has the name of its sheet".to_owned());
                     specimen.sheet = hex(&old);
                 }
-                (Some(png), _) => replace_in(&turn, &target, png)?,
-                (None, Some(old)) if is_signed(&old) => fs::remove_file(&target)?,
+                (Some(png), _) => replace_in(&turn, &target, png).map_err(refused(&told))?,
+                (None, Some(old)) if is_signed(&old) => fs::remove_file(&target).map_err(refused(&told))?,
                 _ => {}
             }
             Ok(specimen)
@@ -182,16 +194,18 @@ pub fn draw_specimens(folder: &Path, out: &Path, limits: &Limits, cache: &Arc<Ca
     for gone in gone {
         let sheet = out.join(gone.sheet());
         if stamp::bytes(&sheet).is_ok_and(|bytes| is_signed(&bytes) && hex(&bytes) == gone.sheet) {
-            fs::remove_file(&sheet)?;
+            fs::remove_file(&sheet).map_err(refused(&shown.join(gone.sheet())))?;
         }
     }
     all.append(&mut kept);
-    all.extend(made.into_iter().collect::<io::Result<Vec<_>>>()?);
+    all.extend(made.into_iter().collect::<Result<Vec<_>, _>>()?);
     all.sort_by(|a, b| a.name.cmp(&b.name));
     // Goes only if nothing is in it.
     let _ = fs::remove_dir(out.join(FOLDER));
     let index = Index { version: version(), specimens: all };
-    replace_in(&turn, &out.join(INDEX), &serde_json::to_vec(&index).map_err(io::Error::other)?)?;
+    let bytes = serde_json::to_vec(&index).map_err(io::Error::other);
+    let written = bytes.and_then(|bytes| replace_in(&turn, &out.join(INDEX), &bytes));
+    written.map_err(refused(&shown.join(INDEX)))?;
     Ok(true)
 }
 

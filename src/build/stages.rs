@@ -19,12 +19,12 @@ use crate::preset::{self, Plan};
 use crate::source::{estimate, foliage, grow, import};
 
 /// The stages that make sources and pictures, with their versions.
-const GROW: Stage = Stage("grow", 13);
+const GROW: Stage = Stage("grow", 14);
 const GRAPH: Stage = Stage("graph", 3);
-const IMPORT: Stage = Stage("import", 21);
-const LIKE: Stage = Stage("like", 14);
+const IMPORT: Stage = Stage("import", 22);
+const LIKE: Stage = Stage("like", 15);
 const PICTURES: Stage = Stage("pictures", 13);
-const DRAWING: Stage = Stage("drawing", 4);
+const DRAWING: Stage = Stage("drawing", 5);
 const BARK: Stage = Stage("bark", 1);
 
 /// A source and what was mended in it.
@@ -329,13 +329,18 @@ fn grow_diagnostic(source: &Source, error: &grow::GrowError) -> Diagnostic {
     Diagnostic::new("", error.to_string()).with_field(field).with_hint(hint)
 }
 
-/// What was mended in the sources, each under its source's name.
+/// The field of a preset that a source is.
+fn field(source: &Source) -> String {
+    format!("sources[\"{}\"]", source.name)
+}
+
+/// What was mended in the sources, each under its source's field.
 pub(super) fn mended(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     let of = |(i, (source, made)): (usize, (&Source, &Arc<SourcePlant>))| {
         made.notes
             .iter()
             .filter_map(|note| wears::told(plan, i, note))
-            .map(|message| Note { about: source.name.clone(), message })
+            .map(|message| Note::new(field(source), message))
             .collect::<Vec<_>>()
     };
     plan.sources.iter().zip(sources).enumerate().flat_map(of).collect()
@@ -345,10 +350,8 @@ pub(super) fn mended(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
 pub(super) fn source_notes(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Vec<Note> {
     let mut notes = mended(plan, sources);
     let unused = plan.sources.iter().zip(used(plan)).filter(|(_, used)| !used);
-    notes.extend(unused.map(|(source, _)| Note {
-        about: format!("sources[\"{}\"]", source.name),
-        message: "no variant is made of it, nor does anything wear its leaves or bark: it was left out".to_owned(),
-    }));
+    let why = "no variant is made of it, nor does anything wear its leaves or bark: it was left out";
+    notes.extend(unused.map(|(source, _)| Note::new(field(source), why)));
     notes
 }
 
@@ -514,8 +517,8 @@ mod tests {
             let plan = crate::preset::load("set.ron", &text, &mut |_| Ok(String::new())).expect("it loads");
             let notes = vec![format!("{}; name a leaf", foliage::WHITE), "1 stem beside the first".to_owned()];
             let white = Arc::new(SourcePlant::grown(Plant::default(), notes));
-            let told = source_notes(&plan, &[white.clone(), white]);
-            let of = |name: &str| told.iter().filter(|note| note.about == name).count();
+            let told = mended(&plan, &[white.clone(), white]);
+            let of = |name: &str| told.iter().filter(|note| note.about == format!("sources[\"{name}\"]")).count();
             (of("a"), of("b"))
         };
         assert_eq!(told(""), (2, 2));

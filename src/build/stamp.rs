@@ -42,6 +42,11 @@ impl Stamp {
         fs::metadata(path).ok().filter(Metadata::is_file).as_ref().and_then(Self::of)
     }
 
+    /// How large the file is, bytes.
+    pub(crate) const fn size(&self) -> u64 {
+        self.size
+    }
+
     /// Whether both are of one file with one content, but for what renaming and linking change.
     pub(crate) fn is_same_content(&self, other: &Self) -> bool {
         (self.size, self.modified, self.inode) == (other.size, other.modified, other.inode)

@@ -198,12 +198,16 @@ pub(super) fn small_atlas(plan: &Plan, pictures: &Pictures) -> Option<Note> {
     if told.is_empty() || better == size {
         return None;
     }
+    // Of wide gutters the pictures are what little is left between them.
+    let gutter = plan.atlas.gutter;
+    let is_wider = few.iter().filter_map(|level| edge(level, own)).any(|edge| edge < gutter);
+    let or = if is_wider { format!(", and a smaller `gutter` than {gutter} leaves them more") } else { String::new() };
     let message = format!(
-        "at {size} texels an edge, {}; `atlas: (size: {better})` would give them {}",
+        "at {size} texels an edge, {}; `atlas: (size: {better})` would give them {}{or}",
         told.join(", and "),
         there.join(" and ")
     );
-    Some(Note { about: "atlas".to_owned(), message })
+    Some(Note::new("atlas", message))
 }
 
 /// How fine pictures are drawn so that all of a set are likely to fit its atlas: drawn smaller they are sharper than scaled
@@ -419,6 +423,11 @@ mod tests {
         let impostors = told(16, "[Full, Impostor(frames: 8)]", 512);
         assert!(impostors.contains("sheets of impostors have"), "{impostors}");
         // What it advises is enough.
+        assert!(!impostors.contains("gutter"), "{impostors}");
+        let (mut plan, pictures) = set_of(4, "[Full, BillboardCloud(cards: 48)]", 512);
+        plan.atlas.gutter = 32;
+        let wide = small_atlas(&plan, &pictures).map_or_else(String::new, |note| note.message);
+        assert!(wide.contains("a smaller `gutter` than 32"), "{wide}");
         let size = impostors.split("size: ").nth(1).and_then(|rest| rest.split(')').next()).expect("a size");
         assert_eq!(told(16, "[Full, Impostor(frames: 8)]", size.parse().expect("a number")), "");
         for (trees, lods) in [(1, clouds), (9, "[Full, Thinned(triangles: 0.4)]")] {

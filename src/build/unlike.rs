@@ -32,10 +32,11 @@ fn unsketched(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
     let likeness = own.filter_map(|((_, tree), n)| Some((n, tree.likeness?)));
     let (n, worst) = likeness.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, worst)| *worst < SKETCHED)?;
     let message = format!(
-        "its sketch: the crown of number {n} and what is drawn overlap by {worst:.2} of 1; a drawing that is nearer to the \
-         source's proportions is followed better, and so is one by a source whose limbs begin where the drawn crown does"
+        "its sketch: the crown of {} and what is drawn overlap by {worst:.2} of 1; a drawing that is nearer to the \
+         source's proportions is followed better, and so is one by a source whose limbs begin where the drawn crown does",
+        plan.called(n)
     );
-    Some(Note { about: plan.sketches[sketch].last().field.clone(), message })
+    Some(Note::new(plan.sketches[sketch].last().field.clone(), message))
 }
 
 /// A crown of which more would have wilted than may; of several that of which the most would have.
@@ -44,7 +45,7 @@ fn spared(plan: &Plan, trees: &[Tree], sketch: usize) -> Option<Note> {
     let own = plan.variants.iter().zip(trees).zip(1..).filter(|((variant, _), _)| is_of(variant));
     let shares = own.map(|((_, tree), n)| (n, tree.spared));
     let (n, most) = shares.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
-    spared_note(&plan.sketches[sketch].field, &format!("number {n}"), most)
+    spared_note(&plan.sketches[sketch].field, &plan.called(n), most)
 }
 
 /// That so much of the foliage of a tree would have wilted under its sketch and may not, where it is enough to tell.
@@ -57,7 +58,7 @@ pub(super) fn spared_note(about: &str, whose: &str, share: f32) -> Option<Note> 
             share * 100.0
         )
     };
-    (share >= SPARED).then(|| Note { about: about.to_owned(), message: message() })
+    (share >= SPARED).then(|| Note::new(about, message()))
 }
 
 /// One note a level of the preset that is unlike the tree in some variants, of the worst of them, one where it has more
@@ -67,7 +68,7 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -
     notes.extend((0..plan.sketches.len()).filter_map(|sketch| unsketched(plan, trees, sketch)));
     notes.extend((0..plan.sketches.len()).filter_map(|sketch| spared(plan, trees, sketch)));
     notes.extend(bared(plan, trees, drawn));
-    notes.extend((0..plan.lods.len()).filter_map(|place| without_shader(trees, place)));
+    notes.extend((0..plan.lods.len()).filter_map(|place| without_shader(plan, trees, place)));
     for (place, lod) in plan.lods.iter().enumerate().skip(1) {
         let about = format!("lods[{place}]");
         let levels =
@@ -117,18 +118,21 @@ pub(super) fn notes(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -
             let some = if many == all { variants } else { format!("{many} of {variants}") };
             let Measured { iou, pixels, coverage, .. } = worst.measured;
             let message = format!(
-                "{some} {are} where it takes over: outlines of number {n} overlap by {iou:.2} of 1 at {pixels} pixels, \
-                 and cover {coverage:.2} times as much; {help}"
+                "{some} {are} where it takes over: outlines of {} overlap by {iou:.2} of 1 at {pixels} pixels, \
+                 and cover {coverage:.2} times as much; {help}",
+                plan.called(*n)
             );
-            notes.push(Note { about: about.clone(), message });
+            notes.push(Note::new(about.clone(), message));
         }
         let grown = levels().find(|(_, pair)| pair[1].triangles > pair[0].triangles);
         if let Some((n, [before, after])) = grown {
             let message = format!(
-                "number {n} has {} triangles here and {} in the level before; leave one of the two out",
-                after.triangles, before.triangles
+                "{} has {} triangles here and {} in the level before; leave one of the two out",
+                plan.called(n),
+                after.triangles,
+                before.triangles
             );
-            notes.push(Note { about, message });
+            notes.push(Note::new(about, message));
         }
     }
     notes
@@ -147,22 +151,24 @@ fn over_budget(plan: &Plan, trees: &[Tree], place: usize) -> Option<Note> {
     };
     let (triangles, n, wood) = (1..).zip(trees).filter_map(over).max()?;
     let message = format!(
-        "number {n} has {triangles} triangles, {wood} of them wood that can't be coarser; ask for {triangles}, or \
-         for `forks: Plain` in `mesh`"
+        "{} has {triangles} triangles, {wood} of them wood that can't be coarser; ask for {triangles}, or \
+         for `forks: Plain` in `mesh`",
+        plan.called(n)
     );
-    Some(Note { about, message })
+    Some(Note::new(about, message))
 }
 
 /// What is told of the impostor whose crossed planes show least of their tree: engines show those as long as nobody gives them a shader.
-fn without_shader(trees: &[Tree], place: usize) -> Option<Note> {
+fn without_shader(plan: &Plan, trees: &[Tree], place: usize) -> Option<Note> {
     let planes = |(n, tree): (i32, &Tree)| Some((tree.ladder.levels.get(place)?.plain?, n));
     let all = (1..).zip(trees).filter_map(planes).filter(|(plain, _)| plain.coverage < PLAIN);
     let (Measured { coverage, pixels, .. }, n) = all.min_by(|a, b| a.0.coverage.total_cmp(&b.0.coverage))?;
     let message = format!(
-        "without an impostor's shader its two planes cover {coverage:.2} of number {n} at {pixels} pixels: use the shader \
-         (examples/engines), or give the atlas a larger `size`"
+        "without an impostor's shader its two planes cover {coverage:.2} of {} at {pixels} pixels: use the shader \
+         (examples/engines), or give the atlas a larger `size`",
+        plan.called(n)
     );
-    Some(Note { about: format!("lods[{place}]"), message })
+    Some(Note::new(format!("lods[{place}]"), message))
 }
 
 /// What is told of the tree that lost most of its leaves' area to its bound on triangles: leaves grow to twice their length at
@@ -177,10 +183,11 @@ fn bared(plan: &Plan, trees: &[Tree], drawn: &dyn Fn(&Leaf) -> f32) -> Option<No
     let trees = || (1..).zip(trees).filter_map(left).filter(|left| left.0 < BARED);
     let (share, n, triangles) = (plan.mesh.most < ANY).then(trees)?.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let message = format!(
-        "number {n} keeps {share:.2} of its leaves' area in {triangles} triangles, though leaves are twice as long as they \
-         were: raise `most`, or ask for a smaller `density` in `foliage`"
+        "{} keeps {share:.2} of its leaves' area in {triangles} triangles, though leaves are twice as long as they \
+         were: raise `most`, or ask for a smaller `density` in `foliage`",
+        plan.called(n)
     );
-    Some(Note { about: "mesh.most".to_owned(), message })
+    Some(Note::new("mesh.most", message))
 }
 
 #[cfg(test)]
@@ -237,14 +244,14 @@ mod tests {
         assert_eq!(told([None, Some(0.71), None]), []);
         let found = told([Some(0.1), Some(0.71), Some(0.69)]);
         assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].about == "variants[2]" && found[0].message.contains("number 3"), "{found:?}");
+        assert!(found[0].about == "variants[2]" && found[0].message.contains("poles_003"), "{found:?}");
         assert!(found[0].message.contains("overlap by 0.69"), "{found:?}");
         // And one of which more would have wilted than may.
         let spared = [0.3, 0.2, 0.005].map(|spared| Tree { spared, ..tree.clone() });
         let mut found = notes(&plan, &spared, &|_| 1.0);
         found.retain(|note| note.message.starts_with("its sketch"));
         assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].about == "variants[1]" && found[0].message.contains("20 % more of the foliage of number 2"));
+        assert!(found[0].about == "variants[1]" && found[0].message.contains("20 % more of the foliage of poles_002"));
     }
 
     #[test]
@@ -335,7 +342,7 @@ mod tests {
         // Nearly 150 of four times the area; then half of all, and no larger for it than need be.
         let few = told(600);
         assert!(
-            few.len() == 1 && few[0].starts_with("number 1 keeps 0.60") && few[0].contains("area in 599"),
+            few.len() == 1 && few[0].starts_with("poles_001 keeps 0.60") && few[0].contains("area in 599"),
             "{few:?}"
         );
         assert_eq!(told(2400), Vec::<String>::new());
@@ -354,15 +361,15 @@ mod tests {
             builder.leaf(Leaf::new(stem, i as f32 / 60.0, turned, 0.6, 0));
         }
         let plant = builder.finish().expect("a leafy pole");
-        let (_, tree) = made(&plant, "lods: [Full, Impostor(frames: 8)]", None);
+        let (plan, tree) = made(&plant, "lods: [Full, Impostor(frames: 8)]", None);
         let measured = tree.ladder.levels[1].plain.expect("planes are measured");
         let is_full = tree.ladder.levels[0].plain.is_none();
         assert!(measured.coverage > 0.2 && measured.iou > 0.1 && is_full, "{measured:?}");
         let told = |coverage: f32| {
             let mut ladder = (*tree.ladder).clone();
             ladder.levels[1].plain = Some(Measured { coverage, ..measured });
-            without_shader(&[Tree { ladder: Arc::new(ladder), ..tree.clone() }], 1).map(|note| note.message)
+            without_shader(&plan, &[Tree { ladder: Arc::new(ladder), ..tree.clone() }], 1).map(|note| note.message)
         };
-        assert!(told(0.5).is_some_and(|note| note.contains("cover 0.50 of number 1")) && told(0.9).is_none());
+        assert!(told(0.5).is_some_and(|note| note.contains("cover 0.50 of poles_001")) && told(0.9).is_none());
     }
 }

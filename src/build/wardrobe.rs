@@ -246,7 +246,7 @@ impl Wardrobe {
             "the largest picture of leaves has {is} of {was} texels along its edge, so that the levels that are baked have room; a \
              larger `size` leaves it more"
         );
-        Some(Note { about: "atlas".to_owned(), message })
+        Some(Note::new("atlas", message))
     }
 
     /// How a variant gets its leaves; none for a frame, which is made of plants with leaves.

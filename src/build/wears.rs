@@ -108,7 +108,7 @@ fn one_bark(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Option<Note> {
             named(first.0)
         )
     };
-    Some(Note { about: "bark".to_owned(), message })
+    Some(Note::new("bark", message))
 }
 
 /// Names the fields of `foliage` that are told and do nothing, as all trees have leaves of their own.
@@ -140,7 +140,7 @@ fn idle(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Option<Note> {
         ));
     }
     let message = format!("{} {have} no effect, as all leaves are the imports' own: {}", list(&all), help.join("; "));
-    Some(Note { about: "foliage".to_owned(), message })
+    Some(Note::new("foliage", message))
 }
 
 /// Names what is to turn the leaves of sources none of which has any green.

@@ -15,6 +15,8 @@ use crate::preset::nearest;
 
 /// What is said of a file that is not there.
 const NONE: &str = "there is no such file";
+/// What is said of a file that a clone without Git LFS, or one that skipped it, has in the place of a large one.
+const POINTER: &str = "it is a Git LFS pointer, not the file itself: run `git lfs pull`";
 /// Most entries of a folder that are looked through for the one that was meant.
 const MOST_ENTRIES: usize = 4096;
 
@@ -84,6 +86,8 @@ impl World {
             (None, Source::Memory) => Err(NONE.to_owned()),
             (None, Source::Disk) => self.allowed(&path).and_then(|()| read_bounded(&path, self.limits.file)),
         };
+        let found = found
+            .and_then(|(bytes, stamp)| if is_pointer(&bytes) { Err(POINTER.to_owned()) } else { Ok((bytes, stamp)) });
         let (result, stamp) = match found {
             Ok((bytes, stamp)) => (Ok(bytes), stamp),
             Err(why) => (Err(why), None),
@@ -178,6 +182,11 @@ fn missing(path: &Path) -> String {
     }
 }
 
+/// Whether a file only says where Git LFS keeps the one that is meant.
+fn is_pointer(bytes: &[u8]) -> bool {
+    bytes.len() < 1024 && bytes.starts_with(b"version https://git-lfs.github.com/spec/")
+}
+
 fn read_bounded(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Stamp>), String> {
     let explain = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => missing(path),
@@ -223,6 +232,18 @@ mod tests {
         assert_eq!(world.read("a/./c/../b.ron").unwrap(), b"text");
         assert_eq!(world.read("Cargo.toml").unwrap_err(), NONE);
         assert_eq!(world.reads().len(), 2);
+    }
+
+    #[test]
+    fn what_stands_for_a_large_file_is_told_as_that_until_the_file_comes() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "version https://git-lfs.github.com/spec/v1\noid sha256:12ab\nsize 9000000\n";
+        fs::write(folder.path().join("oak.glb"), text).unwrap();
+        let world = World::at(folder.path());
+        assert!(world.read("oak.glb").unwrap_err().contains("git lfs pull"));
+        assert_eq!(world.reads()[&folder.path().join("oak.glb")], None);
+        fs::write(folder.path().join("oak.glb"), "glTF").unwrap();
+        assert_eq!(world.read("oak.glb").unwrap(), b"glTF");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::preset::plan::ElasticParams;
 
 /// Turns a few source trees and a preset into a set of engine-ready tree variants.
 #[derive(Debug, Parser)]
-#[command(name = "treewright", version, max_term_width = 100)]
+#[command(name = "treewright", version, max_term_width = 100, after_help = CODES)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -95,12 +95,20 @@ pub(super) struct Jobs {
     jobs: Option<u16>,
 }
 
-impl Jobs {
-    /// Before anything runs on a thread.
-    pub(super) fn apply(&self) -> Result<(), Failure> {
-        let Some(jobs) = self.jobs else { return Ok(()) };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs));
-        pool.build_global().map_err(|e| Failure::Other(e.to_string()))
+impl Command {
+    /// Starts the threads that work is spread over, before anything runs on them: where the system has too few left, whoever first
+    /// needs them would panic.
+    pub(super) fn start_threads(&self) -> Result<(), Failure> {
+        let jobs = match self {
+            Self::Build(build) => build.jobs.jobs,
+            Self::Watch(watch) => watch.jobs.jobs,
+            #[cfg(feature = "preview")]
+            Self::Preview(preview) => preview.jobs.jobs,
+            _ => None,
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from));
+        let hint = if jobs.is_some() { "ask for fewer --jobs" } else { "set RAYON_NUM_THREADS to a smaller number" };
+        pool.build_global().map_err(|e| Failure::Other(format!("the system gives no more threads ({e}): {hint}")))
     }
 }
 
@@ -111,34 +119,53 @@ pub(super) enum MessageFormat {
     Json,
 }
 
-/// What may be taken of the machine.
-#[derive(Debug, Args)]
-pub(super) struct LimitArguments {
+/// What may be read.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ReadArguments {
     /// Largest file that is read; K, M, G mean 1024 each.
     #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = size)]
     max_file: u64,
-    /// Most bytes of finished stages that are kept in memory between steps and rebuilds.
-    #[arg(long, value_name = "SIZE", default_value = "768M", value_parser = size)]
-    max_memory: u64,
     /// Reads no file outside of this folder, wherever a preset's paths and links lead: for presets of strangers.
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
 }
 
+impl ReadArguments {
+    pub(super) fn limits(&self) -> Limits {
+        Limits { file: self.max_file, root: self.root.clone(), ..Limits::default() }
+    }
+}
+
+/// What may be taken of the machine.
+#[derive(Debug, Args)]
+pub(super) struct LimitArguments {
+    #[command(flatten)]
+    read: ReadArguments,
+    /// Most bytes of finished stages that are kept in memory between steps and rebuilds.
+    #[arg(long, value_name = "SIZE", default_value = "768M", value_parser = size)]
+    max_memory: u64,
+}
+
 impl LimitArguments {
     pub(super) fn limits(&self) -> Limits {
         let memory = usize::try_from(self.max_memory).unwrap_or(usize::MAX);
-        Limits { file: self.max_file, memory, root: self.root.clone() }
+        Limits { memory, ..self.read.limits() }
     }
 }
 
 /// What is limited, for `--help`.
 const LIMITS: &str = "\
-Limits: a preset or species is at most 4 MB of text with 100,000 values, nested at most 64 deep; a set has at most 64
-sources, 4096 variants and 8 levels of detail; an atlas has at most 8192 x 8192 pixels; a path is
-relative and at most 512 letters long, a name at most 64; a mesh names no file above the preset's folder; numbers have
-the ranges that `treewright schema` tells. --root, --max-file, --max-memory, --cache-limit and --jobs bound what a build takes of the
-machine. Whatever is beyond a limit is an error that names it, within a second.";
+Limits: a preset or species is at most 4 MB of text with 100,000 values, nested at most 64 deep; a set has at most 64 \
+sources, 4096 variants and 8 levels of detail; an atlas has at most 8192 x 8192 pixels; a path is relative and at most 512 \
+letters long, a name at most 64; a mesh names no file above the preset's folder; numbers have the ranges that `treewright \
+schema` tells. --root, --max-file, --max-memory, --cache-limit and --jobs bound what a build takes of the machine. Whatever is \
+beyond a limit is an error that names it, within a second.
+
+Exit codes: 0 done, 1 a preset, an input or the output folder is wrong, or with --check a set is not what its preset makes; \
+2 wrong usage. A set is written whole or not at all; of its files those that somebody else wrote or marked read-only are \
+never replaced.";
+/// What a command ends with, for `--help`.
+const CODES: &str = "Exit codes: 0 done, 1 a preset, an input or an output is wrong, 2 wrong usage.";
 
 #[derive(Debug, Args)]
 pub(super) struct CacheFolder {
@@ -200,6 +227,8 @@ pub(super) struct PlanArguments {
     /// What Ninja runs.
     #[arg(long, value_name = "COMMAND", default_value = "treewright")]
     pub(super) program: String,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 /// How a plan is written.
@@ -228,6 +257,8 @@ pub(super) struct StepArguments {
     /// The folder that the set is written to.
     #[arg(long, value_name = "DIR", required_if_eq("what", "set"))]
     pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 /// What a step makes.
@@ -290,6 +321,8 @@ pub(super) struct CheckArguments {
     /// Preset files, or folders whose *.ron files are presets.
     #[arg(required = true, value_name = "PRESET|DIR")]
     pub(super) presets: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 #[derive(Debug, Args)]
@@ -317,6 +350,8 @@ pub(super) struct DistanceArguments {
     /// Seed that species files are grown with.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 /// Which branches are taken for the same, as `matching` of a preset's `Geodesic` says. Wang et al. (2018) have 0.1, 0 and 0.
@@ -394,6 +429,8 @@ pub(super) struct EstimateArguments {
     /// The species file that is written; without it the text goes to standard output.
     #[arg(short, long, value_name = "FILE")]
     pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 #[derive(Debug, Args)]
@@ -423,6 +460,8 @@ pub(super) struct InspectArguments {
     /// Also plots that as SVG.
     #[arg(long, value_name = "FILE", requires = "morph_to")]
     pub(super) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) limits: ReadArguments,
 }
 
 #[derive(Debug, Args)]

@@ -6,13 +6,10 @@ use super::args::{BuildArguments, CheckArguments};
 use super::over::{Kind, may_replace, write_over};
 use super::report::{Failure, Meter, print};
 use crate::base::counted;
-use crate::build::{
-    BuildOptions, Builder, GALLERY, Outcome, SetState, SetStatus, depfile, draw_specimens, find_presets, gallery,
-};
+use crate::build::{BuildOptions, Builder, Outcome, SetState, SetStatus, depfile, draw_specimens, find_presets};
 
 /// Builds every preset that was named.
 pub(super) fn run(arguments: &BuildArguments) -> Result<(), Failure> {
-    arguments.jobs.apply()?;
     let options = BuildOptions {
         cache: arguments.cache.options(),
         force: arguments.force,
@@ -87,11 +84,11 @@ fn show(
     if folders.is_empty() || !arguments.out.is_dir() {
         return Ok(());
     }
-    let refused = |e| Failure::Other(format!("can't write {}: {e}", arguments.out.join(GALLERY).display()));
+    let refused = |found| Failure::Diagnostics(vec![found]);
     for folder in folders {
         draw_specimens(folder, &arguments.out, &arguments.limits.limits(), &builder.cache()).map_err(refused)?;
     }
-    gallery(&arguments.out, presets).map(drop).map_err(refused)
+    builder.gallery(presets).map(drop).map_err(refused)
 }
 
 /// Tells what a build would do, or what is not as it should be.
@@ -116,6 +113,6 @@ fn tell(arguments: &BuildArguments, meter: &Meter, status: &[SetStatus]) -> Resu
 
 /// Reads every preset that was named and what it names, and reports all errors.
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
-    let good = crate::build::check(&find_presets(&arguments.presets)?)?;
+    let good = crate::build::check(&find_presets(&arguments.presets)?, &arguments.limits.limits())?;
     print(&format!("{} good\n", counted(good, "preset is", "presets are")))
 }

@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &CacheArguments) -> Result<(), Failure> {
 }
 
 fn named(cache: &CacheFolder) -> Result<CacheOptions, Failure> {
-    let none = || Failure::Other("which cache? Give --cache DIR, or set TREEWRIGHT_CACHE".to_owned());
+    let none = || Failure::Usage("which cache? Give --cache DIR, or set TREEWRIGHT_CACHE".to_owned());
     cache.options().ok_or_else(none)
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::args::{DistanceArguments, DistanceFormat, DistanceMetric};
 use super::inspect::read_file;
-use super::over::{Kind, write_over};
+use super::over::{Kind, may_write, write_over};
 use super::report::{Failure, print};
 use crate::blend::shape::{Comparison, Metric, Size, dendrogram, distance_matrix, linkage};
 use crate::plant::Plant;
@@ -12,8 +12,12 @@ use crate::preset::plan::Facing;
 
 /// Measures, prints and draws.
 pub(super) fn run(arguments: &DistanceArguments) -> Result<(), Failure> {
+    if let Some(path) = &arguments.dendrogram {
+        may_write(path, Kind::Drawing, &arguments.files)?;
+    }
+    let limits = arguments.limits.limits();
     let read: Vec<Result<(String, Plant), Failure>> =
-        arguments.files.par_iter().map(|path| read_file(path, arguments.seed)).collect();
+        arguments.files.par_iter().map(|path| read_file(path, arguments.seed, &limits)).collect();
     let (mut names, mut plants) = (Vec::new(), Vec::new());
     let mut wrong = Vec::new();
     for found in read {

@@ -5,14 +5,17 @@
 
 use super::args::EstimateArguments;
 use super::inspect::read_file;
-use super::over::write_new;
+use super::over::{may_make, write_new};
 use super::report::{Failure, Meter, print};
 use crate::base::Diagnostic;
 use crate::source::estimate::estimate;
 
 /// Estimates one file.
 pub(super) fn run(arguments: &EstimateArguments) -> Result<(), Failure> {
-    let (file, plant) = read_file(&arguments.file, 1)?;
+    if let Some(path) = &arguments.out {
+        may_make(path)?;
+    }
+    let (file, plant) = read_file(&arguments.file, 1, &arguments.limits.limits())?;
     let estimate = estimate(&plant).map_err(|e| {
         let hint = "it needs a tree with a trunk and branches";
         Failure::Diagnostics(vec![Diagnostic::new(&file, format!("can't be grown like: {e}")).with_hint(hint)])

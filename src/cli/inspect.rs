@@ -10,13 +10,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::args::{InspectArguments, SymmetryMetric};
-use super::over::{Kind, write_over};
+use super::over::{Kind, may_write, write_over};
 use super::report::{Failure, print};
 use crate::bake::{PictureInfo, picture_info};
 use crate::base::{Diagnostic, Seed, counted};
 use crate::blend::shape::Reflection;
 use crate::blend::{self, Pace};
-use crate::build::World;
+use crate::build::{Limits, World};
 use crate::export::{self, Curve};
 use crate::plant::{Distribution, Plant, PlantStats, dump, trunk_support, undump};
 use crate::preset::plan::{ChainPath, ElasticParams, ImportParams, MatchParams, PatternParams};
@@ -53,10 +53,20 @@ struct Inspected<'a> {
 pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     let file = arguments.file.to_string_lossy().replace('\\', "/");
     let one = |message: String| Failure::Diagnostics(vec![Diagnostic::new(&file, message)]);
-    let folder = World::at(arguments.file.parent().unwrap_or(Path::new("")));
-    let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
-    let name = name.unwrap_or_default();
-    let bytes = folder.read(&name).map_err(one)?;
+    let limits = arguments.limits.limits();
+    // Before any work that a wrong name would waste.
+    if let Some(path) = &arguments.dump {
+        may_write(path, Kind::Dump, std::slice::from_ref(&arguments.file))?;
+    }
+    if let (Some(path), Some(other)) = (&arguments.plot, &arguments.morph_to) {
+        may_write(path, Kind::Drawing, &[arguments.file.clone(), other.clone()])?;
+    }
+    if arguments.elastic.is_told() && !arguments.symmetry {
+        return Err(Failure::Usage(
+            "--epsilon, --direction and --length say how --symmetry measures: give that, too".to_owned(),
+        ));
+    }
+    let (folder, bytes) = read(&arguments.file, &limits).map_err(one)?;
     let mut inspected = Inspected {
         file: file.clone(),
         kind: "glb".to_owned(),
@@ -87,11 +97,6 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
         let plant = plant.as_ref().ok_or_else(|| one(format!("a {} holds no plant to dump", inspected.kind)))?;
         write_over(path, dump(plant).as_bytes(), Kind::Dump, std::slice::from_ref(&arguments.file))?;
     }
-    if arguments.elastic.is_told() && !arguments.symmetry {
-        return Err(Failure::Usage(
-            "--epsilon, --direction and --length say how --symmetry measures: give that, too".to_owned(),
-        ));
-    }
     if arguments.symmetry {
         let path = match arguments.metric {
             SymmetryMetric::Qed => ChainPath::Straight,
@@ -103,7 +108,7 @@ pub(super) fn run(arguments: &InspectArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.morph_to {
         let from = plant.ok_or_else(|| one(format!("a {} holds no plant to morph", inspected.kind)))?;
-        let (name, to) = read_file(path, arguments.seed)?;
+        let (name, to) = read_file(path, arguments.seed, &limits)?;
         let morph = morph_support(from, to).map_err(one)?;
         if let Some(out) = &arguments.plot {
             let curve = |name: &str, values: &[f32]| Curve { name: name.to_owned(), values: values.to_vec() };
@@ -166,13 +171,23 @@ fn morph_support(from: Plant, to: Plant) -> Result<MorphSupport, String> {
 }
 
 /// Reads a plant from any file that holds or describes one: the file's name as it is shown, and the plant.
-pub(super) fn read_file(path: &Path, seed: u64) -> Result<(String, Plant), Failure> {
+pub(super) fn read_file(path: &Path, seed: u64, limits: &Limits) -> Result<(String, Plant), Failure> {
     let file = path.to_string_lossy().replace('\\', "/");
-    let folder = World::at(path.parent().unwrap_or(Path::new("")));
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let bytes = folder.read(&name).map_err(|why| Failure::Diagnostics(vec![Diagnostic::new(&file, why)]))?;
+    let (folder, bytes) = read(path, limits).map_err(|why| Failure::Diagnostics(vec![Diagnostic::new(&file, why)]))?;
     let (_, plant, _) = read_plant(&file, &bytes, &folder, seed)?;
     Ok((file, plant))
+}
+
+/// A file's folder and bytes.
+fn read(path: &Path, limits: &Limits) -> Result<(World, Vec<u8>), String> {
+    // `.` has no name in its folder.
+    if path.is_dir() {
+        return Err("it is a folder; name a file in it".to_owned());
+    }
+    let folder = World::within(path.parent().unwrap_or(Path::new("")), limits.clone());
+    let name = path.file_name().unwrap_or_default().to_str().ok_or("its name is not UTF-8 text: rename it")?;
+    let bytes = folder.read(name)?;
+    Ok((folder, bytes))
 }
 
 /// A plant out of any file that holds or describes one; a species' shapes are read from `folder`.

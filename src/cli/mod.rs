@@ -30,11 +30,11 @@ pub fn run() -> ExitCode {
     // clap ends the process with 2 on wrong usage, with 0 on --help and --version.
     let arguments = Arguments::parse();
     let mut json = false;
-    let result = match arguments.command {
-        Command::Build(build) => {
-            json = build.message_format == args::MessageFormat::Json;
-            build::run(&build)
-        }
+    if let Command::Build(build) = &arguments.command {
+        json = build.message_format == args::MessageFormat::Json;
+    }
+    let result = arguments.command.start_threads().and_then(|()| match arguments.command {
+        Command::Build(build) => build::run(&build),
         Command::Cache(cache) => cache::run(&cache),
         Command::Check(check) => build::check(&check),
         Command::Distance(distance) => distance::run(&distance),
@@ -51,7 +51,7 @@ pub fn run() -> ExitCode {
             args::SchemaOf::Messages => report::print(messages::DESCRIBED),
         },
         Command::Watch(watch) => watch::run(&watch),
-    };
+    });
     let code = match &result {
         Ok(()) => 0,
         Err(report::Failure::Usage(_)) => 2,

@@ -55,9 +55,28 @@ fn wrong(path: &Path, why: &str) -> Failure {
     Failure::Other(format!("can't write {}: {why}", path.display()))
 }
 
-/// Writes a file that is not there yet.
+/// Fails where a file can't be made anew.
+pub(super) fn may_make(path: &Path) -> Result<(), Failure> {
+    if fs::symlink_metadata(path).is_ok() {
+        Err(wrong(path, "it exists; give another name, or remove it first"))
+    } else {
+        has_folder(path)
+    }
+}
+
+/// Fails where a file's folder is not there.
+fn has_folder(path: &Path) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if folder.is_dir() { Ok(()) } else { Err(wrong(path, &format!("there is no folder {}", folder.display()))) }
+}
+
+/// Writes a file that is not there yet, whole or not at all.
 pub(super) fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
-    let written = File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
+    let written = File::create_new(path).and_then(|mut file| {
+        let written = file.write_all(text.as_bytes());
+        drop(file);
+        written.inspect_err(|_| drop(fs::remove_file(path)))
+    });
     written.map_err(|e| {
         wrong(path, &if e.kind() == ErrorKind::AlreadyExists { "it exists".to_owned() } else { e.to_string() })
     })
@@ -80,14 +99,20 @@ pub(super) fn may_replace(path: &Path, kind: Kind) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file, whole or not at all, over one of its name and kind; never over what it is made from.
-pub(super) fn write_over(path: &Path, bytes: &[u8], kind: Kind, made_from: &[PathBuf]) -> Result<(), Failure> {
+/// Fails where [`write_over`] would: asked before the work that it is to write.
+pub(super) fn may_write(path: &Path, kind: Kind, made_from: &[PathBuf]) -> Result<(), Failure> {
     if let Ok(there) = path.canonicalize()
         && made_from.iter().any(|file| file.canonicalize().is_ok_and(|file| file == there))
     {
         return Err(wrong(path, "it is what is read; give another name"));
     }
     may_replace(path, kind)?;
+    has_folder(path)
+}
+
+/// Writes a file, whole or not at all, over one of its name and kind; never over what it is made from.
+pub(super) fn write_over(path: &Path, bytes: &[u8], kind: Kind, made_from: &[PathBuf]) -> Result<(), Failure> {
+    may_write(path, kind, made_from)?;
     replace(path, bytes).map_err(|e| wrong(path, &e.to_string()))
 }
 

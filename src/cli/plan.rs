@@ -11,7 +11,7 @@ use crate::build::{self, BuildOptions, Builder, Shard, Share, find_presets, make
 /// Prints the graph.
 pub(super) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     let presets = find_presets(&arguments.presets)?;
-    let steps = build::plan(&presets, &arguments.out, &arguments.parts)?;
+    let steps = build::plan(&presets, &arguments.out, &arguments.parts, &arguments.limits.limits())?;
     match arguments.format {
         PlanFormat::Ninja => print(&ninja(&steps, &arguments.program)?),
         PlanFormat::Json => {
@@ -35,7 +35,7 @@ pub(super) fn step(arguments: &StepArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.part else { return wrong("this step writes a part: give --part FILE") };
     may_replace(path, Kind::Part)?;
     let given = given(arguments)?;
-    let bytes = make_part(&arguments.preset, share, &given)?;
+    let bytes = make_part(&arguments.preset, share, &given, &arguments.limits.limits())?;
     write(path, &bytes, &given)
 }
 
@@ -43,8 +43,8 @@ pub(super) fn step(arguments: &StepArguments) -> Result<(), Failure> {
 fn set(arguments: &StepArguments) -> Result<(), Failure> {
     let Some(out) = &arguments.out else { return Err(Failure::Usage("a set needs --out DIR".to_owned())) };
     let presets = find_presets(std::slice::from_ref(&arguments.preset))?;
-    let builder =
-        Builder::of_parts(BuildOptions::new(out), &given(arguments)?).map_err(|e| Failure::Other(e.to_string()))?;
+    let options = BuildOptions { limits: arguments.limits.limits(), ..BuildOptions::new(out) };
+    let builder = Builder::of_parts(options, &given(arguments)?).map_err(|e| Failure::Other(e.to_string()))?;
     let meter = Meter::new(MessageFormat::Text);
     let result = builder.build(&presets, &|progress| meter.take(&progress));
     meter.finish();

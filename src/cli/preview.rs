@@ -12,7 +12,6 @@ use crate::watch::WatchOptions;
 
 /// Serves until the process is interrupted.
 pub(super) fn run(arguments: &PreviewArguments) -> Result<(), Failure> {
-    arguments.jobs.apply()?;
     if !arguments.folder.is_dir() {
         return Err(Failure::Other(format!("{} is not a folder", arguments.folder.display())));
     }

@@ -233,7 +233,7 @@ fn summary(folder: &Path, outcome: &crate::build::Outcome) -> String {
         }
     }
     for note in &outcome.notes {
-        text += &format!("\n  note: {}: {}", note.about, note.message);
+        text += &format!("\n  note: {note}");
     }
     text
 }

@@ -10,7 +10,6 @@ use crate::watch::{Event, Next, WatchOptions, Watcher};
 
 /// Watches until the process is interrupted.
 pub(super) fn run(arguments: &WatchArguments) -> Result<(), Failure> {
-    arguments.jobs.apply()?;
     if !arguments.folder.is_dir() {
         return Err(Failure::Other(format!("{} is not a folder", arguments.folder.display())));
     }
@@ -42,7 +41,7 @@ pub(super) fn tell(meter: &Meter, event: &Event<'_>) {
             meter.line("the old set stays");
         }
         Event::Orphaned(status) => meter.status(status, false),
-        Event::Unwritten { page, why } => meter.line(&format!("can't write {}: {why}", page.display())),
+        Event::Unwritten(found) => failure(&Failure::Diagnostics(vec![found.clone()])),
         Event::Polling { every, why } => {
             let why = why.as_ref().map(|why| format!("{why}; ")).unwrap_or_default();
             meter.line(&format!("{why}the files are looked at every {} ms", every.as_millis()));

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::base::Groups;
+
 /// Most cells; a larger box gets larger cells.
 const MOST_CELLS: f32 = 2_000_000.0;
 
@@ -48,19 +50,8 @@ impl Lattice {
 
     /// Sorts points by cell, each cell's in their order: where each cell's start, one more than cells, and the points.
     pub(super) fn sort(&self, points: &[Vec3]) -> (Vec<u32>, Vec<u32>) {
-        let mut starts = vec![0_u32; self.count() + 1];
         let cells: Vec<u32> = points.iter().map(|&p| self.index(self.place(p)) as u32).collect();
-        cells.iter().for_each(|&at| starts[at as usize + 1] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut next = starts.clone();
-        let mut items = vec![0_u32; points.len()];
-        for (i, &at) in (0..).zip(&cells) {
-            let slot = &mut next[at as usize];
-            items[*slot as usize] = i;
-            *slot += 1;
-        }
+        let Groups { starts, items } = Groups::of(self.count(), cells.into_iter().zip(0..));
         (starts, items)
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::colonize::Shoot;
-use crate::base::math;
+use crate::base::{Groups, math};
 use crate::plant::{ALLOMETRIC_EXPONENT, ChainId, Crown, Curve, Plant, PlantBuilder, Posed, frame_at};
 use crate::preset::plan::{DressParams, USUAL_LEAF_SHARE};
 
@@ -220,7 +220,9 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
             load[parent as usize] += load[i];
         }
     }
-    let children = Children::of(shoots);
+    // The shoots that grew from each, in their order.
+    let grown = (0..).zip(shoots).filter_map(|(i, shoot)| Some((shoot.parent?, i)));
+    let children = Groups::of(shoots.len(), grown);
     let root = |load: f64| math::pow64(load, 1.0 / f64::from(ALLOMETRIC_EXPONENT)) as f32;
     // Nearly all loads are those of a few tips.
     let known: Vec<(f64, f32)> = (0..64)
@@ -240,7 +242,7 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
     // Chains to be made, parents first: (first node, base, parent chain, location, frame there, most radius).
     let mut work = Vec::new();
     for (i, start) in wood.starts.iter().enumerate() {
-        for &child in children.of_shoot(i as u32) {
+        for &child in children.get(i) {
             let frame = posed.frame(start.chain, start.location);
             work.push((child, start.position, start.chain, start.location, frame, start.radius));
         }
@@ -251,7 +253,7 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
         next += 1;
         let mut path = vec![node];
         let mut end = node;
-        while let Some(&on) = children.of_shoot(end).first() {
+        while let Some(&on) = children.get(end as usize).first() {
             path.push(on);
             end = on;
         }
@@ -266,14 +268,14 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
             *last *= 0.6;
         }
         let id = builder.branch(parent, location, &points, &radii);
-        if path.iter().all(|&n| children.of_shoot(n).len() < 2) {
+        if path.iter().all(|&n| children.get(n as usize).len() < 2) {
             continue;
         }
         let curve = Curve::new(&points);
         let frames = curve.frames(frame);
         let parameters = curve.parameters();
         for (k, &n) in path.iter().enumerate() {
-            for &side in children.of_shoot(n).iter().skip(1) {
+            for &side in children.get(n as usize).iter().skip(1) {
                 let t = (parameters[k + 1] as f32).clamp(0.0, 1.0);
                 let station = frame_at(&frames, t);
                 work.push((side, shoots[n as usize].position, id, t, station, radii[k + 1]));
@@ -283,45 +285,14 @@ pub(super) fn add(plant: &Plant, posed: &Posed, wood: &Wood, shoots: &[Shoot]) -
     builder.finish().unwrap_or_else(|_| plant.clone())
 }
 
-/// The shoots that grew from each shoot, in their order.
-struct Children {
-    /// Where each shoot's start in `all`; one more than shoots.
-    starts: Vec<u32>,
-    all: Vec<u32>,
-}
-
-impl Children {
-    fn of(shoots: &[Shoot]) -> Self {
-        let mut starts = vec![0_u32; shoots.len() + 1];
-        shoots.iter().filter_map(|s| s.parent).for_each(|p| starts[p as usize + 1] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut next = starts.clone();
-        let mut all = vec![0_u32; starts[shoots.len()] as usize];
-        for (i, shoot) in shoots.iter().enumerate() {
-            if let Some(parent) = shoot.parent {
-                let slot = &mut next[parent as usize];
-                all[*slot as usize] = i as u32;
-                *slot += 1;
-            }
-        }
-        Self { starts, all }
-    }
-
-    fn of_shoot(&self, shoot: u32) -> &[u32] {
-        &self.all[self.starts[shoot as usize] as usize..self.starts[shoot as usize + 1] as usize]
-    }
-}
-
 /// A twig's nodes without those that lie between others within `tolerance`; forks and the tip stay.
-fn straightened(path: &[u32], base: Vec3, shoots: &[Shoot], children: &Children, tolerance: f32) -> Vec<u32> {
+fn straightened(path: &[u32], base: Vec3, shoots: &[Shoot], children: &Groups, tolerance: f32) -> Vec<u32> {
     let mut kept: Vec<u32> = Vec::with_capacity(path.len());
     for (k, &node) in path.iter().enumerate() {
         let next = path.get(k + 1).map(|&n| shoots[n as usize].position);
         let before = kept.last().map_or(base, |&n| shoots[n as usize].position);
         let stays = match next {
-            _ if children.of_shoot(node).len() > 1 => true,
+            _ if children.get(node as usize).len() > 1 => true,
             None => true,
             Some(next) => {
                 let p = shoots[node as usize].position - before;

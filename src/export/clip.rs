@@ -214,8 +214,7 @@ impl Build<'_> {
 
     fn moves(&mut self, moves: &[Vec3]) -> Index<json::Accessor> {
         let (low, high) = moves.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-        let bytes: Vec<u8> = moves.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
-        let view = self.writer.vertex_view(bytes.into_iter());
+        let view = self.writer.array_view(moves.iter().map(|p| p.to_array().map(f32::to_le_bytes)));
         let index = self.writer.accessor(view, moves.len(), ComponentType::F32, Type::Vec3);
         let accessor = &mut self.writer.root.accessors[index.value()];
         accessor.min = Some(serde_json::json!(low.to_array()));
@@ -224,7 +223,7 @@ impl Build<'_> {
     }
 
     fn numbers(&mut self, numbers: &[f32], count: usize, shape: Type) -> Index<json::Accessor> {
-        let view = self.writer.plain_view(numbers.iter().flat_map(|v| v.to_le_bytes()));
+        let view = self.writer.plain_view(numbers.iter().map(|v| [v.to_le_bytes()]));
         self.writer.accessor(view, count, ComponentType::F32, shape)
     }
 
@@ -395,5 +394,15 @@ mod tests {
         assert!(clip_glb(&ClipIn { keys: &keys, times: &[0.0, 0.0], ..clip }).is_err());
         assert!(clip_glb(&ClipIn { keys: &keys[..1], times: &[0.0], ..clip }).is_err());
         assert!(clip_glb(&ClipIn { keys: &keys, wood: &Mesh::default(), ..clip }).is_err());
+        // Of leaves, too: one mesh a key, and each as many vertices as its neighbours.
+        let whole = |mesh: &Mesh| ClipLeaves { mesh: mesh.clone(), around: [None, Some(key(mesh))] };
+        let mut more = mesh.clone();
+        more.append(&mesh);
+        let clip = ClipIn { keys: &keys, ..clip };
+        assert!(clip_glb(&ClipIn { leaves: &[whole(&mesh), whole(&more)], ..clip }).is_ok());
+        assert!(clip_glb(&ClipIn { leaves: &[whole(&mesh)], ..clip }).is_err());
+        let unlike = ClipLeaves { mesh: mesh.clone(), around: [None, Some(key(&more))] };
+        let error = clip_glb(&ClipIn { leaves: &[unlike, whole(&more)], ..clip }).unwrap_err().to_string();
+        assert!(error.contains("another number of vertices"), "{error}");
     }
 }

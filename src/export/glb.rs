@@ -302,65 +302,54 @@ impl<'a> Writer<'a> {
         }
     }
 
-    pub(super) fn vertex_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
-        self.view(bytes, json::buffer::Target::ArrayBuffer)
-    }
-
-    /// As [`vertex_view`](Self::vertex_view), of values of `N` numbers each.
-    fn array_view<const B: usize, const N: usize>(
+    /// Of vertices: values of `N` numbers each.
+    pub(super) fn array_view<const B: usize, const N: usize>(
         &mut self,
         values: impl Iterator<Item = [[u8; B]; N]>,
     ) -> Index<json::buffer::View> {
-        let start = self.append_arrays(values);
-        self.viewed(start, json::buffer::Target::ArrayBuffer)
+        self.view(values, Some(json::buffer::Target::ArrayBuffer))
     }
 
     fn index_view<const B: usize>(&mut self, values: impl Iterator<Item = [[u8; B]; 1]>) -> Index<json::buffer::View> {
-        let start = self.append_arrays(values);
-        self.viewed(start, json::buffer::Target::ElementArrayBuffer)
-    }
-
-    /// As [`append`](Self::append), several bytes at a time: most of what a file takes.
-    fn append_arrays<const B: usize, const N: usize>(&mut self, values: impl Iterator<Item = [[u8; B]; N]>) -> usize {
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        let start = self.bin.len();
-        self.bin.reserve(values.size_hint().0 * B * N);
-        values.for_each(|value| self.bin.extend_from_slice(value.as_flattened()));
-        start
+        self.view(values, Some(json::buffer::Target::ElementArrayBuffer))
     }
 
     /// Of what is no vertex and no index, as the values of an animation.
-    pub(super) fn plain_view(&mut self, bytes: impl Iterator<Item = u8>) -> Index<json::buffer::View> {
-        let view = self.view(bytes, json::buffer::Target::ArrayBuffer);
-        self.root.buffer_views[view.value()].target = None;
-        view
+    pub(super) fn plain_view<const B: usize>(
+        &mut self,
+        values: impl Iterator<Item = [[u8; B]; 1]>,
+    ) -> Index<json::buffer::View> {
+        self.view(values, None)
     }
 
-    /// Appends bytes to the binary chunk, from a multiple of four on.
-    fn view(&mut self, bytes: impl Iterator<Item = u8>, target: json::buffer::Target) -> Index<json::buffer::View> {
-        let start = self.append(bytes);
-        self.viewed(start, target)
-    }
-
-    /// The view of what was appended last.
-    fn viewed(&mut self, start: usize, target: json::buffer::Target) -> Index<json::buffer::View> {
+    fn view<const B: usize, const N: usize>(
+        &mut self,
+        values: impl Iterator<Item = [[u8; B]; N]>,
+        target: Option<json::buffer::Target>,
+    ) -> Index<json::buffer::View> {
+        let start = self.append(values);
         self.root.push(json::buffer::View {
             buffer: Index::new(0),
             byte_length: USize64::from(self.bin.len() - start),
             byte_offset: Some(USize64::from(start)),
             byte_stride: None,
             name: None,
-            target: Some(Valid(target)),
+            target: target.map(Valid),
             extensions: None,
             extras: None,
         })
     }
 
-    /// Appends bytes to the binary chunk, from a multiple of four on; gives back where they start.
-    pub(super) fn append(&mut self, bytes: impl Iterator<Item = u8>) -> usize {
+    /// Appends values to the binary chunk, from a multiple of four on; gives back where they start.
+    pub(super) fn append<const B: usize, const N: usize>(
+        &mut self,
+        values: impl Iterator<Item = [[u8; B]; N]>,
+    ) -> usize {
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
         let start = self.bin.len();
-        self.bin.extend(bytes);
+        self.bin.reserve(values.size_hint().0 * B * N);
+        // Several bytes at a time: most of what a file takes.
+        values.for_each(|value| self.bin.extend_from_slice(value.as_flattened()));
         start
     }
 
@@ -368,7 +357,7 @@ impl<'a> Writer<'a> {
     pub(super) fn plain_mesh(&mut self, name: &str, points: &[Vec3], triangles: &[u32]) -> Index<json::Mesh> {
         use json::accessor::{ComponentType, Type};
         let (low, high) = points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-        let view = self.vertex_view(points.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes));
+        let view = self.array_view(points.iter().map(|p| p.to_array().map(f32::to_le_bytes)));
         let positions = self.accessor(view, points.len(), ComponentType::F32, Type::Vec3);
         let accessor = &mut self.root.accessors[positions.value()];
         accessor.min = Some(serde_json::json!(low.to_array()));

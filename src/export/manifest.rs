@@ -23,7 +23,8 @@ pub struct Manifest {
     pub set: String,
     /// Hash of the version, the plan and the inputs that the set was made from: 64 hexadecimal digits.
     pub key: String,
-    /// The preset's seed.
+    /// The preset's seed. All 64 bits: readers that keep JSON's numbers as doubles, as JavaScript and Godot do, round those
+    /// above 2^53.
     pub seed: u64,
     /// One a variant, in the preset's order.
     pub variants: Vec<VariantEntry>,
@@ -138,7 +139,7 @@ pub struct VariantEntry {
     /// Its files for each engine; empty where the set is written for `Generic` alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assets: Vec<AssetEntry>,
-    /// Seed of its own randomness.
+    /// Seed of its own randomness; see [`Manifest::seed`].
     pub seed: u64,
     /// How it was made: the preset's words and the weights that were used.
     pub recipe: serde_json::Value,

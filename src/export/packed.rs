@@ -173,7 +173,7 @@ impl Writer<'_> {
 
     /// A view of the fallback buffer, which holds nothing, with the packed bytes in its extension.
     fn push_packed(&mut self, encoded: &[u8], count: usize, size: usize, mode: &str) -> Index<json::buffer::View> {
-        let start = self.append(encoded.iter().copied());
+        let start = self.append(encoded.iter().map(|byte| [[*byte]]));
         let fallback = self.unpacked.next_multiple_of(8);
         self.unpacked = fallback + count * size;
         let vertices = mode == "ATTRIBUTES";

@@ -36,6 +36,14 @@ pub enum PngKind {
 }
 
 impl PngKind {
+    /// What the codecs call it.
+    pub(super) const fn color(self) -> image::ExtendedColorType {
+        match self {
+            Self::Rgb => image::ExtendedColorType::Rgb8,
+            Self::Rgba => image::ExtendedColorType::Rgba8,
+        }
+    }
+
     const fn channels(self) -> usize {
         match self {
             Self::Rgb => 3,
@@ -101,19 +109,15 @@ pub fn encode(pixels: &[u8], width: u32, height: u32, kind: PngKind) -> Result<V
 /// Those of [`encode`].
 pub fn encode_quickly(pixels: &[u8], width: u32, height: u32, kind: PngKind) -> Result<Vec<u8>, ExportError> {
     check(pixels, (width, height), kind)?;
-    let color = match kind {
-        PngKind::Rgb => image::ExtendedColorType::Rgb8,
-        PngKind::Rgba => image::ExtendedColorType::Rgba8,
-    };
     let mut out = Vec::new();
     PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Sub)
-        .write_image(pixels, width, height, color)
+        .write_image(pixels, width, height, kind.color())
         .map_err(|e| ExportError::Picture { width, height, what: e.to_string() })?;
     Ok(out)
 }
 
 /// Whether pixels fill a picture that has some.
-fn check(pixels: &[u8], (width, height): (u32, u32), kind: PngKind) -> Result<(), ExportError> {
+pub(super) fn check(pixels: &[u8], (width, height): (u32, u32), kind: PngKind) -> Result<(), ExportError> {
     let wanted = u64::from(width).checked_mul(u64::from(height)).and_then(|n| n.checked_mul(kind.channels() as u64));
     if wanted == Some(pixels.len() as u64) && !pixels.is_empty() {
         return Ok(());

@@ -3,7 +3,7 @@
 //! WebP is lossless, by the `image` crate, on one thread a map: the texels are the PNG's, alpha under clear ones included.
 
 use super::ExportError;
-use super::png::PngKind;
+use super::png::{self, PngKind};
 use crate::preset::plan::{Backs, TextureFormat};
 
 /// How file names of a format end.
@@ -83,18 +83,11 @@ impl SetMaterials {
 ///
 /// When the number of bytes isn't width × height × channels, or a side is 0 or above 16,384.
 pub fn webp(pixels: &[u8], width: u32, height: u32, kind: PngKind) -> Result<Vec<u8>, ExportError> {
-    let (color, channels) = match kind {
-        PngKind::Rgb => (image::ExtendedColorType::Rgb8, 3),
-        PngKind::Rgba => (image::ExtendedColorType::Rgba8, 4),
-    };
-    let wrong = |what: String| ExportError::Picture { width, height, what };
-    if (u64::from(width) * u64::from(height)).checked_mul(channels) != Some(pixels.len() as u64) || pixels.is_empty() {
-        return Err(wrong(format!("{} bytes do not fill it", pixels.len())));
-    }
+    png::check(pixels, (width, height), kind)?;
     let mut out = Vec::new();
     image::codecs::webp::WebPEncoder::new_lossless(&mut out)
-        .encode(pixels, width, height, color)
-        .map_err(|error| wrong(error.to_string()))?;
+        .encode(pixels, width, height, kind.color())
+        .map_err(|error| ExportError::Picture { width, height, what: error.to_string() })?;
     Ok(out)
 }
 

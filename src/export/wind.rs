@@ -36,7 +36,7 @@ impl Writer<'_> {
             sets.push(leaves().collect());
         }
         for (k, pairs) in sets.into_iter().enumerate() {
-            let view = self.vertex_view(pairs.iter().flatten().flat_map(|v| v.to_le_bytes()));
+            let view = self.array_view(pairs.iter().map(|pair| pair.map(f32::to_le_bytes)));
             let accessor = self.accessor(view, count, ComponentType::F32, Type::Vec2);
             primitive.attributes.insert(Valid(Semantic::TexCoords(first + k as u32)), accessor);
         }
@@ -51,7 +51,7 @@ impl Writer<'_> {
     ) {
         let shape = if N == 2 { Type::Vec2 } else { Type::Vec4 };
         let count = values.clone().count();
-        let view = self.vertex_view(values.flatten().flat_map(f32::to_le_bytes));
+        let view = self.array_view(values.map(|value| value.map(f32::to_le_bytes)));
         let accessor = self.accessor(view, count, ComponentType::F32, shape);
         primitive.attributes.insert(Valid(Semantic::Extras(name.to_owned())), accessor);
     }

@@ -27,6 +27,8 @@ static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// Extent that meshes are scaled to for xatlas: it leaves out triangles of less than an area that is the same for all.
 const EXTENT: f32 = 1000.0;
+/// Texels between charts.
+const PADDING: u32 = 2;
 /// How often charts are packed anew for less room, and how much less than it seems to take.
 const PACKED: usize = 8;
 const TIGHTER: f32 = 0.95;
@@ -78,7 +80,7 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<u32, Lig
     }
     let packing = |texels_per_unit: f32, resolution: u32| PackOptions {
         max_chart_size: 0,
-        padding: 2,
+        padding: PADDING,
         texels_per_unit,
         resolution,
         bilinear: true,
@@ -90,8 +92,11 @@ pub fn unwrap_lightmap(level: &mut TreeMesh, resolution: u32) -> Result<u32, Lig
     };
     atlas.generate(&ChartOptions::default(), &packing(0.0, resolution));
     let taken = |atlas: &Xatlas<'_>| atlas.width().max(atlas.height()).max(1);
+    // A chart takes a texel at least: more than there is room for no packing holds, and each try takes as long as all else.
+    let room = u64::from(resolution) * u64::from(resolution);
+    let fits = u64::from(atlas.chart_count()) * u64::from((1 + PADDING) * (1 + PADDING)) <= room;
     // xatlas reckons without the room between charts, which is most of it where there are thousands.
-    for _ in 0..PACKED {
+    for _ in 0..if fits { PACKED } else { 0 } {
         let (edge, density) = (taken(&atlas), atlas.texels_per_unit());
         if edge <= resolution || density <= 0.0 {
             break;

@@ -512,10 +512,10 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
     // Who asks for winter and no leaves at all knows. Whether sources bring leaves is known once they are read.
     let unknown = !is_made || wear != Wear::All;
     let falls = season == Season::Winter && unknown && own_density < asked;
-    let winter = falls.then(|| Note { about: "foliage.season".to_owned(), message: BARE_IN_WINTER.to_owned() });
+    let winter = falls.then(|| Note::new("foliage.season", BARE_IN_WINTER));
     let turn = color.map(|color| LeafTurn::Colors { first: color, last: color }).or(season.turn()).filter(|_| unknown);
     let unsaid = season == Season::Autumn && color.is_none() && unknown && asked > 0.0;
-    let turned = unsaid.then(|| Note { about: "foliage.season".to_owned(), message: TURNED.to_owned() });
+    let turned = unsaid.then(|| Note::new("foliage.season", TURNED));
     let huge = huge(&dress, leaf).filter(|_| is_made && !matches!(wear, Wear::Source(_)));
     let notes = winter.into_iter().chain(turned).chain(huge).collect();
     let told =
@@ -526,14 +526,14 @@ pub(super) fn foliage(fields: &Reader<'_, '_>, sources: &Named) -> Option<Foliag
 /// What is told of a leaf that is far longer than such leaves are.
 fn huge(dress: &DressParams, leaf: &LeafKind) -> Option<Note> {
     let times = dress.leaf_size / leaf.size;
-    (times > HUGE).then(|| Note {
-        about: "foliage.size".to_owned(),
-        message: format!(
+    let message = || {
+        format!(
             "{} m is {times:.0} times as long as such leaves are ({} m), and pictures of them are up to seven leaves high: tell \
              the length of one leaf",
             dress.leaf_size, leaf.size
-        ),
-    })
+        )
+    };
+    (times > HUGE).then(|| Note::new("foliage.size", message()))
 }
 
 /// The source that a `From` names, for `what` it is to bring.

@@ -107,6 +107,13 @@ pub struct Profile {
     pub textures: TextureFormat,
 }
 
+impl Plan {
+    /// What a variant's files are called; the first is number 1.
+    pub(crate) fn called(&self, number: i32) -> String {
+        format!("{}_{number:03}", self.name)
+    }
+}
+
 impl From<Engine> for Profile {
     /// With PNG.
     fn from(engine: Engine) -> Self {

@@ -425,8 +425,10 @@ impl SpeciesFiles<'_> {
             Err(reason) => {
                 let hint = if reason.contains("UTF-8") {
                     "a species file is text: save it as UTF-8"
-                } else {
+                } else if reason.contains("no such file") {
                     "paths are relative to the preset's folder"
+                } else {
+                    ""
                 };
                 report.at(item.span(), &item.path, format!("can't read {path}: {reason}"), hint);
                 None

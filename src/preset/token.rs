@@ -46,6 +46,15 @@ pub(super) struct Lexer<'t> {
     pub(super) torn: bool,
 }
 
+/// What lines begin with that a version control leaves where it could not merge.
+const CONFLICT: [&str; 4] = ["<<<<<<<", "=======", ">>>>>>>", "|||||||"];
+
+/// Whether a character looks like a space or like nothing.
+fn is_unseen(c: char) -> bool {
+    c.is_whitespace()
+        || matches!(c, '\u{AD}' | '\u{200B}'..='\u{200D}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{2069}' | '\u{FEFF}')
+}
+
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
         // Some editors put a byte-order mark before UTF-8; it says nothing.
@@ -182,6 +191,17 @@ impl<'t> Lexer<'t> {
                 self.take_while(|c| c != '\n');
             } else if self.rest.starts_with("/*") {
                 self.block_comment();
+            } else if self.column == 1 && CONFLICT.iter().any(|mark| self.rest.starts_with(mark)) {
+                let start = self.here();
+                self.take_while(|c| c != '\n');
+                let hint = "keep one of its sides, and remove the lines that begin with <, =, > or |";
+                self.fault(self.since(start), "a conflict that a merge left", hint);
+            } else if let Some(c) = self.peek().filter(|c| is_unseen(*c)) {
+                // Pasted from a page or a chat; what was meant is plain, so it is read as a blank.
+                let start = self.here();
+                self.take_while(is_unseen);
+                let message = format!("a blank that is none to readers of text, U+{:04X}", u32::from(c));
+                self.fault(self.since(start), message, "delete it, and type a plain space where there is to be one");
             } else {
                 return;
             }

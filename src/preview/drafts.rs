@@ -335,7 +335,7 @@ impl Workshop {
 /// What a build would tell of what is shown; of mixes and drawings, which change while they are looked at, nothing.
 fn notes(studio: &Studio, show: &Show) -> Vec<String> {
     let told = studio.notes().into_iter().filter_map(|note| match show {
-        Show::Source(name) => (note.about == *name).then_some(note.message),
+        Show::Source(name) => (note.about == format!("sources[\"{name}\"]")).then_some(note.message),
         Show::Variant(_) => Some(format!("{}: {}", note.about, note.message)),
         Show::Mix(_) | Show::Sketch { .. } => None,
     });

@@ -112,7 +112,7 @@ impl Project {
                 json!({ "what": "building", "preset": preset.file })
             }
             Event::Build(progress) => return self.progress(&progress),
-            Event::Orphaned(_) | Event::Unwritten { .. } => return None,
+            Event::Orphaned(_) | Event::Unwritten(_) => return None,
             Event::Failed(error) => self.failed(&error),
             Event::Polling { every, why } => {
                 self.polling =

@@ -25,8 +25,6 @@ use crate::base::{SvgError, counted, read_svg};
 pub(super) const MOST_POINTS: usize = 100_000;
 /// Most crossings of its outlines: clipping takes some ten microseconds for each.
 const MOST_CROSSINGS: usize = 100_000;
-/// Most groups in one another.
-const DEEPEST: usize = 200;
 /// Straight pieces of a curve.
 const PIECES: u32 = 12;
 /// Ends nearer than this share of a line's length count as one.
@@ -100,8 +98,8 @@ impl Drawing {
             SvgError::TooLarge { found, what, most } => SketchError::TooLarge { found, what, most },
         })?;
         let mut reading = Reading::default();
-        let mut work = vec![(tree.root(), false, 0)];
-        while let Some((group, trunk, depth)) = work.pop() {
+        let mut work = vec![(tree.root(), false)];
+        while let Some((group, trunk)) = work.pop() {
             for node in group.children() {
                 match node {
                     usvg::Node::Group(group) if is_called(group.id(), "foot") => {
@@ -110,11 +108,9 @@ impl Drawing {
                     usvg::Node::Path(path) if is_called(path.id(), "foot") => {
                         reading.foot = reading.foot.or(middle(path.abs_bounding_box()));
                     }
-                    usvg::Node::Group(group) if depth < DEEPEST => {
-                        work.push((group, trunk || is_trunk(group.id()), depth + 1));
-                    }
+                    usvg::Node::Group(group) => work.push((group, trunk || is_trunk(group.id()))),
                     usvg::Node::Path(path) if path.is_visible() => reading.path(path, trunk || is_trunk(path.id()))?,
-                    usvg::Node::Group(_) | usvg::Node::Image(_) | usvg::Node::Text(_) => reading.skipped += 1,
+                    usvg::Node::Image(_) | usvg::Node::Text(_) => reading.skipped += 1,
                     _ => {}
                 }
             }
@@ -241,10 +237,7 @@ impl Reading {
         }
         if self.skipped > 0 {
             let are = if self.skipped == 1 { "is" } else { "are" };
-            notes.push(format!(
-                "{} of its pictures, texts, further open lines and groups within {DEEPEST} others {are} not read",
-                self.skipped
-            ));
+            notes.push(format!("{} of its pictures, texts and further open lines {are} not read", self.skipped));
         }
         for regions in [&self.crown, &self.trunk] {
             clippable(&regions.iter().flat_map(Region::rings).map(<[Vec2]>::to_vec).collect::<Vec<_>>())?;

@@ -60,6 +60,17 @@ fn likeness(plant: &Plant, azimuth: f32, target: &Region) -> f32 {
 }
 
 #[test]
+fn groups_in_groups_are_read_as_deep_as_any_program_writes_them() {
+    let nested = |n: usize| {
+        format!("{}<circle cx=\"5\" cy=\"5\" r=\"4\"/>{}", "<g opacity=\"0.9\">".repeat(n), "</g>".repeat(n))
+    };
+    assert!((drawing(&nested(900)).crown.area() - 50.0).abs() < 1.0);
+    let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 10 10\">{}</svg>", nested(20_000));
+    let error = Drawing::read(text.as_bytes()).unwrap_err();
+    assert!(error.to_string().contains("lie too deep in one another"), "{error}");
+}
+
+#[test]
 fn a_ball_takes_the_shape_of_a_heart_and_of_a_triangle_better_than_by_one_cage() {
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for body in [HEART, TRIANGLE] {

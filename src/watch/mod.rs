@@ -25,8 +25,7 @@ use notify::{ErrorKind, EventKind, RecommendedWatcher, RecursiveMode, Watcher as
 
 use crate::base::{Diagnostic, Key};
 use crate::build::{
-    BuildError, BuildOptions, Builder, CacheOptions, GALLERY, Limits, Progress, SetStatus, draw_specimens,
-    find_presets, gallery,
+    BuildError, BuildOptions, Builder, CacheOptions, Limits, Progress, SetStatus, draw_specimens, find_presets,
 };
 use crate::build::{Names, stamp};
 use poll::Seen;
@@ -37,6 +36,9 @@ use poll::Seen;
 /// right one.
 const SETTLED: Duration = Duration::from_millis(4);
 const QUIET: Duration = Duration::from_millis(25);
+/// The same while one of the files is gone: programs that remove a picture and rename another to its name, and scanners that hold
+/// it in between, take longer, and nobody who deletes a file waits for what comes of it.
+const GONE: Duration = Duration::from_millis(200);
 /// The longest that events which never cease are waited for.
 const PATIENCE: Duration = Duration::from_millis(250);
 /// How often files are looked at where the system does not tell.
@@ -84,13 +86,8 @@ pub enum Event<'a> {
     },
     /// The preset of a set is gone; told once.
     Orphaned(&'a SetStatus),
-    /// The page that shows all sets can't be written.
-    Unwritten {
-        /// The page.
-        page: PathBuf,
-        /// Why.
-        why: String,
-    },
+    /// A file of the page that shows all sets can't be written.
+    Unwritten(Diagnostic),
     /// All is built; waiting for a file to be saved.
     Idle {
         /// How many files the sets were made from.
@@ -300,8 +297,8 @@ impl Watcher {
         // Where nothing was built, there is nothing to show.
         if self.out.is_dir() {
             let drawn = draw_specimens(&self.folder, &self.out, &self.limits, &self.builder.cache());
-            if let Err(error) = drawn.and_then(|_| gallery(&self.out, &presets)) {
-                tell(Event::Unwritten { page: self.out.join(GALLERY), why: error.to_string() });
+            if let Err(error) = drawn.and_then(|_| self.builder.gallery(&presets)) {
+                tell(Event::Unwritten(error));
             }
         }
         let orphans = self.builder.orphans(&folders, &presets);
@@ -348,8 +345,7 @@ impl Watcher {
         let begin = Instant::now();
         let mut last = begin;
         while self.concerns_us(&burst.paths) && begin.elapsed() < PATIENCE {
-            let quiet = if burst.begun.is_empty() { SETTLED } else { QUIET };
-            let Some(left) = (last + quiet).checked_duration_since(Instant::now()) else { break };
+            let Some(left) = (last + burst.quiet()).checked_duration_since(Instant::now()) else { break };
             let Ok(event) = self.events.recv_timeout(left) else { break };
             // Reading raises events too, and others write beside what is read: neither is waited for.
             if self.hear(event, &mut burst) {
@@ -428,6 +424,17 @@ struct Burst {
     paths: BTreeSet<PathBuf>,
     /// Those that may not be whole yet.
     begun: BTreeSet<PathBuf>,
+}
+
+impl Burst {
+    /// How long it must be quiet.
+    fn quiet(&self) -> Duration {
+        match self.begun.iter().all(|path| path.symlink_metadata().is_ok()) {
+            false => GONE,
+            true if self.begun.is_empty() => SETTLED,
+            true => QUIET,
+        }
+    }
 }
 
 /// Whether a file is not what it was when it was read at `start` or later.
@@ -537,7 +544,18 @@ mod tests {
         let mut burst = Burst::default();
         let mut hear = |kind: EventKind, path: &Path| {
             let ours = watcher.hear(Ok(Event::new(kind).add_path(path.to_path_buf())), &mut burst);
-            (ours, burst.begun.is_empty())
+            let whole = burst.begun.is_empty();
+            assert_eq!(
+                burst.quiet(),
+                if whole {
+                    SETTLED
+                } else if preset.exists() {
+                    QUIET
+                } else {
+                    GONE
+                }
+            );
+            (ours, whole)
         };
         let write = EventKind::Modify(ModifyKind::Data(DataChange::Any));
         let [closed, read] =
@@ -553,6 +571,7 @@ mod tests {
         // Renamed away and another one to its name.
         assert_eq!(hear(renamed(RenameMode::From), &preset), (true, false));
         assert_eq!(hear(renamed(RenameMode::To), &preset), (true, true));
+        std::fs::remove_file(&preset).unwrap();
         assert_eq!(hear(EventKind::Remove(notify::event::RemoveKind::File), &preset), (true, false));
         assert!([preset, beside].iter().all(|path| burst.paths.contains(&absolute(path))));
     }

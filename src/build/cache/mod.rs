@@ -216,7 +216,7 @@ impl Cache {
     }
 
     fn note(&self, message: String) {
-        let note = Note { about: "cache".to_owned(), message };
+        let note = Note::new("cache", message);
         self.notes.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(note);
     }
 }

@@ -13,6 +13,8 @@ type Value = Arc<dyn Any + Send + Sync>;
 #[derive(Debug, Default)]
 pub(super) struct Recent {
     values: BTreeMap<Key, Kept>,
+    /// The keys by when they were used: a build under a small bound forgets as often as it keeps.
+    by_use: BTreeMap<u64, Key>,
     uses: u64,
     weight: usize,
 }
@@ -29,7 +31,9 @@ impl Recent {
     pub(super) fn get(&mut self, key: Key) -> Option<Value> {
         self.uses += 1;
         let kept = self.values.get_mut(&key)?;
+        self.by_use.remove(&kept.used);
         kept.used = self.uses;
+        self.by_use.insert(self.uses, key);
         Some(kept.value.clone())
     }
 
@@ -39,10 +43,12 @@ impl Recent {
         self.weight += weight;
         if let Some(old) = self.values.insert(key, Kept { used: self.uses, weight, value }) {
             self.weight -= old.weight;
+            self.by_use.remove(&old.used);
         }
+        self.by_use.insert(self.uses, key);
         while self.weight > most && self.values.len() > 1 {
-            let oldest = self.values.iter().min_by_key(|(_, kept)| kept.used).map(|(key, _)| *key);
-            let Some(old) = oldest.and_then(|key| self.values.remove(&key)) else { return };
+            let oldest = self.by_use.pop_first();
+            let Some(old) = oldest.and_then(|(_, key)| self.values.remove(&key)) else { return };
             self.weight -= old.weight;
         }
     }
@@ -66,6 +72,6 @@ mod tests {
         recent.insert(keys[3], Arc::new(3), 1000, 100);
         assert!(recent.get(keys[3]).is_some() && recent.get(keys[2]).is_none());
         recent.insert(keys[3], Arc::new(4), 1, 100);
-        assert_eq!(recent.weight, 1);
+        assert_eq!((recent.weight, recent.values.len(), recent.by_use.len()), (1, 1, 1));
     }
 }

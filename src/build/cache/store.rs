@@ -123,8 +123,11 @@ impl Store {
                 Ok(()) => return Ok(()),
             }
         }
-        // Not kept; that is no reason to keep nothing more.
-        Ok(())
+        // Not kept; that is no reason to keep nothing more, unless no such folder can be.
+        if self.folder.is_dir() {
+            return Ok(());
+        }
+        Err(CacheError { path: self.folder.clone(), what: "made", source: io::ErrorKind::NotFound.into() })
     }
 
     /// Where an entry is written first.
@@ -141,6 +144,10 @@ impl Store {
     /// Removes entries that were used longest ago until all are within four fifths of the limit, where they are beyond
     /// it, and parts of processes that died.
     pub(super) fn trim(&self) -> Result<(), CacheError> {
+        // What can't be written was told, and did not grow.
+        if self.refused.load(Ordering::Relaxed) {
+            return Ok(());
+        }
         let mut entries = entries(&self.folder)?;
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
         let now = clock();

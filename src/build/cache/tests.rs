@@ -119,6 +119,16 @@ fn a_folder_that_can_not_be_written_is_told_once_and_stops_nothing() {
     let notes = cache.take_notes();
     assert!(notes.len() == 1 && notes[0].message.contains("can't be written"), "{notes:?}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    #[cfg(unix)]
+    {
+        let nowhere = folder.path().join("nowhere");
+        std::os::unix::fs::symlink("gone/cache", &nowhere).unwrap();
+        let cache = Cache::new(Some(&options(&nowhere)));
+        assert_eq!((ask(&cache, 1), ask(&cache, 2)), (1, 1));
+        cache.trim();
+        let notes = cache.take_notes();
+        assert!(notes.len() == 1 && notes[0].message.contains("nowhere can't be made"), "{notes:?}");
+    }
     assert_eq!(stats(&folder.path().join("none")).unwrap(), CacheStats::default());
 }
 

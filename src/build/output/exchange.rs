@@ -7,7 +7,8 @@
 //! old folder between the linking and the swap is carried over.
 //!
 //! The mark, a file in the new folder, tells on which side of the swap a build was cut off: it lists what of the old
-//! folder was replaced or removed, so that everything else there is known to be somebody else's.
+//! folder was replaced or removed, so that everything else there is known to be somebody else's, and the inodes of what was
+//! linked, so that no clock is asked whether somebody saved another file under that name since.
 //!
 //! Limits: where the file system can't swap or link, where the set's folder is a link, holds folders (which can't be
 //! linked), may not be written or belongs to another user, and on systems other than Linux, the caller goes on to the journal.
@@ -16,16 +17,44 @@
 //! name or look at times see changed files only: what is linked keeps its inode and times. The manifest's hashes tell
 //! what changed in any case.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use super::{Hand, OutputError, is_ours, stamp};
 
 /// Name of the mark.
 pub(super) const MARK: &str = ".treewright-exchange.json";
+
+/// What the mark holds.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Mark {
+    /// The names of the old folder that were replaced or removed.
+    gone: BTreeSet<String>,
+    /// The inodes of those that were linked.
+    linked: BTreeMap<String, u64>,
+}
+
+impl Mark {
+    /// One that isn't ours names nothing; an earlier version's names what is gone.
+    fn read(bytes: &[u8]) -> Self {
+        let of_names = || serde_json::from_slice(bytes).map(|gone| Self { gone, ..Self::default() });
+        serde_json::from_slice(bytes).or_else(|_| of_names()).unwrap_or_default()
+    }
+
+    /// Whether a file in the old folder was saved there after it was linked, and nothing else was in the new one since.
+    fn was_saved(&self, name: Option<&str>, old: &Path, new: &Path) -> bool {
+        let (was, now) = (inode(old), inode(new));
+        match name.and_then(|name| self.linked.get(name)) {
+            Some(linked) => was != Some(*linked) && (now.is_none() || now == Some(*linked)),
+            None => now.is_none() || was != now && is_newer(old, new),
+        }
+    }
+}
 
 /// Where the new folder is made, beside the old one.
 pub(super) fn next(folder: &Path) -> Option<PathBuf> {
@@ -94,7 +123,12 @@ fn prepared(
     others: &[OsString],
 ) -> Result<bool, OutputError> {
     let gone: BTreeSet<&str> = write.iter().map(|(name, _)| *name).chain(remove.iter().map(String::as_str)).collect();
-    let mark = serde_json::to_vec(&gone).expect("names serialize");
+    let is_replaced = |name: &OsString| name.to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
+    let others: Vec<&OsString> = others.iter().filter(|name| !is_replaced(name)).collect();
+    let linked =
+        others.iter().filter_map(|name| Some((name.to_str()?.to_owned(), inode(&folder.join(name))?))).collect();
+    let mark = Mark { gone: gone.iter().map(|name| (*name).to_owned()).collect(), linked };
+    let mark = serde_json::to_vec(&mark).expect("names and numbers serialize");
     hand.write(&next.join(MARK), &mark)?;
     if !is_alike(folder, next) {
         return Ok(false);
@@ -103,10 +137,7 @@ fn prepared(
         hand.write(&next.join(name), bytes)?;
     }
     for name in others {
-        let replaced = name.to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
-        if !replaced {
-            hand.step(&folder.join(name), || fs::hard_link(folder.join(name), next.join(name)))?;
-        }
+        hand.step(&folder.join(name), || fs::hard_link(folder.join(name), next.join(name)))?;
     }
     Ok(true)
 }
@@ -131,9 +162,8 @@ pub(super) fn settle(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> 
     if next.join(MARK).exists() {
         discard(hand, &next)?;
     } else if let Ok(bytes) = stamp::bytes(&mark) {
-        // A mark comes with the folder, so it is whole; one that isn't ours names nothing.
-        let gone: BTreeSet<String> = serde_json::from_slice(&bytes).unwrap_or_default();
-        clear_old(hand, folder, &next, &gone)?;
+        // A mark comes with the folder, so it is whole.
+        clear_old(hand, folder, &next, &Mark::read(&bytes))?;
     } else if next.exists() {
         // Cut off before the mark: empty. What is not empty is nobody's that we know.
         let _ = fs::remove_dir(&next);
@@ -155,13 +185,14 @@ fn give_way(folder: &Path) {
 }
 
 /// Clears the old folder after a swap, and carries over what somebody saved there meanwhile.
-fn clear_old(hand: &mut Hand, folder: &Path, old: &Path, gone: &BTreeSet<String>) -> Result<(), OutputError> {
+fn clear_old(hand: &mut Hand, folder: &Path, old: &Path, mark: &Mark) -> Result<(), OutputError> {
     give_way(old);
     for entry in fs::read_dir(old).into_iter().flatten().flatten() {
         let (from, to) = (entry.path(), folder.join(entry.file_name()));
-        let replaced = entry.file_name().to_str().is_some_and(|name| gone.contains(name) || is_ours(name));
-        let keep = !replaced && !is_same_file(&from, &to) && is_newer(&from, &to);
-        if keep {
+        let name = entry.file_name();
+        let name = name.to_str();
+        let replaced = name.is_some_and(|name| mark.gone.contains(name) || is_ours(name));
+        if !replaced && mark.was_saved(name, &from, &to) {
             hand.rename(&from, &to)?;
         } else {
             hand.remove(&from)?;
@@ -177,10 +208,10 @@ fn remove_folder(hand: &mut Hand, folder: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// Whether the first was changed after the second, or there is no second.
+/// Whether the first was changed after the second: asked only where the mark does not know the file.
 fn is_newer(first: &Path, second: &Path) -> bool {
     let time = |path: &Path| fs::symlink_metadata(path).and_then(|metadata| metadata.modified()).ok();
-    time(second).is_none() || time(first) > time(second)
+    time(first) > time(second)
 }
 
 #[cfg(target_os = "linux")]
@@ -189,11 +220,11 @@ fn swap(first: &Path, second: &Path) -> io::Result<()> {
     Ok(renameat_with(CWD, first, CWD, second, RenameFlags::EXCHANGE)?)
 }
 
+/// The inode of what has a name; both folders lie on one device.
 #[cfg(target_os = "linux")]
-fn is_same_file(first: &Path, second: &Path) -> bool {
+fn inode(path: &Path) -> Option<u64> {
     use std::os::unix::fs::MetadataExt;
-    let inode = |path: &Path| fs::symlink_metadata(path).map(|m| (m.dev(), m.ino())).ok();
-    inode(first).is_some() && inode(first) == inode(second)
+    fs::symlink_metadata(path).map(|metadata| metadata.ino()).ok()
 }
 
 /// Gives the new folder the rights of the old; whether it has the same owner and lies on the same device.
@@ -211,8 +242,8 @@ fn swap(_: &Path, _: &Path) -> io::Result<()> {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn is_same_file(_: &Path, _: &Path) -> bool {
-    false
+fn inode(_: &Path) -> Option<u64> {
+    None
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -156,3 +156,30 @@ fn huge_texts_are_answered_with_few_errors() {
         assert!((1..=65).contains(&found.len()) && shown < 40_000, "{}…: {} {shown}", &text[..10], found.len());
     }
 }
+
+#[test]
+fn what_is_pasted_or_left_by_a_merge_is_told_as_that() {
+    let told = |text: &str| {
+        let found = load_with_oak(text).expect_err("it is wrong");
+        found.into_iter().map(|d| (d.span.map(|span| span.line), d.message, d.hint)).collect::<Vec<_>>()
+    };
+    let good =
+        "(\n    seed: 1,\n    sources: {\"a\": Grow(species: \"species/oak.ron\")},\n    variants: [Source(\"a\")],\n)";
+    assert!(load_with_oak(good).is_ok());
+    for (blank, name) in
+        [("\u{a0}", "U+00A0"), ("\u{200b}\u{200b}", "U+200B"), ("\u{202e}", "U+202E"), ("\u{3000}", "U+3000")]
+    {
+        let found = told(&good.replace("seed: 1", &format!("seed:{blank}1")));
+        assert!(found.len() == 1 && found[0].0 == Some(2) && found[0].1.contains(name), "{found:?}");
+    }
+    let conflict =
+        good.replace("    seed: 1,\n", "<<<<<<< HEAD\n    seed: 1,\n=======\n    seed: 2,\n>>>>>>> theirs\n");
+    let found = told(&conflict);
+    assert!(
+        found[0].0 == Some(2) && found[0].1.contains("merge") && found[0].2.contains("one of its sides"),
+        "{found:?}"
+    );
+    // However many of them there are.
+    told(&"\u{a0} /**/ ".repeat(100_000));
+    told(&"=======\n".repeat(100_000));
+}

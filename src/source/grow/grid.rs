@@ -5,6 +5,8 @@
 
 use glam::Vec3;
 
+use crate::base::Groups;
+
 /// Cells of a box.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
@@ -78,20 +80,8 @@ impl Grid {
         }
         let lattice = Lattice::covering(low, high, edge);
         let cells: Vec<u32> = points.iter().map(|&p| lattice.index(lattice.cell(p)) as u32).collect();
-        let mut starts = vec![0_u32; lattice.cells() + 1];
-        for &c in &cells {
-            starts[c as usize + 1] += 1;
-        }
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut next = starts.clone();
-        let mut order = vec![0_u32; points.len()];
-        for (i, &c) in cells.iter().enumerate() {
-            order[next[c as usize] as usize] = i as u32;
-            next[c as usize] += 1;
-        }
-        (Self { lattice, starts }, order)
+        let Groups { starts, items } = Groups::of(lattice.cells(), cells.into_iter().zip(0..));
+        (Self { lattice, starts }, items)
     }
 
     /// The points of the cells `from..=to` along x, by their places in the sorted order.

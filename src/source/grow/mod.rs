@@ -293,7 +293,7 @@ fn finished(
             String::new()
         };
         notes.push(format!(
-            "{} longer than {slenderness} times the radius shed{much}",
+            "{} longer than {slenderness} times the radius shed (`slenderness`){much}",
             counted(slim, "branch", "branches")
         ));
     }

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::grid::Lattice;
 use super::{GrowError, ObstacleMeshes};
+use crate::base::Groups;
 use crate::preset::plan::Obstacle;
 use crate::source::glb::read_glb;
 
@@ -148,12 +149,10 @@ fn segment_meets_box(from: Vec3, to: Vec3, [low, high]: [Vec3; 2]) -> bool {
 struct Mesh {
     triangles: Vec<Triangle>,
     lattice: Lattice,
-    /// Where each cell's triangles begin; one more at the end.
-    starts: Vec<u32>,
-    members: Vec<u32>,
+    /// Those of each cell.
+    members: Groups,
     /// The same for upright columns of cells, without the clearance.
-    column_starts: Vec<u32>,
-    column_members: Vec<u32>,
+    columns: Groups,
 }
 
 impl PartialEq for Mesh {
@@ -187,15 +186,14 @@ impl Mesh {
                 continue;
             }
             let columns: Vec<_> = flat.iter().map(|(a, b)| ([a[0], 0, a[2]], [b[0], 0, b[2]])).collect();
-            let ((starts, members), (column_starts, column_members)) =
-                (gather(&lattice, &near), gather(&lattice, &columns));
-            return Self { triangles, lattice, starts, members, column_starts, column_members };
+            let (members, columns) = (gather(&lattice, &near), gather(&lattice, &columns));
+            return Self { triangles, lattice, members, columns };
         }
     }
 
     fn near(&self, cell: [u32; 3]) -> impl Iterator<Item = &Triangle> {
         let i = self.lattice.index(cell);
-        self.members[self.starts[i] as usize..self.starts[i + 1] as usize].iter().map(|&t| &self.triangles[t as usize])
+        self.members.get(i).iter().map(|&t| &self.triangles[t as usize])
     }
 
     fn covers(&self, p: Vec3) -> bool {
@@ -216,7 +214,7 @@ impl Mesh {
         }
         let [x, _, z] = self.lattice.cell(p);
         let i = self.lattice.index([x, 0, z]);
-        let column = &self.column_members[self.column_starts[i] as usize..self.column_starts[i + 1] as usize];
+        let column = self.columns.get(i);
         column.iter().filter(|&&t| lies_above(&self.triangles[t as usize], p)).count() % 2 == 1
     }
 
@@ -236,30 +234,12 @@ impl Mesh {
 }
 
 /// Lists of members by cell, as one array; `boxes` are each member's first and last cell.
-fn gather(lattice: &Lattice, boxes: &[([u32; 3], [u32; 3])]) -> (Vec<u32>, Vec<u32>) {
-    let each = |visit: &mut dyn FnMut(usize, u32)| {
-        for (t, (a, b)) in boxes.iter().enumerate() {
-            for y in a[1]..=b[1] {
-                for z in a[2]..=b[2] {
-                    for x in a[0]..=b[0] {
-                        visit(lattice.index([x, y, z]), t as u32);
-                    }
-                }
-            }
-        }
+fn gather(lattice: &Lattice, boxes: &[([u32; 3], [u32; 3])]) -> Groups {
+    let each = |(t, &(a, b)): (u32, &([u32; 3], [u32; 3]))| {
+        let rows = (a[1]..=b[1]).flat_map(move |y| (a[2]..=b[2]).map(move |z| (y, z)));
+        rows.flat_map(move |(y, z)| (a[0]..=b[0]).map(move |x| (lattice.index([x, y, z]) as u32, t)))
     };
-    let mut starts = vec![0_u32; lattice.cells() + 1];
-    each(&mut |cell, _| starts[cell + 1] += 1);
-    for i in 1..starts.len() {
-        starts[i] += starts[i - 1];
-    }
-    let mut next = starts.clone();
-    let mut members = vec![0_u32; starts.last().copied().unwrap_or(0) as usize];
-    each(&mut |cell, t| {
-        members[next[cell] as usize] = t;
-        next[cell] += 1;
-    });
-    (starts, members)
+    Groups::of(lattice.cells(), (0..).zip(boxes).flat_map(each))
 }
 
 /// Whether the vertical upwards from a point meets a triangle.

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::outline::{self, ROWS};
-use crate::base::Diagnostic;
+use crate::base::{Diagnostic, Groups};
 use crate::preset::plan::UpAxis;
 use crate::source::scene;
 
@@ -231,8 +231,7 @@ struct Columns {
     low: Vec2,
     edge: f32,
     size: [u32; 2],
-    starts: Vec<u32>,
-    items: Vec<u32>,
+    cells: Groups,
 }
 
 impl Columns {
@@ -275,22 +274,12 @@ impl Columns {
                 cells /= 2;
                 continue;
             }
-            let mut starts = vec![0_u32; size[0] as usize * size[1] as usize + 1];
-            let each = |t: &[u32; 3]| {
+            let each = |(i, t): (u32, &[u32; 3])| {
                 let [(x0, x1), (z0, z1)] = covered(t);
-                (z0..=z1).flat_map(move |z| (x0..=x1).map(move |x| (z * size[0] + x) as usize))
+                (z0..=z1).flat_map(move |z| (x0..=x1).map(move |x| (z * size[0] + x, i)))
             };
-            sound.iter().flat_map(each).for_each(|c| starts[c + 1] += 1);
-            (1..starts.len()).for_each(|c| starts[c] += starts[c - 1]);
-            let mut next = starts.clone();
-            let mut items = vec![0_u32; entries];
-            for (i, t) in sound.iter().enumerate() {
-                for c in each(t) {
-                    items[next[c] as usize] = i as u32;
-                    next[c] += 1;
-                }
-            }
-            return Ok(Self { points: welded, triangles: sound, low, edge, size, starts, items });
+            let cells = Groups::of(size[0] as usize * size[1] as usize, (0..).zip(&sound).flat_map(each));
+            return Ok(Self { points: welded, triangles: sound, low, edge, size, cells });
         }
     }
 
@@ -298,7 +287,7 @@ impl Columns {
         let cell = |at: f32, low: f32, most: u32| (((at - low) / self.edge) as u32).min(most - 1);
         let (x, z) = (cell(p.x, self.low.x, self.size[0]), cell(p.z, self.low.y, self.size[1]));
         let column = (z * self.size[0] + x) as usize;
-        let items = &self.items[self.starts[column] as usize..self.starts[column + 1] as usize];
+        let items = self.cells.get(column);
         let p = p.as_dvec3();
         items.iter().filter(|&&i| self.lies_above(self.triangles[i as usize], p)).count() % 2 == 1
     }

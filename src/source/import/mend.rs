@@ -1,6 +1,6 @@
 //! Parents by id, cycles, radii: what must hold before pieces can be joined.
 
-use crate::base::{Diagnostic, Span, counted, math};
+use crate::base::{Diagnostic, Groups, Span, counted, math};
 
 use super::piece::{Piece, Read, Shape};
 use super::table::Errors;
@@ -67,47 +67,18 @@ pub(super) fn parents(read: &mut Read, file: &str, notes: &mut Vec<String>) -> R
     Ok(())
 }
 
-/// The children of all pieces, in one array.
-pub(super) struct Children {
-    first: Vec<u32>,
-    all: Vec<u32>,
-}
-
-impl Children {
-    /// By the pieces' parents, in order of index.
-    pub(super) fn of(pieces: &[Piece]) -> Self {
-        let mut first = vec![0_u32; pieces.len() + 1];
-        for parent in pieces.iter().filter_map(|p| p.parent) {
-            first[parent as usize + 1] += 1;
-        }
-        for i in 1..first.len() {
-            first[i] += first[i - 1];
-        }
-        let mut next = first.clone();
-        let mut all = vec![0_u32; first[pieces.len()] as usize];
-        for (i, piece) in pieces.iter().enumerate() {
-            if let Some(parent) = piece.parent {
-                let slot = &mut next[parent as usize];
-                all[*slot as usize] = i as u32;
-                *slot += 1;
-            }
-        }
-        Self { first, all }
-    }
-
-    /// The children of one piece.
-    pub(super) fn get(&self, piece: u32) -> &[u32] {
-        &self.all[self.first[piece as usize] as usize..self.first[piece as usize + 1] as usize]
-    }
+/// The children of all pieces, by the pieces' parents, in order of index.
+pub(super) fn children(pieces: &[Piece]) -> Groups {
+    Groups::of(pieces.len(), (0..).zip(pieces).filter_map(|(i, piece)| Some((piece.parent?, i))))
 }
 
 /// The pieces that can be reached from some roots, parents before children.
 pub(super) fn order(pieces: &[Piece], roots: &[u32]) -> Vec<u32> {
-    let children = Children::of(pieces);
+    let children = children(pieces);
     let mut order = roots.to_vec();
     let mut next = 0;
     while next < order.len() {
-        order.extend_from_slice(children.get(order[next]));
+        order.extend_from_slice(children.get(order[next] as usize));
         next += 1;
     }
     order

@@ -184,16 +184,22 @@ fn model(bytes: &[u8], file: &str, files: &Files<'_>, params: &ImportParams) -> 
             table::Kind::Cylinders(header) => cylinders::read(table, &header)?,
         }
     };
-    let whole = |message: String, hint: &str| vec![Diagnostic::new(file, message).with_hint(hint)];
     mend::parents(&mut read, file, &mut notes)?;
-    upright::stand(&mut read.pieces, params.up, &mut notes);
+    // Before the way up is told: along a ring of rows wood runs nowhere.
     let order = mend::cut_cycles(&mut read, &mut notes);
+    upright::stand(&mut read.pieces, params.up, &mut notes);
     mend::radii(&mut read.pieces, &order, &mut notes);
     let (order, joined) = connect::connect(&mut read.pieces, order, read.shape);
     let (mut nodes, gaps) = trace::trace(&read.pieces, &order, read.shape);
     let format = read.format;
     // Each form is dropped once the next is there: a plant takes as much as all of them.
     drop((read, order));
+    // What was mended on the way may be why nothing is left.
+    let mended = notes.clone();
+    let whole = |message: String, hint: &str| {
+        let why: String = mended.iter().map(|note| format!("; {note}")).collect();
+        vec![Diagnostic::new(file, message + &why).with_hint(hint)]
+    };
     let factor = upright::scale(&mut nodes, params.height, 0.0, &mut notes)
         .map_err(|message| whole(message, "the import needs a tree that rises from its base"))?;
     joined.note(factor, &mut notes);

@@ -2,6 +2,7 @@
 
 /// What a file is that holds no tree, and what helps; none for one that may hold a tree.
 pub(super) fn stranger(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    const SCENE: &str = "export the tree from it as glTF (.glb) or OBJ";
     const PICTURES: &str = "pictures belong into `foliage` and `bark`; a picture of a tree can't be imported";
     let start = bytes.trim_ascii_start();
     let starts = |magic: &[u8]| bytes.starts_with(magic);
@@ -12,6 +13,16 @@ pub(super) fn stranger(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
         () if starts(b"PK\x03\x04") => {
             ("this is a ZIP archive", "unpack it, and name the file in it that holds the tree")
         }
+        () if starts(b"Kaydara FBX Binary") || start.starts_with(b"; FBX ") => ("this is an FBX scene", SCENE),
+        () if starts(b"BLENDER") || starts(b"\x28\xb5\x2f\xfd") => {
+            ("this is a Blender scene, or packed by zstd", SCENE)
+        }
+        () if starts(b"#usda") || starts(b"PXR-USDC") => ("this is a USD scene", SCENE),
+        () if starts(b"LASF") => (
+            "this is a LAS or LAZ point cloud",
+            "reconstruct the tree first, with TreeQSM or SimpleForest say, and name the cylinders that those write",
+        ),
+        () if starts(b"\xff\xfe") || starts(b"\xfe\xff") => ("this is UTF-16 text", "save it as UTF-8"),
         () if starts(b"\x1f\x8b") => ("this is packed by gzip", "unpack it"),
         () if start.starts_with(b"<") => {
             ("this is a text of tags, as SVG and XML are", "a drawn crown belongs into a variant, `Sketch(of, crown)`")
@@ -34,6 +45,12 @@ mod tests {
             (&b"\x89PNG\r\n\x1a\n\0"[..], "PNG"),
             (b"RIFF\0\0\0\0WEBPVP8 ", "WebP"),
             (b"  <svg/>", "SVG"),
+            (b"Kaydara FBX Binary  \0\x1a\0", "FBX"),
+            (b"; FBX 7.3.0 project file\n", "FBX"),
+            (b"BLENDER-v402", "Blender"),
+            (b"#usda 1.0\n", "USD"),
+            (b"LASF\0\0", "point cloud"),
+            (b"\xff\xfe1\0 \0", "UTF-16"),
             (b"// An oak.\n(height: 3.0)", "species"),
         ] {
             assert!(stranger(bytes).is_some_and(|told| told.0.contains(part)), "{part}");

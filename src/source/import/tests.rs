@@ -204,6 +204,16 @@ fn missing_radii_are_taken_from_neighbours_and_counted() {
 }
 
 #[test]
+fn a_file_that_is_one_ring_of_parents_is_a_tree_or_told_as_a_ring() {
+    // Round the ring wood comes back to where it began, so the way up must not be told before it is cut.
+    let tree = read("1 1 0 0 0 0.1 3\n2 1 0 2 0 0.1 1\n3 1 0 4 0 0.1 2\n");
+    assert!(noted(&tree, "1 ring of rows that are their own ancestors cut, the first in line 1"), "{:?}", tree.notes);
+    assert!((tree.plant.height() - 4.0).abs() < 1e-6);
+    let found = errors("1 1 0 0 0 0.1 2\n2 1 0 0 0 0.1 1\n");
+    assert!(found[0].message.contains("1 ring of rows that are their own ancestors cut"), "{found:?}");
+}
+
+#[test]
 fn rings_are_cut_and_counted() {
     let tree =
         rows("1,0,0,0,0,0,0,1,4,0.2\n2,3,0.1,0,2,1,0,0,1,0.05\n3,2,1.1,0,2,1,0,0,1,0.04\n4,4,0.1,0,3,0,1,0,1,0.05\n");
@@ -307,7 +317,7 @@ fn what_is_not_read_is_refused_by_one_error_that_says_what_is() {
         (b"MATLAB 5.0 MAT-file, \x00", "MATLAB"),
         (b"\x89HDF\r\n\x1a\nxx", "MATLAB"),
         (b"id,parent\x00", "binary"),
-        (b"\xff\xfe\x01\x02", "neither"),
+        (b"\xff\xfe\x01\x02", "UTF-16"),
         (b"CODE:\tFORM-A\n", "no entity"),
         (b"hello world", "neither"),
         (b",,,,", "neither"),

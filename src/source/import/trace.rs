@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::mend::Children;
+use super::mend::children;
 use super::piece::{Piece, Shape, nearest_on};
 use crate::base::counted;
 
@@ -42,7 +42,7 @@ impl Gaps {
 
 /// Makes the nodes, parents before children, of the pieces in `order`.
 pub(super) fn trace(pieces: &[Piece], order: &[u32], shape: Shape) -> (Vec<Node>, Gaps) {
-    let children = Children::of(pieces);
+    let children = children(pieces);
     let mut nodes: Vec<Node> = Vec::with_capacity(order.len() + 1);
     let mut gaps = Gaps::default();
     // The node that each piece starts from, known once its parent is done; and whether it carries the parent's axis on.
@@ -71,7 +71,7 @@ pub(super) fn trace(pieces: &[Piece], order: &[u32], shape: Shape) -> (Vec<Node>
                 }
             }
         };
-        let on = continuation(pieces, piece, children.get(i));
+        let on = continuation(pieces, piece, children.get(i as usize));
         let base = nodes[from as usize].position;
         let tip = on.map_or(piece.end, |c| pieces[c as usize].start);
         let first = if carries { nodes[from as usize].radius } else { piece.radius };
@@ -81,7 +81,7 @@ pub(super) fn trace(pieces: &[Piece], order: &[u32], shape: Shape) -> (Vec<Node>
         };
         let length = base.distance(tip);
         feet.clear();
-        for &c in children.get(i) {
+        for &c in children.get(i as usize) {
             let t = if Some(c) == on { 1.0 } else { foot(&pieces[c as usize], piece, base, tip, length) };
             feet.push((t, c));
         }
