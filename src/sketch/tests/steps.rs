@@ -22,7 +22,7 @@ const SIDE: SketchViews =
 
 fn both() -> (Plant, SketchSteps) {
     let plant = ball(3);
-    let steps = steps(&plant, &[(drawing(CUT), FRONT), (drawing(TRIANGLE), SIDE)]);
+    let steps = steps(&plant, &[(drawing(HEART), FRONT), (drawing(TRIANGLE), SIDE)]);
     (plant, steps)
 }
 
