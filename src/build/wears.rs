@@ -153,11 +153,8 @@ fn unturned(plan: &Plan, sources: &[Arc<SourcePlant>]) -> Option<Note> {
     }
     let field = if plan.foliage_told.iter().any(|told| told == "color") { "color" } else { "season" };
     let is_green = leafy.any(|source| source.leaf_maps.iter().any(bake::has_green));
-    (!is_green).then(|| Note {
-        about: format!("foliage.{field}"),
-        message: "no picture that a source brings has green leaves, which alone turn: all keep their colours"
-            .to_owned(),
-    })
+    let message = "no picture that a source brings has green leaves, which alone turn: all keep their colours";
+    (!is_green).then(|| Note::new(format!("foliage.{field}"), message))
 }
 
 /// Whether dressing puts leaves on some source.
