@@ -19,7 +19,7 @@ use crate::preset::plan::{AtlasParams, Lod, LodBudget, Variant};
 
 /// The stages with their versions.
 const DRESS: Stage = Stage("dress", 20);
-const SKETCH: Stage = Stage("sketch", 19);
+const SKETCH: Stage = Stage("sketch", 20);
 const LADDER: Stage = Stage("ladder", 61);
 /// One level; kept in memory only, for edits of one of several.
 const LEVEL: Stage = Stage("level", 55);

@@ -207,6 +207,8 @@ impl Sketcher {
             }
             None => (shift, None),
         };
+        // From above a drawing has no lowest.
+        let low = (chart.plane.steepness() == 0.0).then(|| targets[0].region.bounds()[0].y);
         let as_large = |(target, chart): (Target, &Chart)| {
             let foot = self.fitted(chart, round).foot * (1.0 - scale);
             let ring = target.ring.iter().map(|p| *p * scale + foot).collect();
@@ -214,7 +216,21 @@ impl Sketcher {
         };
         let (targets, outlines) = targets.into_iter().zip(&self.charts).map(as_large).unzip();
         let (sketcher, along) = (self.clone(), Along::default());
-        Ok(Sketched { sketcher, shift, wilts, told, shares, along, guided, likeness, spared, scale, targets, outlines })
+        let made = Sketched {
+            sketcher,
+            shift,
+            wilts,
+            told,
+            shares,
+            along,
+            guided,
+            likeness,
+            spared,
+            scale,
+            targets,
+            outlines,
+        };
+        Ok(if drawn.is_some() { made.risen(low) } else { made })
     }
 
     /// The crown that drawings of a view are fitted to.

@@ -15,6 +15,7 @@ mod draw;
 mod fill;
 mod fit;
 mod frame;
+mod ground;
 mod laplace;
 mod leader;
 mod lobe;

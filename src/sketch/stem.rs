@@ -6,7 +6,8 @@
 //! was bent by whatever lobes did above the last of them.
 //!
 //! The line is one of heights: of a trunk that overhangs the part next to the one below is taken, of several pieces the
-//! largest.
+//! largest. A trunk that forks leads as far as it is one: up one of its arms, the way that was taken before, the stem broke off to the side at the
+//! fork, and the other arm stayed empty.
 
 use glam::{Vec2, Vec3};
 
@@ -18,8 +19,11 @@ use crate::base::math;
 
 /// Rows in which a trunk is cut.
 const ROWS: usize = 64;
-/// How far above the line the stem follows it still, over the line's height.
-const FADE: f32 = 0.8;
+/// How high both arms of a trunk go on for it to fork, in rows.
+const ARM: usize = 8;
+/// How far above the line the stem follows it still, over the line's height: under its crown, and as far beside that as half of its
+/// width. There it has to come over to it, and stood beside it as a post.
+const FADE: (f32, f32) = (0.8, 0.2);
 /// The part of the line, from its top, whose direction it goes on in.
 const TOP: f32 = 0.15;
 /// Steepest that it leans there, sideways over upwards.
@@ -39,20 +43,27 @@ pub(super) fn midline(trunk: &Region) -> Vec<Vec2> {
     if !(tall > 0.0 && tall.is_finite()) {
         return Vec::new();
     }
+    let height = |row: usize| low.y + tall * (row as f32 + 0.5) / ROWS as f32;
+    let rows: Vec<Vec<[f32; 2]>> = (0..ROWS).map(|row| spans(ring, height(row))).collect();
     let mut line: Vec<Vec2> = Vec::with_capacity(ROWS);
     let mut widths: Vec<f32> = Vec::with_capacity(ROWS);
-    for row in 0..ROWS {
-        let y = low.y + tall * (row as f32 + 0.5) / ROWS as f32;
-        let spans = spans(ring, y);
+    let mut high = high;
+    let mut on: Option<[f32; 2]> = None;
+    for (row, spans) in rows.iter().enumerate() {
         let wide = |s: &&[f32; 2]| s[1] - s[0];
         let near = |s: &&[f32; 2], x: f32| ((s[0] + s[1]) * 0.5 - x).abs();
+        if on.is_some_and(|on| spans.iter().filter(|arm| goes_on(&rows[row..], on, **arm)).count() > 1) {
+            high.y = height(row);
+            break;
+        }
         let found = match line.last() {
             None => spans.iter().max_by(|a, b| wide(a).total_cmp(&wide(b))),
             Some(p) => spans.iter().min_by(|a, b| near(a, p.x).total_cmp(&near(b, p.x))),
         };
         if let Some(span) = found {
-            line.push(Vec2::new((span[0] + span[1]) * 0.5, y));
+            line.push(Vec2::new((span[0] + span[1]) * 0.5, height(row)));
             widths.push(span[1] - span[0]);
+            on = Some(*span);
         }
     }
     widths.sort_by(f32::total_cmp);
@@ -67,6 +78,21 @@ pub(super) fn midline(trunk: &Region) -> Vec<Vec2> {
     line.insert(0, foot);
     line.push(top);
     line
+}
+
+/// Whether a stretch of the first of some rows lies on `below` and goes on upwards as an arm does.
+fn goes_on(rows: &[Vec<[f32; 2]>], below: [f32; 2], arm: [f32; 2]) -> bool {
+    let meet = |a: [f32; 2], b: [f32; 2]| a[0] < b[1] && b[0] < a[1];
+    let mut on = arm;
+    meet(below, arm)
+        && rows.len() >= ARM
+        && rows[1..ARM].iter().all(|spans| {
+            let next = spans.iter().find(|span| meet(on, **span));
+            next.is_some_and(|span| {
+                on = *span;
+                true
+            })
+        })
 }
 
 /// Whether an outline ends below in something like a trunk: narrow, and nearly as wide at its foot as above it.
@@ -115,6 +141,8 @@ struct Line {
     /// From the foot up, metres.
     points: Vec<Vec2>,
     lean: f32,
+    /// How far above its top a stem follows it still, over its height.
+    fade: f32,
 }
 
 /// Where drawn trunks lead a stem; nowhere where none is drawn.
@@ -136,15 +164,18 @@ impl Leads {
         for p in &mut points {
             *p += (foot - first) * ((top.y - p.y) / (top.y - first.y));
         }
+        let [low, high] = placing.region(&drawing.crown).bounds();
+        let beside = (low.x - points[points.len() - 1].x).max(points[points.len() - 1].x - high.x).max(0.0);
+        let fade = FADE.0 + (FADE.1 - FADE.0) * math::smoothstep(0.0, 0.5, beside / (high.x - low.x).max(1e-6));
         match *plane {
             // Level: only such views have trunks.
             ViewPlane::From { right, .. } => {
                 let lean = lean(points.iter().rev(), TOP * (top.y - foot.y));
-                self.0.push(Line { right, points, lean });
+                self.0.push(Line { right, points, lean, fade });
             }
             ViewPlane::Round { axis } => self.0.extend([Vec3::X, Vec3::Z].map(|right| {
                 let points = points.iter().map(|p| Vec2::new(right.dot(axis), p.y)).collect();
-                Line { right, points, lean: 0.0 }
+                Line { right, points, lean: 0.0, fade: FADE.0 }
             })),
         }
     }
@@ -181,7 +212,7 @@ impl Line {
         }
         if y >= top.y {
             let above = y - top.y;
-            let share = 1.0 - math::smoothstep(0.0, FADE * (top.y - first.y), above);
+            let share = 1.0 - math::smoothstep(0.0, self.fade * (top.y - first.y), above);
             return (top.x + self.lean * above, share);
         }
         let i = self.points.partition_point(|p| p.y <= y).clamp(1, self.points.len() - 1);
@@ -239,6 +270,15 @@ mod tests {
         let most = bent.iter().map(|p| p.x).fold(0.0, f32::max);
         assert!((most - 6.5).abs() < 0.1 && (bent[0].x - 5.0).abs() < 0.3, "{bent:?}");
         assert!(line("").is_empty());
+        // One that forks ends there, with arms of whatever width; a lug beside it is no arm.
+        for (right, wide) in [(6.0, 0.5), (8.0, 1.0)] {
+            let fork =
+                line(&format!("<path id='trunk' d='M4.6 10V7L2 4H3L5 6.4L{right} 4H{}L5.4 7V10Z'/>", right + wide));
+            let top = fork[fork.len() - 1];
+            assert!((top.y + 6.4).abs() < 0.2 && fork.iter().all(|p| (p.x - 5.0).abs() < 0.4), "{fork:?}");
+        }
+        let lug = line("<path id='trunk' d='M4.5 10V4H5.5V7L6 6.8V7.4L5.5 8V10Z'/>");
+        assert!((lug[lug.len() - 1].y + 4.0).abs() < 1e-3, "{lug:?}");
     }
 
     #[test]

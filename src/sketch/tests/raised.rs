@@ -184,3 +184,33 @@ fn what_stands_upright_needs_a_level_view() {
     let (above, beyond) = (bound(plant.clone(), raised(UP)).unwrap(), bound(plant, raised(9.0)).unwrap());
     assert_eq!(above.charts[0].plane, beyond.charts[0].plane);
 }
+
+#[test]
+fn leaves_of_a_crown_that_is_drawn_down_to_the_ground_end_on_it_and_hang_below_where_that_is_drawn() {
+    let plant = ball(4);
+    let lows = |plant: &Plant| {
+        let posed = plant.pose();
+        let low = |leaf: &Leaf| {
+            let pose = posed.leaf(plant, leaf);
+            let tip = pose.position.y + pose.frame.y.y * leaf.size;
+            pose.position.y.min(tip) - 0.5 * leaf.size * leaf.form.width() * pose.frame.x.y.abs()
+        };
+        plant.leaves().iter().map(low).fold(f32::INFINITY, f32::min)
+    };
+    let flat = |below: f32| {
+        drawing(&format!(
+            "<ellipse cx='5' cy='8' rx='5' ry='1'/><circle id='foot' cx='5' cy='{}' r='0.1'/>",
+            9.0 - below
+        ))
+    };
+    let of = |elevation: f32, below: f32| {
+        let views = SketchViews { elevation, ..FRONT };
+        let sketcher = bound(Arc::new(plant.clone()), views).unwrap();
+        lows(&sketcher.draw(&sketch(&flat(below))).unwrap().at(1.0))
+    };
+    assert!(of(0.0, 0.0) > -0.03, "{}", of(0.0, 0.0));
+    for elevation in [0.3, 0.8] {
+        assert!(of(elevation, 0.0) > -0.03, "{elevation}: {}", of(elevation, 0.0));
+    }
+    assert!(of(0.0, 0.8) < -0.3, "{}", of(0.0, 0.8));
+}
