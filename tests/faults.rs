@@ -223,7 +223,6 @@ fn read_only_files_of_a_set_are_told_and_kept() {
     let mark = |is: bool| {
         for name in tiny::files(&set).keys() {
             let mut rights = fs::metadata(set.join(name)).unwrap().permissions();
-            #[expect(clippy::permissions_set_readonly_false, reason = "it is what was before")]
             rights.set_readonly(is);
             fs::set_permissions(set.join(name), rights).unwrap();
         }
