@@ -26,7 +26,9 @@
 //! Limits: mips beyond the ninth and those of filters other than the box are what they come to. In pictures so sparse
 //! that hardly any square holds a solid texel the coarsest mips stay emptier. Tried before: a halo
 //! of one strength and width around all leaves, which left mip 4 off by 35 to 63 %; choosing squares from coarse to fine,
-//! which left mip 5 off by 15 %; moving all texels alike, which took a tenth of the area of magnified cards.
+//! which left mip 5 off by 15 %; moving all texels alike, which took a tenth of the area of magnified cards; finding what mips are asked
+//! for without moving texels, by means alone, which takes two thirds of the time, and clouds agree a little worse (71 trees, mean IoU 0.9090,
+//! and 0.9086).
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

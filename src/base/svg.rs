@@ -53,7 +53,7 @@ pub(crate) fn read_svg(bytes: &[u8]) -> Result<Tree, SvgError> {
         // The parser counts both, and has one word for them.
         let is_deep = why.contains("nodes limit reached");
         SvgError::Unreadable(if is_deep {
-            "its groups lie too deep in one another: ungroup them".to_owned()
+            "its elements are too many or lie too deep in one another: ungroup or simplify them".to_owned()
         } else {
             why
         })

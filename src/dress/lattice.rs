@@ -51,7 +51,7 @@ impl Lattice {
     /// Sorts points by cell, each cell's in their order: where each cell's start, one more than cells, and the points.
     pub(super) fn sort(&self, points: &[Vec3]) -> (Vec<u32>, Vec<u32>) {
         let cells: Vec<u32> = points.iter().map(|&p| self.index(self.place(p)) as u32).collect();
-        let Groups { starts, items } = Groups::of(self.count(), cells.into_iter().zip(0..));
+        let Groups { starts, items } = Groups::of(self.count(), cells.iter().copied().zip(0..));
         (starts, items)
     }
 }

@@ -9,7 +9,9 @@
 //! Measured from other views than these, mean IoU of avenue, elm street and palms where they take over, with frames of their own
 //! coverage and with these: 0.887 and 0.903 of eight frames along a sheet's edge. Frames of their own coverage agreed no better
 //! the more of them shared a sheet; of these twelve agree by 0.915. Pixels count: as large as those of the size at which
-//! impostors take over (0.91 with larger trees), and each of 16 samples agrees worse than of 25 and more (by 0.004).
+//! impostors take over (0.91 with larger trees), and each of 16 samples agrees worse than of 25 and more (by 0.004). Of 25, with rays
+//! followed at the corners of pixels alone, settling takes three quarters of the time and impostors agree a little worse (105 trees, mean
+//! IoU 0.9007, and 0.9001).
 
 use glam::Vec2;
 use rayon::prelude::*;

@@ -15,16 +15,19 @@ pub(super) fn sides(radius: f32, thickest: f32, detail: &TubeDetail, error: f32)
     let share = if thickest > 0.0 { (radius / thickest).clamp(0.0, 1.0).sqrt() } else { 0.0 };
     let by_radius = usual as f32 * share;
     // Distance of a chord's middle from the circle: r (1 - cos(π / n)).
-    let by_error = if detail.error > 0.0 && radius > detail.error {
-        std::f32::consts::PI / math::acos(1.0 - detail.error * 0.5 / radius).max(1e-3)
-    } else if detail.error > 0.0 {
-        3.0
-    } else {
-        usual as f32
+    let by_error = || {
+        if detail.error > 0.0 && radius > detail.error {
+            std::f32::consts::PI / math::acos(1.0 - detail.error * 0.5 / radius).max(1e-3)
+        } else if detail.error > 0.0 {
+            3.0
+        } else {
+            usual as f32
+        }
     };
     // A polygon as wide as the circle in the mean of all views strays by r π² / 3n² at the middles of its sides.
     let needed = if error > 0.0 { std::f32::consts::PI * (radius / (3.0 * error)).sqrt() } else { 0.0 };
-    let usually = ((by_radius.min(by_error) + 0.5) as u32).clamp(3, usual);
+    // Of twigs, which are most, the other is not asked.
+    let usually = if by_radius < 3.5 { 3 } else { ((by_radius.min(by_error()) + 0.5) as u32).clamp(3, usual) };
     usually.max((needed.ceil() as u32).min(most))
 }
 

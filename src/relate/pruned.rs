@@ -91,17 +91,23 @@ fn each<T: Send>(rows: usize, columns: usize, make: &(dyn Fn(usize) -> T + Sync)
 
 /// The `count` columns of the least bounds that are not `known`, ties by column.
 fn nearest(count: usize, bounds: &[f32], known: &dyn Fn(u32) -> bool) -> Vec<u32> {
-    // Sorted; after the first few, a column that enters is rare.
+    // Sorted; after the first few, a column that enters is rare, and asking a whole run of them takes no branches.
     let mut near: Vec<(f32, u32)> = Vec::with_capacity(count + 1);
     let mut worst = f32::INFINITY;
-    for (column, &bound) in bounds.iter().enumerate() {
-        if bound >= worst && near.len() == count || known(column as u32) {
+    for (run, bounds) in bounds.chunks(LANES).enumerate() {
+        let is_full = near.len() == count;
+        if is_full && !bounds.iter().fold(false, |any, bound| any | (*bound < worst)) {
             continue;
         }
-        let place = near.partition_point(|kept| kept.0 <= bound);
-        near.insert(place, (bound, column as u32));
-        near.truncate(count);
-        worst = near[near.len() - 1].0;
+        for (column, &bound) in (run * LANES..).zip(bounds) {
+            if bound >= worst && near.len() == count || known(column as u32) {
+                continue;
+            }
+            let place = near.partition_point(|kept| kept.0 <= bound);
+            near.insert(place, (bound, column as u32));
+            near.truncate(count);
+            worst = near[near.len() - 1].0;
+        }
     }
     near.into_iter().map(|kept| kept.1).collect()
 }
@@ -147,6 +153,8 @@ struct Search {
     before: Vec<usize>,
     settled: Vec<bool>,
     heap: BinaryHeap<Reverse<(Far, u32)>>,
+    /// How far the nearest column is that may be taken, as far as is known: nothing beyond it is looked at.
+    nearest: f64,
 }
 
 impl Search {
@@ -165,6 +173,7 @@ impl Search {
             before: vec![FREE; columns],
             settled: vec![false; columns],
             heap: BinaryHeap::new(),
+            nearest: f64::INFINITY,
             arcs,
         }
     }
@@ -258,9 +267,16 @@ impl Search {
         Ok(())
     }
 
+    /// Whether no row misses a column that another takes.
+    fn is_open(&self, column: usize) -> bool {
+        let holder = self.row_of[column];
+        holder == FREE || (holder == REST && self.excess > 0)
+    }
+
     /// One shortest augmenting path.
     fn augment(&mut self, start: usize) -> Result<(), Vec<usize>> {
         self.heap.clear();
+        self.nearest = f64::INFINITY;
         let mut seen: Vec<usize> = Vec::new();
         let mut done: Vec<usize> = Vec::new();
         // The row to go on from; none after a further column of the rest, which leads nowhere new.
@@ -298,7 +314,7 @@ impl Search {
             }
             reached = self.distance[column];
             let holder = self.row_of[column];
-            if holder == FREE || (holder == REST && self.excess > 0) {
+            if self.is_open(column) {
                 break column;
             }
             self.settled[column] = true;
@@ -342,10 +358,13 @@ impl Search {
         Ok(())
     }
 
-    /// A way to a column, if it is the shortest so far.
+    /// A way to a column, if it is the shortest so far, and no longer than to the nearest column that may be taken.
     fn relax(&mut self, row: usize, column: usize, through: f64, seen: &mut Vec<usize>) {
-        if self.settled[column] || through >= self.distance[column] {
+        if through > self.nearest || through >= self.distance[column] || self.settled[column] {
             return;
+        }
+        if self.is_open(column) {
+            self.nearest = through;
         }
         if self.distance[column] == f64::INFINITY {
             seen.push(column);

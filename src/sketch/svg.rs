@@ -51,6 +51,9 @@ pub enum SketchError {
     /// No area and no line.
     #[error("draws no crown: it has no visible path with an area or a length beside what is marked as trunk or foot")]
     Empty,
+    /// Nothing but pictures and texts.
+    #[error("draws no crown: it has nothing but pictures and texts, which are not read; trace them to paths")]
+    Unread,
     /// An open line where only closed shapes make sense.
     #[error("is an open line, which shapes one view only")]
     Open,
@@ -116,7 +119,13 @@ impl Drawing {
             }
         }
         let size = tree.size();
-        reading.finish([Vec2::new(0.0, -size.height()), Vec2::new(size.width(), 0.0)])
+        let drawing = reading.finish([Vec2::new(0.0, -size.height()), Vec2::new(size.width(), 0.0)]);
+        // The reader of SVGs leaves out what it is not to read, and says nothing of it.
+        let has = |tag: &[u8]| bytes.windows(tag.len()).any(|part| part == tag);
+        match drawing {
+            Err(SketchError::Empty) if has(b"<image") || has(b"<text") => Err(SketchError::Unread),
+            drawing => drawing,
+        }
     }
 
     /// Whether it replaces a part of a crown only.

@@ -68,6 +68,10 @@ fn groups_in_groups_are_read_as_deep_as_any_program_writes_them() {
     let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 10 10\">{}</svg>", nested(20_000));
     let error = Drawing::read(text.as_bytes()).unwrap_err();
     assert!(error.to_string().contains("lie too deep in one another"), "{error}");
+    for body in ["<text x=\"1\" y=\"5\">Oak</text>", "<image href=\"oak.png\" width=\"9\" height=\"9\"/>"] {
+        let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 10 10\">{body}</svg>");
+        assert_eq!(Drawing::read(text.as_bytes()).map(drop), Err(SketchError::Unread), "{body}");
+    }
 }
 
 #[test]

@@ -80,7 +80,7 @@ impl Grid {
         }
         let lattice = Lattice::covering(low, high, edge);
         let cells: Vec<u32> = points.iter().map(|&p| lattice.index(lattice.cell(p)) as u32).collect();
-        let Groups { starts, items } = Groups::of(lattice.cells(), cells.into_iter().zip(0..));
+        let Groups { starts, items } = Groups::of(lattice.cells(), cells.iter().copied().zip(0..));
         (Self { lattice, starts }, items)
     }
 

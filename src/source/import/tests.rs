@@ -214,6 +214,16 @@ fn a_file_that_is_one_ring_of_parents_is_a_tree_or_told_as_a_ring() {
 }
 
 #[test]
+fn a_tree_of_no_size_is_an_error_unless_its_height_is_told() {
+    let text = "1 1 0 0 0 1e-7 -1\n2 1 0 0 1e-6 1e-7 1\n";
+    let found = errors(text);
+    assert!(found[0].message.contains("1e-6 m high") && found[0].message.contains("`height`"), "{found:?}");
+    let told = ImportParams { height: ImportHeight::Metres(3.0), ..params() };
+    let tree = import(text.as_bytes(), "t", &told).unwrap();
+    assert!((tree.plant.height() - 3.0).abs() < 1e-4);
+}
+
+#[test]
 fn rings_are_cut_and_counted() {
     let tree =
         rows("1,0,0,0,0,0,0,1,4,0.2\n2,3,0.1,0,2,1,0,0,1,0.05\n3,2,1.1,0,2,1,0,0,1,0.04\n4,4,0.1,0,3,0,1,0,1,0.05\n");

@@ -8,6 +8,8 @@ use crate::preset::plan::{ImportHeight, UpAxis};
 use super::piece::Piece;
 use super::trace::Node;
 
+/// Height below which nothing is a tree, metres.
+const SMALLEST: f64 = 1e-3;
 /// Heights that a tree can have, metres.
 const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.1..=130.0;
 
@@ -43,7 +45,7 @@ pub(super) fn stand(pieces: &mut [Piece], up: UpAxis, notes: &mut Vec<String>) {
 ///
 /// # Errors
 ///
-/// When no node is above the base.
+/// When no node is above the base, or what is not to be scaled is too small for meshes to have triangles.
 pub(super) fn scale(
     nodes: &mut [Node],
     height: ImportHeight,
@@ -64,6 +66,11 @@ pub(super) fn scale(
                 node.position *= factor;
                 node.radius *= factor;
             }
+        }
+        ImportHeight::AsIs if top < SMALLEST => {
+            return Err(format!(
+                "the tree is {top:e} m high: the file is not in metres; `height` in the preset sets it"
+            ));
         }
         ImportHeight::AsIs if !PLAUSIBLE.contains(&top) => {
             notes.push(format!(
