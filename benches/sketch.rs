@@ -5,7 +5,7 @@ use std::sync::Arc;
 use divan::Bencher;
 use treewright::base::{Rotation, Seed};
 use treewright::plant::{Leaf, Plant, PlantBuilder};
-use treewright::sketch::{Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketcher, ViewKind};
+use treewright::sketch::{Drawing, Sketch, SketchViews, Sketcher, ViewKind};
 
 fn main() {
     divan::main();
@@ -57,26 +57,12 @@ fn bind(bencher: Bencher<'_, '_>, row: (usize, usize)) {
 #[divan::bench(args = ROWS)]
 fn redraw(bencher: Bencher<'_, '_>, row: (usize, usize)) {
     let (sketcher, heart) = (bound(row), Drawing::read(HEART).expect("a heart"));
-    let sketch = Sketch {
-        front: &heart,
-        side: None,
-        size: SketchSize::Crown,
-        method: Method::Adaptive,
-        rules: SketchRules::default(),
-    };
-    bencher.bench(|| sketcher.draw(&sketch).map(|sketched| sketched.at(1.0)).is_ok());
+    bencher.bench(|| sketcher.draw(&Sketch::of(&heart)).map(|sketched| sketched.at(1.0)).is_ok());
 }
 
 #[divan::bench(args = ROWS)]
 fn frame(bencher: Bencher<'_, '_>, row: (usize, usize)) {
     let (sketcher, heart) = (bound(row), Drawing::read(HEART).expect("a heart"));
-    let sketch = Sketch {
-        front: &heart,
-        side: None,
-        size: SketchSize::Crown,
-        method: Method::Adaptive,
-        rules: SketchRules::default(),
-    };
-    let sketched = sketcher.draw(&sketch).expect("it can be drawn");
+    let sketched = sketcher.draw(&Sketch::of(&heart)).expect("it can be drawn");
     bencher.bench(|| sketched.at(0.5));
 }

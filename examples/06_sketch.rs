@@ -8,9 +8,7 @@ use std::sync::Arc;
 
 use treewright::base::Seed;
 use treewright::preset::species;
-use treewright::sketch::{
-    Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketcher, ViewKind, crown_silhouette, overlap,
-};
+use treewright::sketch::{Drawing, Sketch, SketchViews, Sketcher, ViewKind, crown_silhouette, overlap};
 use treewright::source::grow::grow;
 
 const OAK: &str = include_str!("../presets/species/oak.ron");
@@ -24,14 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Binding a plant to its cages is done once; a drawing is then followed while it is drawn.
     let views = SketchViews { azimuth: 0.0, elevation: 0.0, kind: ViewKind::Front, detail: 0.5 };
     let sketcher = Arc::new(Sketcher::bind(Arc::new(oak), views)?);
-    let sketch = Sketch {
-        front: &heart,
-        side: None,
-        size: SketchSize::Crown,
-        method: Method::Adaptive,
-        rules: SketchRules::default(),
-    };
-    let sketched = sketcher.draw(&sketch)?;
+    let sketched = sketcher.draw(&Sketch::of(&heart))?;
     for frame in 0..=4 {
         let t = frame as f32 / 4.0;
         let crown = crown_silhouette(&sketched.at(t), 0.0, 0.0, 0.04);

@@ -13,8 +13,8 @@ use treewright::plant::{Plant, PlantStats};
 use treewright::preset::plan::{DressParams, MatchParams};
 use treewright::relate::{PatternParams, pattern_family};
 use treewright::sketch::{
-    Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketched, Sketcher, ViewKind, crown_outline,
-    crown_silhouette, discrete_frechet, overlap, resampled,
+    Drawing, Method, Sketch, SketchViews, Sketched, Sketcher, ViewKind, crown_outline, crown_silhouette,
+    discrete_frechet, overlap, resampled,
 };
 
 use crate::leafy::{foliage, imported, leafy};
@@ -67,8 +67,7 @@ fn bound(plant: &Plant, views: SketchViews) -> Arc<Sketcher> {
 }
 
 fn drawn(sketcher: &Arc<Sketcher>, front: &Drawing, method: Method) -> Sketched {
-    let sketch = Sketch { front, side: None, size: SketchSize::Crown, method, rules: SketchRules::default() };
-    sketcher.draw(&sketch).expect("it can be drawn")
+    sketcher.draw(&Sketch { method, ..Sketch::of(front) }).expect("it can be drawn")
 }
 
 /// What the crown's silhouette and what is drawn have in common, over what either covers.
@@ -230,14 +229,7 @@ fn views() {
     let quarter = std::f32::consts::FRAC_PI_2;
     let (heart, oval) = (drawing("heart"), drawing("oval"));
     let both = bound(&plant, SketchViews { kind: ViewKind::FrontAndSide, ..FRONT });
-    let sketch = Sketch {
-        front: &heart,
-        side: Some(&oval),
-        size: SketchSize::Crown,
-        method: Method::Adaptive,
-        rules: SketchRules::default(),
-    };
-    let sketched = both.draw(&sketch).expect("it can be drawn");
+    let sketched = both.draw(&Sketch { side: Some(&oval), ..Sketch::of(&heart) }).expect("it can be drawn");
     let made = sketched.at(1.0);
     let like = |k: usize| overlap(&crown_silhouette(&made, quarter * k as f32, 0.0, CLOSE), &sketched.targets[k]);
     let how = "heart from the front and oval from the side at once, the worse of both; lime";

@@ -9,11 +9,11 @@ use std::sync::Arc;
 use super::pipeline::Inputs;
 use crate::base::{Asked, Diagnostic, Key, Note};
 use crate::plant::Plant;
-use crate::preset::plan::{self, SketchDepth, SketchMethod, SketchParams, SketchScale};
+use crate::preset::plan::{SketchDepth, SketchMethod, SketchParams, SketchScale};
 use crate::preset::{Plan, data_asked_for};
 use crate::sketch::{
-    Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchRules, SketchSize, SketchSteps, SketchViews, Sketched,
-    Sketcher, ViewKind,
+    Drawing, LIKE_A_TRUNK, Method, Sketch, SketchError, SketchSize, SketchSteps, SketchViews, Sketched, Sketcher,
+    ViewKind,
 };
 
 /// A sketch whose files are read.
@@ -163,8 +163,7 @@ impl Drawn {
             SketchMethod::Baseline => Method::Baseline,
             SketchMethod::OneCage => Method::OneCage,
         };
-        let plan::SketchRules { pruning, wilting, covering } = self.params.rules;
-        let rules = SketchRules { pruning, wilting, covering };
+        let rules = self.params.rules;
         let sketch = Sketch { front: &self.front, side: self.side.as_ref(), size, method, rules };
         sketcher.draw(&sketch).ok()
     }

@@ -23,7 +23,7 @@ use crate::preset::plan::{
 };
 use crate::relate::{self, Family};
 use crate::select::{self, Habits};
-use crate::sketch::{Drawing, Method, Sketch, SketchRules, SketchSize, SketchViews, Sketcher, ViewKind};
+use crate::sketch::{Drawing, Sketch, SketchSize, SketchViews, Sketcher, ViewKind};
 
 /// The weights of the matching that a preset means where it gives none.
 const MATCHING: MatchParams = MatchParams { crown: 0.5, direction: 0.3, ratio: 0.2 };
@@ -229,8 +229,7 @@ impl Studio {
             let views = SketchViews { azimuth, elevation, kind, detail: 0.5 };
             Sketcher::bind(self.sketched(source, before)?, views).map_err(|error| wrong(error.to_string()))
         })?;
-        let (size, rules) = (SketchSize::Metres(last.height), SketchRules::default());
-        let sketch = Sketch { front: &drawing, side: None, size, method: Method::Adaptive, rules };
+        let sketch = Sketch { size: SketchSize::Metres(last.height), ..Sketch::of(&drawing) };
         let made = sketcher.draw(&sketch).map_err(|error| wrong(format!("the drawing {error}")))?;
         Ok(Arc::new(made.at(1.0)))
     }

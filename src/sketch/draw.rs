@@ -22,6 +22,7 @@ use super::stem::Leads;
 use super::svg::{Drawing, SketchError};
 use super::trim::{Field, trimmed};
 use crate::base::math;
+use crate::preset::plan::SketchRules;
 
 /// Mean way of a silhouette's places, over the crown's size, from which lobes spread freely.
 const CHANGED: f32 = 0.03;
@@ -43,21 +44,11 @@ pub struct Sketch<'d> {
     pub rules: SketchRules,
 }
 
-/// What the paper found by trials, and how much may wilt.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SketchRules {
-    /// Share of a lobe that lies inside of what is drawn below which its branches wilt, 0..=1 (5.4.2: 30 %); at 0 none do.
-    pub pruning: f32,
-    /// Most of a crown's foliage that may wilt by [`Method::Adaptive`], 0..=1. The paper has no such limit.
-    pub wilting: f32,
-    /// How near to the outline of a cage those within it cover it, over the crown's size, above 0 (5.4.1: 10 pixels of the screen,
-    /// which is the default where a crown is 500 across).
-    pub covering: f32,
-}
-
-impl Default for SketchRules {
-    fn default() -> Self {
-        Self { pruning: 0.3, wilting: 0.5, covering: 0.02 }
+impl<'d> Sketch<'d> {
+    /// One drawing, as large as the crown, followed as presets do unless they tell otherwise.
+    #[must_use]
+    pub fn of(front: &'d Drawing) -> Self {
+        Self { front, side: None, size: SketchSize::Crown, method: Method::Adaptive, rules: SketchRules::default() }
     }
 }
 

@@ -35,9 +35,10 @@ mod svg;
 mod tests;
 mod trim;
 
+pub use crate::preset::plan::SketchRules;
 pub use bound::{SketchViews, Sketcher, ViewKind};
 pub use crown::{crown_outline, crown_silhouette, overlap};
-pub use draw::{Method, Sketch, SketchRules};
+pub use draw::{Method, Sketch};
 pub use fit::SketchSize;
 pub use mean_value::mean_value;
 pub use outline::{discrete_frechet, resampled};

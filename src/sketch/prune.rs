@@ -23,11 +23,11 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::bound::{Chart, Sketcher};
-use super::draw::SketchRules;
 use super::raster::{Grid, Mask};
 use super::region::{Fill, Region};
 use super::trim::{Field, between};
 use crate::plant::{ChainId, Plant};
+use crate::preset::plan::SketchRules;
 
 /// Share from which it counts as all inside.
 const WHOLE: f32 = 0.98;

@@ -50,10 +50,6 @@ fn bound(plant: Arc<Plant>, views: SketchViews) -> Result<Arc<Sketcher>, SketchE
     Sketcher::bind(plant, views).map(Arc::new)
 }
 
-fn sketch(front: &Drawing) -> Sketch<'_> {
-    Sketch { front, side: None, size: SketchSize::Crown, method: Method::Adaptive, rules: SketchRules::default() }
-}
-
 /// How far the silhouette from an azimuth is the target.
 fn likeness(plant: &Plant, azimuth: f32, target: &Region) -> f32 {
     overlap(&crown_silhouette(plant, azimuth, 0.0, 0.03), target)
@@ -79,8 +75,8 @@ fn a_ball_takes_the_shape_of_a_heart_and_of_a_triangle_better_than_by_one_cage()
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for body in [HEART, TRIANGLE] {
         let drawn = drawing(body);
-        let adaptive = sketcher.draw(&sketch(&drawn)).unwrap();
-        let one = sketcher.draw(&Sketch { method: Method::OneCage, ..sketch(&drawn) }).unwrap();
+        let adaptive = sketcher.draw(&Sketch::of(&drawn)).unwrap();
+        let one = sketcher.draw(&Sketch { method: Method::OneCage, ..Sketch::of(&drawn) }).unwrap();
         let (good, poor) =
             (likeness(&adaptive.at(1.0), 0.0, &adaptive.targets[0]), likeness(&one.at(1.0), 0.0, &one.targets[0]));
         assert!(good > 0.8 && good > poor, "{good} {poor}");
@@ -95,7 +91,7 @@ fn drawing_the_crown_s_own_silhouette_changes_nothing() {
         outline.iter().map(|p| format!("{} {}", p.x * 100.0 + 500.0, 1000.0 - p.y * 100.0)).collect();
     let drawn = drawing(&format!("<path d='M{}Z'/>", path.join("L")));
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
-    let made = sketcher.draw(&sketch(&drawn)).unwrap().at(1.0);
+    let made = sketcher.draw(&Sketch::of(&drawn)).unwrap().at(1.0);
     let (was, is) = (plant.pose(), made.pose());
     let far = was.positions().iter().zip(is.positions()).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
     assert!(far <= 1e-4 * plant.height(), "{far}");
@@ -125,7 +121,7 @@ fn an_open_line_on_one_side_moves_nothing_on_the_other() {
             })
             .collect();
         let drawn = drawing(&format!("<path fill='none' stroke='#000' d='M{}'/>", line.join("L")));
-        let sketched = sketcher.draw(&sketch(&drawn)).unwrap().following();
+        let sketched = sketcher.draw(&Sketch::of(&drawn)).unwrap().following();
         let (was, is) = &sketched.outlines[0];
         assert!(was.iter().zip(is).all(|(a, b)| a == b || a.x > 1.0));
         for t in [0.5, 1.0] {
@@ -155,7 +151,7 @@ fn at_the_start_nothing_has_moved_and_on_the_way_all_hangs_together() {
     let plant = ball(3);
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
     let drawn = drawing(HEART);
-    let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+    let sketched = sketcher.draw(&Sketch::of(&drawn)).unwrap();
     assert!(sketched.at(0.0) == plant);
     for step in 1..=8 {
         let made = sketched.at(step as f32 / 8.0);
@@ -174,7 +170,7 @@ fn in_betweens_that_follow_are_nearer_to_the_interpolated_silhouette() {
     let plant = ball(4);
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
     let drawn = drawing(TRIANGLE);
-    let straight = sketcher.draw(&sketch(&drawn)).unwrap();
+    let straight = sketcher.draw(&Sketch::of(&drawn)).unwrap();
     let following = straight.clone().following();
     assert!(following.at(0.0) == plant && following.at(1.0) == straight.at(1.0));
     let places = |plant: &Plant| resampled(&crown_outline(plant, 0.0, 0.0), 240);
@@ -236,7 +232,7 @@ fn a_drawn_trunk_is_where_the_stem_stands_whatever_the_tree_and_the_size() {
             let sketcher = bound(plant.clone(), SketchViews { azimuth, ..FRONT }).unwrap();
             for size in [SketchSize::Crown, SketchSize::Metres(tall * 3.0), SketchSize::Metres(tall * 0.5)] {
                 for drawn in [&straight, &line, &left] {
-                    let made = sketcher.draw(&Sketch { size, ..sketch(drawn) }).unwrap().at(1.0);
+                    let made = sketcher.draw(&Sketch { size, ..Sketch::of(drawn) }).unwrap().at(1.0);
                     let off = off_line(&made, |_| 0.0, made.height() * 0.45, across);
                     assert!(off < 0.005, "{azimuth} {size:?}: {off}");
                     assert_eq!(PlantStats::of(&made).topology_continuity, 1.0);
@@ -244,7 +240,7 @@ fn a_drawn_trunk_is_where_the_stem_stands_whatever_the_tree_and_the_size() {
             }
             // As wide as the crown was, beside its trunk.
             for drawn in [&straight, &left] {
-                let stretched = Sketch { size: SketchSize::Stretched, ..sketch(drawn) };
+                let stretched = Sketch { size: SketchSize::Stretched, ..Sketch::of(drawn) };
                 let sketched = sketcher.draw(&stretched).unwrap();
                 let made = sketched.at(1.0);
                 assert!(off_line(&made, |_| 0.0, made.height() * 0.4, across) < 0.005);
@@ -254,12 +250,12 @@ fn a_drawn_trunk_is_where_the_stem_stands_whatever_the_tree_and_the_size() {
         }
         // Revolved, it is the axis, and the side's trunk is followed beside the front's.
         let round = SketchViews { kind: ViewKind::RevolvedAboutFoot, ..FRONT };
-        let made = bound(plant.clone(), round).unwrap().draw(&sketch(&straight)).unwrap().at(1.0);
+        let made = bound(plant.clone(), round).unwrap().draw(&Sketch::of(&straight)).unwrap().at(1.0);
         assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::X) < 0.005);
         assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::Z) < 0.005);
         let both = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
         let leaning = drawing(&format!("{crown}<path id='trunk' d='M2.7 10L4.7 5H5.3L3.3 10Z'/>"));
-        let beside = Sketch { side: Some(&leaning), ..sketch(&straight) };
+        let beside = Sketch { side: Some(&leaning), ..Sketch::of(&straight) };
         let made = bound(plant.clone(), both).unwrap().draw(&beside).unwrap().at(1.0);
         assert!(off_line(&made, |_| 0.0, made.height() * 0.45, Vec3::X) < 0.005);
         assert!(off_line(&made, |y| y * 0.4, made.height() * 0.45, Vec3::NEG_Z) < 0.01);
@@ -288,7 +284,7 @@ fn a_stem_leaves_the_ground_as_it_did_whatever_outline_is_drawn_without_a_trunk(
             let sketcher = bound(plant.clone(), SketchViews { kind, ..FRONT }).unwrap();
             for (drawn, side) in outlines.iter().zip(outlines.iter().cycle().skip(3)) {
                 let side = Some(side).filter(|_| kind == ViewKind::FrontAndSide);
-                let sketched = sketcher.draw(&Sketch { side, ..sketch(drawn) }).unwrap();
+                let sketched = sketcher.draw(&Sketch { side, ..Sketch::of(drawn) }).unwrap();
                 let was = foot(&plant, &[]);
                 let turned = crate::base::math::angle(was, foot(&sketched.at(1.0), &[])).to_degrees();
                 assert!(turned < 6.0, "{kind:?}: {turned}");
@@ -311,7 +307,7 @@ fn wood_between_lobes_comes_no_lower_than_the_lowest_of_them() {
         let plant = Arc::new(random_plant(Seed::new(seed), 60, Oddity::Tame));
         for kind in [ViewKind::Front, ViewKind::Revolved] {
             let Ok(sketcher) = bound(plant.clone(), SketchViews { kind, ..FRONT }) else { continue };
-            let Ok(sketched) = sketcher.draw(&sketch(&spade)) else { continue };
+            let Ok(sketched) = sketcher.draw(&Sketch::of(&spade)) else { continue };
             let lobes = lowest(&mut sketcher.handles.iter().zip(&sketched.told).map(|(h, way)| h.position.y + way.y));
             let made = sketched.key(1.0);
             let pose = made.pose();
@@ -337,7 +333,7 @@ fn limbs_sag_no_deeper_before_their_first_lobe_than_they_did() {
     for seed in 0..20 {
         let plant = Arc::new(random_plant(Seed::new(seed), 60, Oddity::Tame));
         let Ok(sketcher) = bound(plant.clone(), FRONT) else { continue };
-        let Ok(sketched) = sketcher.draw(&sketch(&droplet)) else { continue };
+        let Ok(sketched) = sketcher.draw(&Sketch::of(&droplet)) else { continue };
         let made = sketched.key(1.0);
         let pose = made.pose();
         for id in plant.chain_ids().filter(|id| plant.chain(*id).parent.is_some()) {
@@ -365,7 +361,7 @@ fn a_tree_that_is_drawn_larger_has_thicker_wood_and_larger_leaves_on_the_way_as_
     let plant = ball(3);
     let drawn = drawing("<ellipse cx='5' cy='3' rx='3.5' ry='3'/><rect id='trunk' x='4' y='5' width='2' height='5'/>");
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
-    let of = |size| sketcher.draw(&Sketch { size, ..sketch(&drawn) }).unwrap();
+    let of = |size| sketcher.draw(&Sketch { size, ..Sketch::of(&drawn) }).unwrap();
     let (thick, leaf) = (|p: &Plant| p.all_radii()[0], |p: &Plant| p.leaves()[0].size);
     for times in [4.0_f32, 0.5] {
         let sketched = of(SketchSize::Metres(plant.height() * times));
@@ -392,7 +388,7 @@ fn depth_is_kept_where_it_is_told_to_be_and_else_grows_with_the_outline() {
     let wide = drawing("<rect width='10' height='10'/>");
     let times = |kind: ViewKind, drawn: &Drawing, size: SketchSize| {
         let sketcher = bound(plant.clone(), SketchViews { kind, ..FRONT }).unwrap();
-        let sketched = sketcher.draw(&Sketch { size, ..sketch(drawn) }).unwrap();
+        let sketched = sketcher.draw(&Sketch { size, ..Sketch::of(drawn) }).unwrap();
         if kind == ViewKind::FrontKept {
             assert!(sketched.told.iter().all(|told| told.z == 0.0));
         }
@@ -421,14 +417,14 @@ fn front_and_side_hold_at_once_and_an_outline_can_be_revolved() {
     let views = SketchViews { kind: ViewKind::FrontAndSide, ..FRONT };
     let sketcher = bound(plant.clone(), views).unwrap();
     let oval = drawing("<ellipse cx='5' cy='5' rx='3' ry='4.5'/>");
-    let both = Sketch { side: Some(&oval), ..sketch(&heart) };
+    let both = Sketch { side: Some(&oval), ..Sketch::of(&heart) };
     let sketched = sketcher.draw(&both).unwrap();
     let made = sketched.at(1.0);
     let quarter = std::f32::consts::FRAC_PI_2;
     assert!(likeness(&made, 0.0, &sketched.targets[0]) > 0.75);
     assert!(likeness(&made, quarter, &sketched.targets[1]) > 0.7);
     let sketcher = bound(plant, SketchViews { kind: ViewKind::Revolved, ..FRONT }).unwrap();
-    let sketched = sketcher.draw(&sketch(&triangle)).unwrap();
+    let sketched = sketcher.draw(&Sketch::of(&triangle)).unwrap();
     let made = sketched.at(1.0);
     for k in 0..4 {
         let target = sketched.targets[0].moved(Vec2::ONE, Vec2::ZERO);
@@ -467,7 +463,7 @@ fn any_plant_with_any_drawing_gives_a_sound_plant_or_an_error() {
             for body in bodies {
                 let drawn = drawing(body);
                 for size in [SketchSize::Crown, SketchSize::Stretched, SketchSize::Metres(30.0)] {
-                    let Ok(sketched) = sketcher.draw(&Sketch { side: Some(&drawn), size, ..sketch(&drawn) }) else {
+                    let Ok(sketched) = sketcher.draw(&Sketch { side: Some(&drawn), size, ..Sketch::of(&drawn) }) else {
                         continue;
                     };
                     let made = sketched.at(1.0);
@@ -484,7 +480,7 @@ fn the_rim_gives_way_until_leaves_cover_what_is_drawn() {
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for (body, least) in [(HEART, 0.88), ("<ellipse cx='5' cy='5' rx='4' ry='5'/>", 0.91)] {
         let drawn = drawing(body);
-        let made = sketcher.draw(&sketch(&drawn)).unwrap();
+        let made = sketcher.draw(&Sketch::of(&drawn)).unwrap();
         let near = likeness(&made.at(1.0), 0.0, &made.targets[0]);
         assert!(near > least, "{near}");
     }

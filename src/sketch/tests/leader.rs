@@ -36,7 +36,7 @@ fn a_leader_ends_within_a_sketch_that_is_lower_and_bends_one_way() {
     let notched = "<path d='M5 9L1 5L1 1L4 1L5 6L6 1L9 1L9 5Z'/>";
     for (body, least) in [(HEART, 0.7), ("<ellipse cx='5' cy='5' rx='4' ry='3'/>", 0.7), (notched, 0.4)] {
         let drawn = drawing(body);
-        let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+        let sketched = sketcher.draw(&Sketch::of(&drawn)).unwrap();
         let made = sketched.at(1.0);
         let posed = made.pose();
         let stem = posed.chain(&made, ChainId(0));
@@ -62,7 +62,7 @@ fn a_leader_with_small_leaves_ends_within_too() {
     let sketcher = bound(Arc::new(spruce(0.02)), FRONT).unwrap();
     for body in [HEART, "<ellipse cx='5' cy='5' rx='4' ry='3'/>", "<rect width='9' height='6'/>"] {
         let drawn = drawing(body);
-        let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+        let sketched = sketcher.draw(&Sketch::of(&drawn)).unwrap();
         let made = sketched.at(1.0);
         let tip = *made.pose().chain(&made, ChainId(0)).last().unwrap();
         assert!(depth(&sketched, Vec2::new(tip.x, tip.y)) > -0.02, "{body}: {tip}");

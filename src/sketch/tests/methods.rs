@@ -48,9 +48,9 @@ fn the_more_lies_outside_the_more_wilts_and_never_more_than_may() {
 fn a_crescent_takes_half_of_a_crown_at_most() {
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     for thick in [4.0, 2.0, 1.0, 0.6] {
-        let sketched = sketcher.draw(&sketch(&crescent(thick))).unwrap();
+        let sketched = sketcher.draw(&Sketch::of(&crescent(thick))).unwrap();
         assert!(lost(&sketcher, &sketched.wilts) <= MOST + 0.02, "{thick}");
-        let papers = sketcher.draw(&Sketch { method: Method::Paper, ..sketch(&crescent(thick)) }).unwrap();
+        let papers = sketcher.draw(&Sketch { method: Method::Paper, ..Sketch::of(&crescent(thick)) }).unwrap();
         assert!(papers.spared() == 0.0);
     }
 }
@@ -62,7 +62,7 @@ fn the_papers_methods_are_cages_and_tips_and_nothing_else() {
     let drawn = drawing(&format!("<g id='trunk'><rect x='8' y='8' width='1' height='2'/></g>{HEART}"));
     let by = |method| {
         let size = SketchSize::Metres(plant.height() * 1.5);
-        sketcher.draw(&Sketch { method, size, ..sketch(&drawn) }).unwrap()
+        sketcher.draw(&Sketch { method, size, ..Sketch::of(&drawn) }).unwrap()
     };
     let methods = [Method::Paper, Method::AdaptiveCages, Method::Baseline, Method::OneCage];
     for method in methods {
@@ -134,7 +134,7 @@ fn what_is_least_inside_wilts_first_and_a_limb_that_is_too_much_by_its_twigs() {
 fn what_the_paper_found_by_trials_can_be_told() {
     let sketcher = bound(Arc::new(ball(4)), FRONT).unwrap();
     let drawn = crescent(2.0);
-    let of = |rules| sketcher.draw(&Sketch { rules, ..sketch(&drawn) }).unwrap();
+    let of = |rules| sketcher.draw(&Sketch { rules, ..Sketch::of(&drawn) }).unwrap();
     let usual = SketchRules::default();
     assert_eq!(usual.wilting, MOST);
     let wilts = |rules| lost(&sketcher, &of(rules).wilts);

@@ -30,7 +30,7 @@ fn a_plan_becomes_the_ellipse_that_is_drawn_and_heights_stay() {
     let plant = ball(4);
     let sketcher = bound(Arc::new(plant.clone()), raised(UP)).unwrap();
     let drawn = drawing(ELLIPSE);
-    let sketched = sketcher.draw(&sketch(&drawn)).unwrap();
+    let sketched = sketcher.draw(&Sketch::of(&drawn)).unwrap();
     let made = sketched.at(1.0);
     let target = &sketched.targets[0];
     // About the crown's middle, as large as it is.
@@ -58,7 +58,7 @@ fn the_crown_s_own_silhouette_from_any_direction_changes_nothing() {
         let path: Vec<String> = outline.iter().map(|p| format!("{} {}", p.x * 100.0, -p.y * 100.0)).collect();
         let drawn = drawing(&format!("<path d='M{}Z'/>", path.join("L")));
         let sketcher = bound(Arc::new(plant.clone()), SketchViews { azimuth, elevation, ..FRONT }).unwrap();
-        let made = sketcher.draw(&sketch(&drawn)).unwrap().at(1.0);
+        let made = sketcher.draw(&Sketch::of(&drawn)).unwrap().at(1.0);
         let (was, is) = (plant.pose(), made.pose());
         let far = was.positions().iter().zip(is.positions()).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(far <= 1e-4 * plant.height(), "{azimuth} {elevation}: {far}");
@@ -77,7 +77,7 @@ fn views_that_are_hardly_raised_give_what_level_ones_do() {
         let drawn = drawing(body);
         let told = |elevation: f32| {
             let sketcher = bound(plant.clone(), raised(elevation)).unwrap();
-            sketcher.draw(&Sketch { size, method: Method::Baseline, ..sketch(&drawn) }).unwrap().told
+            sketcher.draw(&Sketch { size, method: Method::Baseline, ..Sketch::of(&drawn) }).unwrap().told
         };
         let (level, nearly) = (told(0.0), told(0.002));
         let off = level.iter().zip(&nearly).map(|(a, b)| a.distance(*b)).sum::<f32>() / level.len() as f32;
@@ -106,7 +106,7 @@ fn an_open_line_from_above_acts_where_it_is_drawn_and_nowhere_else() {
         line.join("L")
     ));
     let sketcher = bound(Arc::new(plant.clone()), raised(elevation)).unwrap();
-    let sketched = sketcher.draw(&Sketch { size: SketchSize::Metres(10.0), ..sketch(&drawn) }).unwrap();
+    let sketched = sketcher.draw(&Sketch { size: SketchSize::Metres(10.0), ..Sketch::of(&drawn) }).unwrap();
     let made = sketched.at(1.0);
     // It is seen where it was drawn.
     let [_, target] = sketched.targets[0].bounds();
@@ -152,7 +152,7 @@ fn nothing_comes_below_the_ground_from_above() {
         for elevation in [0.1, 0.6, 1.2, UP, -0.6] {
             let sketcher = bound(bush.clone(), raised(elevation)).unwrap();
             for size in [SketchSize::Crown, SketchSize::Stretched, SketchSize::Metres(6.0)] {
-                let sketched = sketcher.draw(&Sketch { size, ..sketch(&drawn) }).unwrap();
+                let sketched = sketcher.draw(&Sketch { size, ..Sketch::of(&drawn) }).unwrap();
                 // Lobes are told to stay about above it, and not only cut off there: the rounds at the rim add a little.
                 let sunk = |(handle, told): (&super::super::spine::Handle, &Vec3)| {
                     handle.position.y.min(0.0) - (handle.position + *told).y
@@ -178,9 +178,9 @@ fn what_stands_upright_needs_a_level_view() {
     }
     let drawn = drawing("<circle cx='5' cy='3' r='3'/><rect id='trunk' x='4' y='5' width='2' height='5'/>");
     let sketcher = bound(plant.clone(), raised(0.2)).unwrap();
-    assert_eq!(sketcher.draw(&sketch(&drawn)).unwrap_err(), SketchError::Raised { what: "a trunk" });
+    assert_eq!(sketcher.draw(&Sketch::of(&drawn)).unwrap_err(), SketchError::Raised { what: "a trunk" });
     // Angles that are none are level.
-    assert!(bound(plant.clone(), raised(f32::NAN)).unwrap().draw(&sketch(&drawn)).is_ok());
+    assert!(bound(plant.clone(), raised(f32::NAN)).unwrap().draw(&Sketch::of(&drawn)).is_ok());
     let (above, beyond) = (bound(plant.clone(), raised(UP)).unwrap(), bound(plant, raised(9.0)).unwrap());
     assert_eq!(above.charts[0].plane, beyond.charts[0].plane);
 }
@@ -206,7 +206,7 @@ fn leaves_of_a_crown_that_is_drawn_down_to_the_ground_end_on_it_and_hang_below_w
     let of = |elevation: f32, below: f32| {
         let views = SketchViews { elevation, ..FRONT };
         let sketcher = bound(Arc::new(plant.clone()), views).unwrap();
-        lows(&sketcher.draw(&sketch(&flat(below))).unwrap().at(1.0))
+        lows(&sketcher.draw(&Sketch::of(&flat(below))).unwrap().at(1.0))
     };
     assert!(of(0.0, 0.0) > -0.03, "{}", of(0.0, 0.0));
     for elevation in [0.3, 0.8] {

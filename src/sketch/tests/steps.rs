@@ -10,7 +10,7 @@ fn steps(plant: &Plant, drawn: &[(Drawing, SketchViews)]) -> SketchSteps {
     let mut plant = Arc::new(plant.clone());
     let mut ways = Vec::new();
     for (drawn, views) in drawn {
-        let way = bound(plant.clone(), *views).unwrap().draw(&sketch(drawn)).unwrap();
+        let way = bound(plant.clone(), *views).unwrap().draw(&Sketch::of(drawn)).unwrap();
         plant = Arc::new(way.at(1.0));
         ways.push(way);
     }
@@ -93,7 +93,7 @@ fn keys_have_all_that_there_ever_is_in_one_order_and_go_on_without_a_jump() {
 fn one_sketch_is_what_it_is_alone_and_ways_that_do_not_follow_each_other_are_none() {
     let plant = ball(3);
     let sketcher = bound(Arc::new(plant.clone()), FRONT).unwrap();
-    let way = |body: &str| sketcher.draw(&sketch(&drawing(body))).unwrap();
+    let way = |body: &str| sketcher.draw(&Sketch::of(&drawing(body))).unwrap();
     let alone = SketchSteps::of(vec![way(HEART)]).unwrap();
     for t in [-1.0, 0.0, 0.37, 1.0, 2.0, f32::NAN] {
         assert!(alone.at(t) == way(HEART).at(t) && (t.is_nan() || alone.key(t) == way(HEART).key(t)), "{t}");
