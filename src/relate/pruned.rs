@@ -417,6 +417,22 @@ mod tests {
     }
 
     #[test]
+    fn paths_that_stop_at_the_nearest_column_are_the_shortest() {
+        // Most rows want a few columns, so that most need a path, and of many lengths.
+        for seed in 0..200 {
+            let (rows, columns) = (24, 24 + seed as usize % 3);
+            let at = |i: usize| Seed::new(seed).at(i as u64);
+            let cost = |i: usize| 40 * (i % columns) as i64 + at(i).index(200) as i64;
+            let costs: Vec<i64> = (0..rows * columns).map(cost).collect();
+            let bounds: Vec<f32> = costs.iter().map(|cost| *cost as f32 * 0.9).collect();
+            let answer = assign_pruned(rows, columns, &bounds, &|r, c| costs[r * columns + c] as f64);
+            let total: i64 = answer.iter().enumerate().map(|(r, c)| costs[r * columns + c]).sum();
+            let (reference, _) = kuhn_munkres_min(&Matrix::from_vec(rows, columns, costs).unwrap());
+            assert_eq!(total, reference, "{seed}");
+        }
+    }
+
+    #[test]
     fn rows_that_all_want_the_same_columns_get_others() {
         // Every row finds the first columns cheapest.
         let (rows, columns) = (60, 60);
